@@ -1,11 +1,12 @@
-"""Check the documentation: build it, then run every bash and Python block of the README and of
-each page, in order.
+"""Check the documentation: build it, then run every bash and Python block of the README and the
+pages.
 
-Each page runs in an empty folder of its own. A TOML block whose first line is a comment with a
-file's name (``# cell.toml``) is written to that file. A ``text`` block right after a block quotes
-its output: every line must appear, in order. There … stands for anything, and numbers may differ by
-one percent, as a search may end slightly elsewhere on another processor. A block that needs a rig
-or many minutes is left out by a comment in the line above it: <!-- no-run: REASON -->
+Blocks run in order, each page in an empty folder of its own. A TOML block whose first line is a
+comment with a file name (``# cell.toml``) is written to that file. A ``text`` block right after a
+block quotes its output: every line must appear, in order. There … stands for anything, and numbers
+may differ by one percent, as a search may end slightly elsewhere on another processor. To leave out
+a block that needs a rig or many minutes, put a comment in the line above it:
+<!-- no-run: REASON -->
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
 """
@@ -30,7 +31,7 @@ _ANY_FENCE = re.compile(
 )
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _LOADED = re.compile(r"<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
-_LIMIT = 600  # s, of a block
+_LIMIT = 600  # s, time limit of a block
 _ENVIRONMENT = os.environ | {
     "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"])),
     "PYTHONSAFEPATH": "1",
@@ -41,18 +42,22 @@ _ENVIRONMENT = os.environ | {
 
 @dataclass(frozen=True)
 class Block:
-    """A block of a page: bash, python or toml, its text, the line it begins on, why it is not run,
-    and what is quoted of its output."""
+    """A block of a page."""
 
     language: str
+    """bash, python or toml."""
     text: str
+    """Content of the block."""
     line: int
+    """Line on which the block begins."""
     reason: str | None
+    """Reason why it is not run, or None."""
     quoted: str | None
+    """Quoted output, or None."""
 
 
 def pages(root: Path = ROOT) -> list[Path]:
-    """The README and all pages of the docs."""
+    """Return the README and all pages of the docs."""
     return [
         root / "README.md",
         *sorted(p for p in (root / "docs").rglob("*.md") if "_build" not in p.parts),
@@ -60,8 +65,10 @@ def pages(root: Path = ROOT) -> list[Path]:
 
 
 def blocks(text: str) -> list[Block]:
-    """The bash and Python blocks of a page, and the TOML blocks that name a file; ValueError for a
-    block that would be overlooked.
+    """Return the bash and Python blocks of a page, and the TOML blocks that name a file.
+
+    Raises:
+        ValueError: for a block that would be overlooked.
     """
     every = [
         Block(m[2], m[3], text.count("\n", 0, m.start(2)) + 1, m[1], m[4])
@@ -79,12 +86,12 @@ def blocks(text: str) -> list[Block]:
             raise ValueError(f"line {line}: {fence[0]!r} is not run; write ```bash or ```python")
     reasons = sum(block.reason is not None for block in run)
     if reasons != text.count("<!-- no-run"):
-        raise ValueError("a no-run comment does not stand right above a block")
+        raise ValueError("a no-run comment must stand right above a block")
     return run
 
 
 def missing(quoted: str, output: str) -> str | None:
-    """The first line of ``quoted`` that does not stand in ``output`` after the lines before it."""
+    """Return the first line of ``quoted`` that is not in ``output`` after the lines before it."""
     rest = iter(output.splitlines())
     for line in filter(str.strip, quoted.splitlines()):
         if line.strip() != "…" and not any(_line(line.split(), other.split()) for other in rest):
@@ -93,7 +100,7 @@ def missing(quoted: str, output: str) -> str | None:
 
 
 def _line(quoted: list[str], said: list[str]) -> bool:
-    """Do the words of a line stand for those of another? A word … stands for any, and for none."""
+    """Return whether the words of two lines match; a word … matches any number of words."""
     if not quoted:
         return not said
     if quoted[0] == "…":
@@ -102,7 +109,7 @@ def _line(quoted: list[str], said: list[str]) -> bool:
 
 
 def _word(quoted: str, said: str) -> bool:
-    """The same but for numbers, which may be a hundredth off."""
+    """Return whether two words match; numbers may differ by one percent."""
     if _NUMBER.split(quoted) != _NUMBER.split(said):
         return False
     pairs = zip(_NUMBER.findall(quoted), _NUMBER.findall(said), strict=True)
@@ -110,13 +117,13 @@ def _word(quoted: str, said: str) -> bool:
 
 
 def processor_seconds() -> float:
-    """What all ended children of this process took, which a busy machine does not stretch."""
+    """Return the processor time of all ended children, which does not depend on other work."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def run(page: Path) -> tuple[int, int]:
-    """Run a page's blocks. Returns how many ran and how many are left out."""
+    """Run a page's blocks; return how many ran and how many were left out."""
     name, all_blocks = page.relative_to(ROOT), blocks(page.read_text())
     with tempfile.TemporaryDirectory() as folder:
         for block in all_blocks:
@@ -131,7 +138,11 @@ def run(page: Path) -> tuple[int, int]:
 
 
 def _run_block(block: Block, where: str, folder: str) -> None:
-    """Run one block in a folder; SystemExit if it fails or does not print what is quoted."""
+    """Run one block in a folder.
+
+    Raises:
+        SystemExit: if it fails or does not print the quoted output.
+    """
     began = processor_seconds()
     python, bash = [sys.executable, "-c"], ["bash", "-euo", "pipefail", "-c"]
     done = subprocess.run(
@@ -146,12 +157,14 @@ def _run_block(block: Block, where: str, folder: str) -> None:
     if done.returncode:
         raise SystemExit(f"{where}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}")
     if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
-        raise SystemExit(f"{where}: quoted, but not printed: {line}\n{done.stdout}")
+        raise SystemExit(f"{where}: quoted output is missing: {line}\n{done.stdout}")
     print(f"{where}: {processor_seconds() - began:.0f} processor seconds", flush=True)
 
 
 def build() -> None:
-    """Build the pages, every warning an error; none may load anything from elsewhere."""
+    """Build the pages with warnings as errors, and check that they load nothing from the
+    network.
+    """
     with tempfile.TemporaryDirectory() as folder:
         command = [
             sys.executable,
@@ -174,7 +187,7 @@ def build() -> None:
 
 
 def main() -> None:
-    """Run what is asked for; a run of all that finds nothing to run fails."""
+    """Run the requested pages; fail if a full run has no block to run."""
     asked = [Path(page).resolve() for page in sys.argv[1:]]
     if not asked:
         build()

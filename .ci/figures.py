@@ -1,10 +1,10 @@
 """Check the figures and options that the README and the docs quote.
 
-Usage: python .ci/figures.py OUT, with OUT the folder that the README's main command just wrote.
+Usage: python .ci/figures.py OUT, with OUT the output folder of the README's main command.
 
-Three kinds are checked, and none may be empty: rows of the README's table of layouts against OUT's
-result.json; rows with a command and its coverage against what the command counts; and every
-option that stands behind place-rings against the commands' help.
+There are three checks, and each must have something to check: the README's table of layouts against
+OUT's result.json, rows with a command and its coverage against the command's output, and every
+option after place-rings against the commands' help.
 """
 
 import json
@@ -29,7 +29,7 @@ def fail(message: str) -> None:
 
 
 def check_layouts(text: str, folder: Path) -> int:
-    """Rows of layouts with their coverage of V_O, V_T, V_OT, V_S(0.5) and V_S(1.5)."""
+    """Check rows of layouts with their coverage of V_O, V_T, V_OT, V_S(0.5) and V_S(1.5)."""
     comparison = json.loads((folder / "result.json").read_text())["comparison"]
     zeta = {(r["setup"], r["target"], r["radius"]): r["zeta_percent"] for r in comparison}
     targets = [("V_O", None), ("V_T", None), ("V_OT", None), ("V_S", 0.5), ("V_S", 1.5)]
@@ -37,7 +37,9 @@ def check_layouts(text: str, folder: Path) -> int:
     for name, cells in rows:
         for target, cell in zip(targets, cells.split(" | "), strict=True):
             slack = COUNT_SLACK
-            if name == "proposal":  # only V_S(0.5) is optimised, the others follow from luck
+            if (
+                name == "proposal"
+            ):  # only V_S(0.5) is optimised; the other targets vary with the search
                 slack = SEARCH_SLACK if target == ("V_S", 0.5) else 20
             if abs(zeta[(name, *target)] - float(cell)) > slack:
                 fail(f"{name} {target}: quoted {cell}, counted {zeta[(name, *target)]:.2f}")
@@ -45,7 +47,7 @@ def check_layouts(text: str, folder: Path) -> int:
 
 
 def check_commands(pages: dict[Path, str]) -> int:
-    """Rows with a command and a coverage: both ``verify`` and searches."""
+    """Check rows with a command and a coverage, both ``verify`` and searches."""
     rows = {
         (command, quoted): page
         for page, text in pages.items()
@@ -59,7 +61,7 @@ def check_commands(pages: dict[Path, str]) -> int:
 
 
 def coverage(command: str) -> tuple[float, float]:
-    """The coverage in percent that a command prints, and how far off a quote of it may be."""
+    """Return the coverage in percent that a command prints, and the tolerance of a quote."""
     words = shlex.split(command)
     with tempfile.TemporaryDirectory() as folder:
         printed = subprocess.run(
@@ -72,7 +74,7 @@ def coverage(command: str) -> tuple[float, float]:
 
 
 def check_options(pages: dict[Path, str]) -> int:
-    """Every option that stands behind place-rings exists."""
+    """Check that every option after place-rings exists."""
     helps = "".join(
         subprocess.run(
             ["place-rings", *command, "--help"], check=True, capture_output=True, text=True
@@ -93,7 +95,7 @@ def check_options(pages: dict[Path, str]) -> int:
 
 
 def main() -> None:
-    """Check all; each kind must be there, so that this cannot pass by finding nothing."""
+    """Check everything; fail if one kind has nothing to check."""
     paths = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     pages = {path: path.read_text() for path in paths}
     counts = {
@@ -102,7 +104,7 @@ def main() -> None:
         "options": check_options(pages),
     }
     if not all(counts.values()):
-        fail(f"nothing to check in one kind: {counts}")
+        fail(f"one kind has nothing to check: {counts}")
     print("figures:", ", ".join(f"{n} {kind}" for kind, n in counts.items()), "checked")
 
 

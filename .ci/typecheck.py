@@ -1,10 +1,10 @@
-"""Type check of the package as it is installed, seen from an empty folder.
+"""Type check of the installed package, run from an empty folder.
 
-From the checkout's root a checker may find a few files by their own names and pass, so that what it
-has checked is compared with what the rule of setup.py installs.
+From the checkout's root a checker may find a few files by their own names and pass. Therefore the
+checked modules are compared with those that the rule of setup.py installs.
 
-Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and, by
-``pip install .``, the package.
+Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and, by ``pip
+install .``, the package.
 """
 
 import runpy
@@ -22,7 +22,7 @@ PACKAGE = "place_rings"
 
 
 def handed_to_setuptools(root: Path = ROOT) -> dict[str, Any]:
-    """What setup.py hands to setuptools."""
+    """Return the arguments that setup.py passes to setuptools."""
     handed: dict[str, Any] = {}
     kept = sys.modules.get("setuptools")
     stand_in: Any = SimpleNamespace(setup=handed.update)
@@ -37,7 +37,7 @@ def handed_to_setuptools(root: Path = ROOT) -> dict[str, Any]:
 
 
 def installed_modules(root: Path = ROOT) -> dict[str, Path]:
-    """The files that the rule of setup.py installs, by the names they are imported by."""
+    """Return the files that the rule of setup.py installs, by their import names."""
     handed = handed_to_setuptools(root)
     folders: dict[str, str] = handed["package_dir"]
     packages: list[str] = handed["packages"]
@@ -51,7 +51,7 @@ def installed_modules(root: Path = ROOT) -> dict[str, Path]:
 
 
 def seen(report: str) -> set[str]:
-    """The modules that mypy's report of lines names: checked ones, and folders without any."""
+    """Return the modules in mypy's report of lines: checked ones, and folders without any."""
     return {line.split()[-1] for line in report.splitlines()[1:]}
 
 
@@ -59,10 +59,10 @@ def main() -> None:
     spec = find_spec(PACKAGE)
     place = Path(next(iter((spec and spec.submodule_search_locations) or ["."]))).resolve()
     if not place.is_relative_to(Path(sysconfig.get_path("purelib")).resolve()):
-        sys.exit("place-rings is not installed here, or editable: run pip install .")
+        sys.exit("place-rings is not installed, or editable: run pip install .")
     with TemporaryDirectory() as empty:
         if not (place / "py.typed").exists():
-            Path(empty, PACKAGE).symlink_to(place)  # else a checker leaves it out as untyped
+            Path(empty, PACKAGE).symlink_to(place)  # otherwise a checker skips it as untyped
         command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
         command += ["--cache-dir", "cache", "--linecount-report", "lines", "-p", PACKAGE]
         done = subprocess.run(command, cwd=empty)

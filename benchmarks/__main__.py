@@ -1,8 +1,8 @@
-"""All benchmarks by one command, into one file.
+"""Run benchmarks and write their sections into results/benchmarks.md.
 
-Run: python benchmarks            all of them
-     python benchmarks octree     some of them; the others' sections stay as they are
-     python benchmarks searches   hours, run only when asked for; its options as --seeds=2
+Run: python benchmarks            all but the long ones
+     python benchmarks octree     some of them; other sections stay as they are
+     python benchmarks searches   hours, never run by default; takes options such as --seeds=2
 """
 
 import importlib
@@ -27,7 +27,7 @@ NAMES = (
     *("rig", "rig_moving", "rig_checks", "near_stops", "viewer", "start_up"),
 )
 _LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops")
-_PARTS = {"rig": ("rig", "rig_moving")}  # sections of one benchmark
+_PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (
     "place-rings",
@@ -49,13 +49,13 @@ PACKAGES = (
 
 
 def main() -> None:
-    """Measure the sections asked for and put them in their places in the file."""
+    """Measure the requested sections and put them into the file."""
     options = [word for word in sys.argv[1:] if word.startswith("-")]
     asked = [word for word in sys.argv[1:] if word not in options] or [
         name for name in NAMES if name not in _LONG
     ]
     if unknown := [name for name in asked if name not in NAMES]:
-        raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
+        raise SystemExit(f"{unknown[0]}: no such benchmark; choose from {', '.join(NAMES)}")
     for name in dict.fromkeys(part for word in asked for part in _PARTS.get(word, (word,))):
         print(f"== {name}", flush=True)
         module = importlib.import_module(name)
@@ -64,14 +64,17 @@ def main() -> None:
         command = f"`python benchmarks {name}`"
         if not any(command in line for line in lines):
             lines = [f"{command}.", "", *lines]
-        # now: another benchmark may have ended meanwhile
+        # read now: another benchmark may have ended meanwhile
         old = FILE.read_text() if FILE.exists() else ""
         sections = dict(
             re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL)
         )
         sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])
         kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
-        head = "# Benchmarks\n\nAll by `python benchmarks`; medians, ratios within one run.\n\n"
+        head = (
+            "# Benchmarks\n\n`python benchmarks` writes this page. Times are medians; ratios"
+            " compare times of one run.\n\n"
+        )
         FILE.write_text((head + "".join(kept)).rstrip() + "\n")
 
 

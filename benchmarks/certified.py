@@ -1,7 +1,7 @@
-"""The guaranteed interval against mesh Booleans, and what its width costs.
+"""Guaranteed intervals: comparison with mesh Booleans, and cost of a narrow interval.
 
-Meshes within and around cones and ball bound the share too: both Booleans are counted against one
-interval.
+Meshes inside and around cones and ball bound the share, too: one interval is compared with both
+Booleans.
 """
 
 import math
@@ -24,7 +24,9 @@ SIDES = 64
 
 
 def against_meshes() -> list[str]:
-    """The cone task: as narrow as the two Booleans, in how much of their time."""
+    """Compare an interval for the cone task with the two Booleans, which it must not exceed in
+    width.
+    """
     cones, ball = cone_task(), sphere(np.zeros(3), BALL)
     if not installed("manifold3d"):
         return [missing("manifold3d")]
@@ -58,13 +60,13 @@ def against_meshes() -> list[str]:
         "share of the ball, %",
         "width, points",
         "seconds",
-        "of the Booleans' time",
+        "relative to the Booleans",
     )
     return ["The cone task:", "", *table(columns, rows), ""]
 
 
 def cost_of_width() -> list[str]:
-    """The reference scene, narrower and narrower."""
+    """Measure narrower and narrower intervals on the reference scene."""
     scene, rows = Scene(), []
     q = scene.poses[0].q
     for name, radius in (("n3_16_55", 0.5), ("n3_16_55", 1.5)):
@@ -75,7 +77,7 @@ def cost_of_width() -> list[str]:
             b = bracket(solid, cones, width / 100)
             seconds = time.perf_counter() - start
             if not b.reached or math.isnan(b.low):
-                raise SystemExit(f"{name}, V_S({radius}): {width} points not reached")
+                raise SystemExit(f"{name}, V_S({radius}): {width} points were not reached")
             interval = f"{100 * b.low:.3f} … {100 * b.high:.3f}"
             rows.append(
                 [
@@ -89,12 +91,20 @@ def cost_of_width() -> list[str]:
                 ]
             )
             print(*rows[-1], flush=True)
-    columns = ("setup", "target", "width asked, points", "ζ, %", "cells", "smallest, mm", "seconds")
+    columns = (
+        "setup",
+        "target",
+        "requested width, points",
+        "ζ, %",
+        "cells",
+        "smallest cell, mm",
+        "seconds",
+    )
     return ["The reference scene:", "", *table(columns, rows)]
 
 
 def report() -> list[str]:
-    """Measure and describe."""
+    """Measure and return Markdown."""
     return ["`python benchmarks certified`.", "", *against_meshes(), *cost_of_width()]
 
 

@@ -1,4 +1,4 @@
-"""What the benchmarks share: the cone task, timing, tables, versions."""
+"""Common parts of the benchmarks: the cone task, timing, tables, versions."""
 
 import math
 import os
@@ -16,7 +16,9 @@ CONES, HALF_ANGLE, RANGE, BALL = 112, math.radians(11), 1.0, 1.0
 
 
 def cone_task() -> Cones:
-    """Cones spread over a sphere of 1.6 m by the golden angle, each aimed near its centre."""
+    """Return cones spread over a sphere of 1.6 m by the golden angle, each aimed near its
+    centre.
+    """
     rng = np.random.default_rng(0)
     i = np.arange(CONES)
     z = 1 - (2 * i + 1) / CONES
@@ -28,8 +30,9 @@ def cone_task() -> Cones:
 
 
 def medians(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[Any, float]]:
-    """What each returns, and the median of its seconds over some runs in a row, after one that
-    warms up.
+    """Return the result and the median time in seconds of each function.
+
+    Each runs several times in a row after a warm-up.
     """
     found: dict[str, tuple[Any, float]] = {}
     for name, work in works.items():
@@ -43,18 +46,18 @@ def medians(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[A
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
-    """A Markdown table."""
+    """Return a Markdown table."""
     lines = ["| " + " | ".join(columns) + " |", "| " + " | ".join("---" for _ in columns) + " |"]
     return lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
 
 
 def missing(peer: str) -> str:
-    """The line that stands for a peer that is not installed."""
+    """Return the line for a peer that is not installed."""
     return f"{peer} is not installed (the `[bench]` extra): left out."
 
 
 def installed(peer: str) -> bool:
-    """Whether a distribution is there."""
+    """Return whether a distribution is installed."""
     try:
         version(peer)
     except PackageNotFoundError:
@@ -63,7 +66,7 @@ def installed(peer: str) -> bool:
 
 
 def surroundings(packages: Sequence[str]) -> str:
-    """Machine, Python and versions, in a line."""
+    """Return a line with machine, Python and versions."""
     versions = [f"{p} {version(p)}" for p in packages if installed(p)]
     return (
         f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()},"

@@ -1,8 +1,8 @@
-"""The soft estimator against straightforward JAX, PyTorch and NumPy
+"""Soft estimator: comparison with straightforward JAX, PyTorch and NumPy
 
 Setup n3_16_55 (112 cones) on the reference scene at its pose, target V_S(0.5), 100 000 points in 32
 bit: value and gradient by apexes and axes. Straightforward means the definition over all pairs at
-once, mean(1 - prod(1 - sigmoid(-f / width))), differentiated by the library; NumPy has no gradient
+once, mean(1 - prod(1 - sigmoid(-f / width))), differentiated by the library. NumPy has no gradient
 and computes the value only. All may use every core.
 """
 
@@ -26,11 +26,11 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.scene import Scene
 
 PEERS: tuple[str, ...] = ("torch",)
-WIDTHS = (0.10, 0.05, 0.02, 0.008)  # m: the stages of the search, from the widest to the sharpest
+WIDTHS = (0.10, 0.05, 0.02, 0.008)  # m, stages of the search from the widest to the sharpest
 POINTS, RUNS = 100_000, 5
-# times as fast as straightforward JAX at the sharpest width: below that the benchmark fails
+# required speed relative to straightforward JAX at the sharpest width
 SLOWEST = 5.0
-AGREE = 1e-5  # of value and gradient
+AGREE = 1e-5  # tolerance of value and gradient
 MEMORY_MB = 300
 
 _MEMORY = """
@@ -64,7 +64,7 @@ print(status("VmHWM") - before, status("VmHWM"))
 
 
 def task() -> tuple[Cones, np.ndarray]:
-    """The 112 cones, and the points (N, 3) m in the target, both in 64 bit."""
+    """Return the 112 cones, and the points (N, 3) m in the target, both in 64 bit."""
     scene = Scene()
     q = scene.poses[0].q
     solid = target_solid(Target("V_S", 0.5), scene.robot, q, scene.shape)
@@ -72,8 +72,9 @@ def task() -> tuple[Cones, np.ndarray]:
 
 
 def with_jax(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
-    """The definition as one array expression of components, (N, K) each: a stronger rival than (N,
-    K, 3).
+    """Return the definition as one array expression of components, (N, K) each.
+
+    It is faster than one of vectors (N, K, 3).
     """
     half, range_m, p = (
         jnp.asarray(cones.half_angle),
@@ -97,7 +98,7 @@ def with_jax(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
 
 
 def with_torch(cones: Cones, points: np.ndarray) -> Callable[[float], Any] | None:
-    """The same in PyTorch on the CPU, by its autograd; None where it is not installed."""
+    """Return the same in PyTorch on the CPU with its autograd, or None if it is not installed."""
     try:
         import torch
     except ImportError:
@@ -120,7 +121,7 @@ def with_torch(cones: Cones, points: np.ndarray) -> Callable[[float], Any] | Non
 
 
 def with_numpy(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
-    """The value alone in NumPy, one cone after the other, so that memory stays small."""
+    """Return the value only in NumPy, one cone after the other to save memory."""
 
     def zeta(width: float) -> Any:
         free = np.ones(len(points), np.float32)
@@ -132,7 +133,7 @@ def with_numpy(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
 
 
 def ours(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
-    """The soft estimator; the same compiled function at all widths."""
+    """Return the soft estimator; one compiled function serves all widths."""
     estimate, c, p = (
         jax.jit(soft_zeta),
         jax.tree.map(jnp.asarray, cones),
@@ -149,8 +150,9 @@ def ours(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
 def measure(
     methods: dict[str, Callable[[float], Any]], width: float
 ) -> dict[str, tuple[float, Any]]:
-    """Median seconds and result of each method, in turns, so that a busy machine slows all
-    alike.
+    """Return the median time in seconds and the result of each method.
+
+    The methods run alternately, so that other work on the machine affects all of them.
     """
     seconds: dict[str, list[float]] = {name: [] for name in methods}
     results = {name: method(width) for name, method in methods.items()}
@@ -163,15 +165,18 @@ def measure(
 
 
 def apart(a: Any, b: Any) -> float:
-    """Largest difference of two nests of arrays of one structure."""
+    """Return the largest difference between two trees of arrays with the same structure."""
     pairs = zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True)
     return max(float(np.abs(np.asarray(x) - np.asarray(y)).max()) for x, y in pairs)
 
 
 def memory(width: float = WIDTHS[-1]) -> tuple[float, float]:
-    """Peak resident memory in MB of 1000 sensors and a million points, in a process of its own
-    (Linux): what the estimate adds, compiling included, to a process with JAX and the inputs; and
-    that process in all."""
+    """Measure peak memory for 1000 sensors and a million points in a separate process (Linux).
+
+    Returns:
+        MB that the estimate adds to a process with JAX and the inputs, including compilation, and
+            MB of the whole process.
+    """
     found = subprocess.run(
         [sys.executable, "-c", _MEMORY.format(width=width)],
         check=True,
@@ -183,7 +188,11 @@ def memory(width: float = WIDTHS[-1]) -> tuple[float, float]:
 
 
 def report() -> list[str]:
-    """Measure, check the bounds and return Markdown; SystemExit if a bound is missed."""
+    """Measure, check the bounds and return Markdown.
+
+    Raises:
+        SystemExit: if a bound is missed.
+    """
     cones, points = task()
     cones, points = (
         jax.tree.map(lambda a: np.asarray(a, np.float32), cones),
@@ -195,13 +204,14 @@ def report() -> list[str]:
     rivals = [name for name in methods if name != "ours"]
     lines = [
         (
-            f"112 cones, {POINTS:,} points; seconds are medians of {RUNS} runs in turns, in"
-            " brackets how many times ours."
+            f"112 cones, {POINTS:,} points. Times are medians of {RUNS} alternate runs; the"
+            " number in brackets is the time relative to ours. The last two columns are the"
+            " largest differences between the methods."
         ),
         "",
         "| width, m | ours, s | "
         + " | ".join(f"{name}, s" for name in rivals)
-        + " | value apart | gradient apart |",
+        + " | difference of values | difference of gradients |",
         "| --- " * (len(rivals) + 4) + "|",
     ]
     for width in WIDTHS:
@@ -219,14 +229,14 @@ def report() -> list[str]:
         least = SLOWEST if width == WIDTHS[-1] else 1.0
         if max(values, slopes) > AGREE or found["JAX"][0] < least * mine:
             raise SystemExit(
-                f"at {width} m a bound is missed: {AGREE:g} of agreement, {least:g} times the speed"
-                " of JAX"
+                f"at {width} m a bound is missed: agreement within {AGREE:g}, {least:g} times the"
+                " speed of JAX"
             )
     added, total = memory()
     if added > MEMORY_MB:
         raise SystemExit(f"1000 sensors and a million points took {added:.0f} MB")
     if "PyTorch" not in methods:
-        lines += ["", "PyTorch is not installed: it is left out."]
+        lines += ["", "PyTorch is not installed and left out."]
     lines += [
         "",
         (
@@ -235,8 +245,8 @@ def report() -> list[str]:
         ),
     ]
     lines += [
-        f"process that has imported JAX and made the inputs, compiling included; {total:.0f} MB in"
-        " all."
+        "process that has imported JAX and created the inputs, including compilation;"
+        f" {total:.0f} MB in total."
     ]
     lines += [
         "",

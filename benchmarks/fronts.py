@@ -1,4 +1,4 @@
-"""Fronts of near against far coverage: ours against NSGA-II, in equal time.
+"""Pareto fronts of near and far coverage: comparison with NSGA-II in equal time.
 
 Run: python benchmarks fronts            three seeds
      python benchmarks fronts --seeds=1
@@ -24,7 +24,7 @@ from search_task import OverError, Question, Watch, layout
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
 SENSORS, FLOORS = 80, 30
 _PEER = "pymoo"
-_VOXEL = 0.02  # m, of the count that judges
+_VOXEL = 0.02  # m, voxels of the exact count
 _POPULATION = 100  # pymoo's default
 _RULES = Rules(spacing=0.0)
 _KEYS: dict[str, Any] = {"rules": {"spacing": 0.0}}
@@ -32,7 +32,7 @@ _KEYS: dict[str, Any] = {"rules": {"spacing": 0.0}}
 
 class _Asked(Question):
     def setup(self, x: np.ndarray) -> Setup:
-        """What a candidate (n,) stands for."""
+        """Return the setup of a candidate (n,)."""
         return self._setup(self._values(x[None])[0])
 
 
@@ -41,7 +41,7 @@ def _work() -> float:
 
 
 def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
-    """The study's setups, of the paper's layout or of any rings, and the seconds they took."""
+    """Search setups of the paper's layout or of any rings; return them and the time in seconds."""
 
     def run(heading: str, cells: list[Cell]) -> list[Any]:
         found = []
@@ -60,9 +60,7 @@ def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
 
 
 def nsga2(seed: int, seconds: float) -> list[Setup]:
-    """The last generation's front of pymoo's NSGA-II with its own defaults, on the paper's
-    layout.
-    """
+    """Return the last front of pymoo's NSGA-II with its defaults, on the paper's layout."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem
     from pymoo.core.termination import NoTermination
@@ -91,7 +89,7 @@ def nsga2(seed: int, seconds: float) -> list[Setup]:
 
 
 def area(setups: Sequence[Setup]) -> float:
-    """Share of the unit square under the exactly counted front."""
+    """Return the hypervolume of exactly counted setups as a share of the unit square."""
     verifier = Verifier(Scene(), _VOXEL)
     return pareto.hypervolume(
         [tuple(100 * verifier.verify(s, t).zeta for t in TARGETS) for s in setups]
@@ -99,7 +97,7 @@ def area(setups: Sequence[Setup]) -> float:
 
 
 def report(arguments: Sequence[str] = ()) -> list[str]:
-    """Areas by seed."""
+    """Return hypervolumes by seed."""
     if not installed(_PEER):
         return [missing(_PEER)]
     seeds = int(next((a.partition("=")[2] for a in arguments if a.startswith("--seeds=")), "3"))
@@ -117,21 +115,21 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
         print(*rows[-len(found) :], sep="\n", flush=True)
     return [
         (
-            f"{TARGETS[0]} against {TARGETS[1]}, {SENSORS} sensors in the paper's five rings of 16,"
-            " which may touch (`any rings`: in rings of our choice, which the peer cannot choose;"
-            f" one seed). Ours: three ends and {FLOORS} floors, counts included; NSGA-II (pymoo,"
-            f" its defaults, {_POPULATION} setups a generation) gets the same processor seconds on"
-            " the same compiled share of points. All setups are then counted exactly, voxels of"
-            f" {_VOXEL:g} m."
+            f"{TARGETS[0]} against {TARGETS[1]}, {SENSORS} sensors in the paper's five rings of"
+            " 16, which may touch. `any rings` chooses its rings freely, which the peer cannot"
+            f" do; one seed. Our search spends three ends and {FLOORS} floors, including counts."
+            f" NSGA-II (pymoo, its defaults, {_POPULATION} setups per generation) gets the same"
+            " processor time on the same compiled objective. All setups are then counted exactly"
+            f" with voxels of {_VOXEL:g} m."
         ),
         "",
         *table(
             (
                 "seed",
                 "search",
-                "processor seconds over processors",
+                "processor seconds / processors",
                 "setups",
-                "area under the front",
+                "hypervolume",
             ),
             rows,
         ),

@@ -1,7 +1,7 @@
-"""How time and memory grow.
+"""Scaling of time and memory.
 
-Sensors, poses and points for the soft estimator's value and gradient; the voxel's side for the
-octree. Exponents are slopes of straight lines through the logarithms.
+The soft estimator's value and gradient against sensors, poses and points; the octree against the
+voxel's side. Exponents are slopes of straight lines through the logarithms.
 """
 
 import statistics
@@ -20,12 +20,12 @@ SENSORS = (24, 48, 112, 250, 500, 1000)
 POSES = (1, 3, 10, 30, 100)
 POINTS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 VOXELS = (0.1, 0.05, 0.025, 0.0125, 0.005)
-NOISE = 0.05  # of a fitted exponent
-WIDTH = 0.008  # m, the search's sharpest
+NOISE = 0.05  # tolerance of a fitted exponent
+WIDTH = 0.008  # m, sharpest width of the search
 
 
 def median_seconds(work: Callable[[], Any], runs: int = 5) -> float:
-    """Median of some runs, after one that compiles."""
+    """Return the median time of several runs after one that compiles."""
     work()
     seconds = []
     for _ in range(runs):
@@ -36,8 +36,9 @@ def median_seconds(work: Callable[[], Any], runs: int = 5) -> float:
 
 
 def soft(sensors: int, poses: int, points: int) -> float:
-    """Seconds of one value and gradient: five rings about the reference scene's links, ``points``
-    at each pose.
+    """Return the time in seconds of one value and gradient.
+
+    Five rings are on the reference scene's links, with ``points`` points at each pose.
     """
     import jax
     import jax.numpy as jnp
@@ -74,7 +75,7 @@ def soft(sensors: int, poses: int, points: int) -> float:
 
 
 def octree(voxel: float) -> float:
-    """Seconds of a count on the cone task, the ball's voxels counted in."""
+    """Return the time in seconds of a count on the cone task, including the ball's voxels."""
     from common import BALL, cone_task
     from place_rings.coverage.solids.spheres import sphere
     from place_rings.coverage.voxels.octree import count, voxels
@@ -86,13 +87,13 @@ def octree(voxel: float) -> float:
 
 
 def peak_memory() -> float:
-    """Peak resident memory of this process, MB (Linux)."""
+    """Return the peak resident memory of this process, MB (Linux)."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
 
 
 def in_a_process(call: str) -> tuple[float, float]:
-    """Seconds, and peak memory in MB, of a call in a process of its own."""
+    """Return the time in seconds and the peak memory in MB of a call in its own process."""
     found = subprocess.run(
         [sys.executable, __file__, call], check=True, capture_output=True, text=True
     )
@@ -101,17 +102,17 @@ def in_a_process(call: str) -> tuple[float, float]:
 
 
 def exponent(sizes: list[float], values: list[float]) -> float:
-    """Slope of the logarithms."""
+    """Return the slope of the logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
 def report() -> list[str]:
-    """Measure and describe."""
+    """Measure and return Markdown."""
     series: list[tuple[str, list[float], list[str], float]] = [
         ("sensors", [float(n) for n in SENSORS], [f"soft({n}, 1, 100_000)" for n in SENSORS], 1.0),
         ("poses", [float(n) for n in POSES], [f"soft(112, {n}, 10_000)" for n in POSES], 1.0),
         ("points", [float(n) for n in POINTS], [f"soft(112, 1, {n})" for n in POINTS], 1.0),
-        ("voxels a metre", [1 / v for v in VOXELS], [f"octree({v})" for v in VOXELS], 2.0),
+        ("voxels per metre", [1 / v for v in VOXELS], [f"octree({v})" for v in VOXELS], 2.0),
     ]
     rows, slopes = [], []
     for name, sizes, calls, most in series:
@@ -122,11 +123,13 @@ def report() -> list[str]:
         slope = exponent(sizes, [seconds for seconds, _ in measured])
         slopes.append([name, f"{slope:.2f}", f"{most:g}", "yes" if slope <= most + NOISE else "no"])
     intro = (
-        f"Soft estimator: value and gradient at {WIDTH:g} m, V_S(0.5). Memory: of the whole"
-        " process, imports included."
+        f"The soft estimator computes value and gradient at a width of {WIDTH:g} m for V_S(0.5)."
+        " Memory is that of the whole process, including imports."
     )
-    columns = ("what grows", "to", "call", "seconds", "peak, MB")
-    verdict = table(("time with", "exponent", "at most", f"holds within {NOISE:g}"), slopes)
+    columns = ("quantity", "value", "call", "seconds", "peak, MB")
+    verdict = table(
+        ("quantity", "exponent of the time", "limit", f"holds within {NOISE:g}"), slopes
+    )
     return [intro, "`python benchmarks growth`.", "", *verdict, "", *table(columns, rows)]
 
 

@@ -27,30 +27,28 @@ from place_rings.studies.engine import runner as engine
 from place_rings.studies.engine.store import Store
 from place_rings.studies.engine.tasks import TASKS
 
-_START = 6.0  # s, that a study takes to start, roughly: some kills come before it has
-_BETWEEN = 12  # cells, at most, from one kill to the next, and then a moment
+_START = 6.0  # s, approximate start time of a study; some kills come earlier
+_BETWEEN = 12  # largest number of cells between two kills, before a random delay
 _MOMENT = 0.2  # s
 CELLS = 600
-_PATIENCE = 60.0  # s, for the next cell, or for processes to be gone
+_PATIENCE = 60.0  # s, timeout for the next cell, and for processes to end
 
 
 @dataclass
 class Damage:
-    """What was done to a study, and what came of it."""
+    """Disturbances of a study, and their consequences."""
 
     kills: int = 0
-    starting: int = 0  # kills before the first cell of a run was kept
-    lost: int = 0  # cells that were kept, and were not any more or were others after a kill
-    again: int = 0  # cells measured again though kept
-    wasted: int = 0  # cells measured again, as they were not kept yet
-    gone: float = 0.0  # s, the longest that a process outlived its driver
-    different: int = 0  # cells unlike those of the undisturbed run
+    starting: int = 0  # kills before the first cell of a run was stored
+    lost: int = 0  # stored cells that were missing or changed after a kill
+    again: int = 0  # stored cells measured again
+    wasted: int = 0  # cells measured again that were not stored yet
+    gone: float = 0.0  # s, longest time that a process outlived its driver
+    different: int = 0  # cells that differ from the undisturbed run
 
 
 class Disturbed:
-    """A study in a folder of its own, with a hand that disturbs it, at moments that a seed
-    gives.
-    """
+    """A study in its own folder that is disturbed at random moments given by a seed."""
 
     def __init__(self, folder: Path, count: int, seed: int) -> None:
         self.folder, self.count, self.rng, self.damage = (
@@ -63,7 +61,9 @@ class Disturbed:
         self.notes.touch()
 
     def start(self) -> subprocess.Popen:
-        """The study's driver in a group of its own, as a terminal's foreground has it."""
+        """Start the study's driver in its own process group, like a terminal's foreground
+        process.
+        """
         command = [
             sys.executable,
             str(Path(__file__).with_name("noted.py")),
@@ -76,11 +76,11 @@ class Disturbed:
         )
 
     def kept(self) -> int:
-        """Cells noted as kept, up to now."""
+        """Return the number of cells noted as stored."""
         return self.notes.read_text().count("kept ")
 
     def await_moment(self, driver: subprocess.Popen, first: bool) -> None:
-        """A moment drawn at random, in the start of the driver or after some more cells."""
+        """Wait for a random moment, during the start of the driver or after some more cells."""
         more, moment = int(self.rng.integers(0 if first else 1, _BETWEEN)), self.rng.uniform()
         start, until = self.kept(), time.monotonic() + _PATIENCE
         while (
@@ -94,7 +94,7 @@ class Disturbed:
         self.damage.starting += first and self.kept() == start
 
     def strike_driver(self, how: signal.Signals) -> bool:
-        """Start the driver and end it; False where it was done before that."""
+        """Start the driver and kill it; return False if it ended before."""
         driver = self.start()
         self.await_moment(driver, first=True)
         if driver.poll() is not None:
@@ -113,11 +113,11 @@ class Disturbed:
         return True
 
     def strike_workers(self, kills: int) -> None:
-        """Start the driver, end workers of its own as it goes, and let it finish."""
+        """Start the driver, kill some of its workers, and let it finish."""
         driver = self.start()
         while self.damage.kills < kills and driver.poll() is None:
             self.await_moment(driver, first=False)
-            # one that has ended, as its driver has or another took its place
+            # this worker has ended: its driver ended, or another worker replaced it
             with suppress(psutil.NoSuchProcess):
                 workers = [
                     p
@@ -133,7 +133,7 @@ class Disturbed:
         self.look()
 
     def look(self) -> None:
-        """Compare what is kept with what was noted as kept, and with what was kept before."""
+        """Compare the stored cells with those noted as stored, and with the earlier ones."""
         now = results(self.folder / "cells.sqlite")
         lines = [line.partition(" ") for line in self.notes.read_text().splitlines()]
         kept = {key for word, _, key in lines if word == "kept"}
@@ -143,7 +143,7 @@ class Disturbed:
         self.before = now
 
     def finish(self, undisturbed: dict[str, Any]) -> Damage:
-        """The damage, after the study went to its end."""
+        """Complete the study and return the damage."""
         seen, kept = set(), set()
         for word, _, key in (line.partition(" ") for line in self.notes.read_text().splitlines()):
             if word == "kept":
@@ -174,7 +174,7 @@ def _timeless(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def results(file: Path) -> dict[str, tuple[Any, float]]:
-    """Result and seconds of every cell in a study's file."""
+    """Return result and time of every cell in a study's file."""
     if not file.exists():
         return {}
     base = sqlite3.connect(file)
@@ -189,7 +189,7 @@ def results(file: Path) -> dict[str, tuple[Any, float]]:
 
 
 def undisturbed(count: int) -> dict[str, Any]:
-    """Results by cell of a study that nothing disturbs."""
+    """Return the results by cell of a study without disturbance."""
     with (
         tempfile.TemporaryDirectory() as folder,
         Store(Path(folder) / "cells.sqlite", "kills") as store,
@@ -201,7 +201,7 @@ def undisturbed(count: int) -> dict[str, Any]:
 def disturb(
     drivers: int, workers: int, interrupts: int, wanted: dict[str, Any], seed: int = 0
 ) -> Damage:
-    """A study that is disturbed so often, held against the results of one that was not."""
+    """Disturb a study that often and compare it with the undisturbed results."""
     with tempfile.TemporaryDirectory() as folder:
         study = Disturbed(Path(folder), len(wanted), seed)
         for how in [signal.SIGKILL] * drivers + [signal.SIGINT] * interrupts:
@@ -212,7 +212,7 @@ def disturb(
 
 
 def report() -> list[str]:
-    """Twenty of each kind."""
+    """Return Markdown for twenty disturbances of each kind."""
     kinds = {
         "`kill -9` of the driver": (20, 0, 0),
         "`kill -9` of a worker": (0, 20, 0),
@@ -225,21 +225,21 @@ def report() -> list[str]:
         print(name, d, flush=True)
         rows.append((name, d.kills, d.starting, d.lost, d.again, d.wasted, d.different, gone))
     columns = (
-        "what",
+        "disturbance",
         "times",
-        "before the first cell of a run",
-        "kept cells lost",
-        "kept cells measured again",
+        "before the first cell",
+        "stored cells lost",
+        "stored cells repeated",
     )
     columns += (
-        "cells measured again that were under way",
-        "cells unlike the undisturbed run's",
-        "last process gone after, s",
+        "unfinished cells repeated",
+        "cells that differ",
+        "last process ended after, s",
     )
     intro = [
         (
-            f"A study of {CELLS} cells on two workers, disturbed at random (seeded) moments and run"
-            " again until it was done:"
+            f"A study of {CELLS} cells on two workers, disturbed at random (seeded) moments and"
+            " restarted until it completed. *Cells that differ* compares with an undisturbed run."
         ),
         "`python benchmarks kills`.",
         "",
@@ -248,14 +248,15 @@ def report() -> list[str]:
 
 
 def main() -> None:
-    """A study disturbed on a small scale, which must take no harm; on a busy machine it may end
-    before the last kill.
+    """Disturb a study on a small scale, which must do no damage.
+
+    On a busy machine the study may end before the last kill.
     """
     drivers, workers, interrupts, count = map(int, sys.argv[1:])
     damage = disturb(drivers, workers, interrupts, undisturbed(count))
     print(damage)
     if damage.lost or damage.again or damage.different or not damage.kills:
-        raise SystemExit("the study took harm, or was not disturbed at all")
+        raise SystemExit("the study was damaged, or not disturbed at all")
 
 
 if __name__ == "__main__":

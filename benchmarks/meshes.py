@@ -1,4 +1,4 @@
-"""Polygon meshes of cones, for the peers that need them."""
+"""Polygon meshes of cones for peers that need meshes."""
 
 import math
 from typing import Any
@@ -16,8 +16,17 @@ def _frame(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def cone_mesh(
     apex: Any, axis: Any, height: float, radius: float, sides: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (sides + 2, 3) m and triangles (2 sides, 3) of a closed cone; its base's corners lie
-    at ``radius``.
+    """Return a closed cone.
+
+    Args:
+        apex: apex (3,) m.
+        axis: unit axis (3,).
+        height: height, m.
+        radius: radius of the base's corners, m.
+        sides: number of sides.
+
+    Returns:
+        Corners (sides + 2, 3) m, and triangles (2 sides, 3).
     """
     u, v = _frame(axis)
     turn = np.arange(sides) * 2 * math.pi / sides
@@ -33,11 +42,11 @@ def cone_mesh(
 def mesh_share(
     cones: Cones, sides: int, round_sides: int, ball: float, outside: bool = False
 ) -> float:
-    """Volume of the union of cone meshes in a ball's mesh, over the volume 4/3 pi r^3 of the ball,
-    by manifold3d.
+    """Return the volume of the union of cone meshes inside a ball's mesh, relative to 4/3 pi r^3.
 
-    The meshes lie inside the true solids, or around them where ``outside`` is set: polygons grown
-    by 1 / cos(pi / sides), the ball's mesh scaled until its nearest face touches the ball.
+    manifold3d computes it. The meshes lie inside the true solids, or around them if ``outside`` is
+    set: polygons enlarged by 1 / cos(pi / sides), and the ball's mesh scaled until its nearest face
+    touches the ball.
     """
     from manifold3d import Manifold, OpType
 

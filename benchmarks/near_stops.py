@@ -1,10 +1,10 @@
-"""Near stops: the share of the sensors that keep the whole near stop along the route of a check.
+"""Near stops: sensors that keep the whole near stop along the route of a check.
 
 The route is that of `place-rings check LAYOUT --rig sim --part mount`: 24 planned stops in the
-simulated rig's cell of floor, table and wall, and the ways between. A sensor that may see the
-robot's own body keeps less than the whole near stop there. The share is a mean over the poses of
-the route, as `near_share` under `[motion]` limits it; `rings_as_proposed = true` says that every
-ring is wired and mounted the right way round. The proposal is that of
+simulated rig's cell of floor, table and wall, and the paths between them. A sensor that may see the
+robot's own body does not keep the whole near stop there. The share is a mean over the poses of the
+route, as `near_share` under `[motion]` limits it. `rings_as_proposed = true` states that every ring
+is wired and mounted the right way round. The proposal is that of
 `place-rings --target V_S --radius 0.5` on the reference scene, with real mounts.
 
 Run: python benchmarks near_stops
@@ -31,7 +31,7 @@ _SEARCH = ("-m", "place_rings.cli.entry", "--target", "V_S", "--radius", "0.5")
 
 
 def along_the_route(setup: Setup, scene: Scene, as_proposed: bool) -> NearStops:
-    """The near stops along the route of a mount check of a simulated rig."""
+    """Return the near stops along the route of a mount check of a simulated rig."""
     scene = with_cell(scene)
     scene = replace(scene, motion=replace(scene.motion, rings_as_proposed=as_proposed))
     setup = rounded(setup, scene.sensor)
@@ -41,7 +41,7 @@ def along_the_route(setup: Setup, scene: Scene, as_proposed: bool) -> NearStops:
 
 
 def report() -> list[str]:
-    """The table, for the paper's layout and a proposal of the search."""
+    """Return the table for the paper's layout and a proposal of the search."""
     rows = []
     with TemporaryDirectory() as folder:
         subprocess.run([sys.executable, *_SEARCH, "--out", folder], check=True, capture_output=True)
@@ -51,7 +51,7 @@ def report() -> list[str]:
             shares = [along_the_route(setup, scene, known).share for known in (False, True)]
             rows.append((name, setup.sensors, *(f"{100 * share:.0f}" for share in shares)))
             print(*rows[-1], flush=True)
-    columns = ("layout", "sensors", "either way round, %", "as proposed, %")
+    columns = ("layout", "sensors", "orientation unknown, %", "rings as proposed, %")
     lines = (__doc__ or "").partition("\n\nRun:")[0].splitlines()[2:]
     return [*lines, "", *table(columns, rows)]
 

@@ -1,5 +1,4 @@
-"""The study that kills.py disturbs: quick cells, and every process notes what it does in one file,
-in the order of time.
+"""Study for kills.py: fast cells, and a file in which every process notes its steps in time order.
 
 Run: python benchmarks/noted.py FOLDER CELLS, with PLACE_RINGS_NOTES naming the file
 """
@@ -23,7 +22,7 @@ NOTES = "PLACE_RINGS_NOTES"
 
 
 def cells(count: int) -> list[Cell]:
-    """Quick cells, of every rule."""
+    """Return fast cells of every rule."""
     counts = (
         ("centre", 0.05, 0.0),
         ("touch", 0.1, 0.0),
@@ -49,14 +48,14 @@ def cells(count: int) -> list[Cell]:
 
 
 def note(word: str, key: str) -> None:
-    """Write a line at once: what another process writes later stands below it."""
+    """Append a line at once, so that lines of all processes are in time order."""
     file = os.open(os.environ[NOTES], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     os.write(file, f"{word} {key}\n".encode())
     os.close(file)
 
 
 def noted(**arguments: Any) -> Any:
-    """The work of the cells, that says when it starts."""
+    """Measure a cell and note its start."""
     note("start", Cell("zeta", arguments).key)
     return zeta(**arguments)
 
@@ -65,22 +64,24 @@ NOTED = {**TASKS, "zeta": noted}
 
 
 def dask_setup(worker: object) -> None:
-    """Called by dask in each worker: it works as the driver does."""
+    """Register the task in each worker; dask calls this."""
     TASKS.update(NOTED)
 
 
 class NotedStore(Store):
-    """Says what is kept, once it is."""
+    """A store that notes each result after storing it."""
 
     def put(self, cell: Cell, result: Any, seconds: float) -> None:
-        """Keep and note."""
+        """Store and note a result."""
         super().put(cell, result, seconds)
         note("kept", cell.key)
 
 
 def drive(folder: Path, count: int) -> None:
-    """The study that is disturbed, as one process."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it ignored
+    """Run the study in one process."""
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # background processes of a shell ignore it
     with (
         suppress(KeyboardInterrupt),
         dask.config.set({"distributed.worker.preload": [__file__]}),

@@ -1,10 +1,9 @@
-"""Shadows of the robot's bodies: by functions, and by rays cast at meshes of the same bodies and of
-the true links.
+"""Self-occlusion: comparison with rays cast at meshes of the same bodies and of the true links.
 
-Points of V_S(0.5) on the reference scene, each against every sensor whose cone holds it: is the
-straight way to it free? By the capsules' functions, by embree on the same capsules as meshes, and
-by embree on the UR10's collision meshes (the ``[robots]`` extra). A sensor that stands within
-something sees nothing.
+For points of V_S(0.5) on the reference scene and every sensor whose cone contains them: is the line
+of sight free? It is computed by the capsules' functions, by embree on the same capsules as meshes,
+and by embree on the UR10's collision meshes (the ``[robots]`` extra). A sensor inside a mesh covers
+nothing.
 """
 
 import sys
@@ -23,12 +22,12 @@ from place_rings.objectives.scene import Scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 POINTS = 20_000
-# of frames 0 to 5; the base stands still
+# meshes of frames 0 to 5; the base does not move
 _LINKS = ("shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
 
 
 def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
-    """The bodies, finely tessellated."""
+    """Return the bodies as fine meshes."""
     found = []
     for start, end, radius in zip(*occluders.bodies.arrays(), strict=True):
         ends = [trimesh.creation.icosphere(4, radius).apply_translation(c) for c in (start, end)]
@@ -40,7 +39,7 @@ def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
 
 
 def link_meshes(frames: np.ndarray) -> list[trimesh.Trimesh]:
-    """The collision meshes of the links in the base frame; none where the data are not
+    """Return the collision meshes of the links in the base frame; empty if the data are not
     installed.
     """
     places = [
@@ -56,8 +55,9 @@ def link_meshes(frames: np.ndarray) -> list[trimesh.Trimesh]:
 
 
 def free(meshes: list[trimesh.Trimesh], apex: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points no face stands before, seen from an apex that stands in none of the meshes; none
-    if it does.
+    """Return which points are visible from ``apex``.
+
+    No point is visible if ``apex`` is inside a mesh.
     """
     clear = np.ones(len(points), bool)
     way = points - apex
@@ -72,9 +72,7 @@ def free(meshes: list[trimesh.Trimesh], apex: np.ndarray, points: np.ndarray) ->
 
 
 def report() -> list[str]:
-    """A table: zeta under ``shadow`` by each way, pairs of point and sensor that agree, seconds of
-    functions and of rays.
-    """
+    """Return a table of ζ under ``shadow`` by each method, pairs that agree, and times."""
     scene = Scene()
     q = scene.poses[0].q
     frames = forward(scene.robot.chain, q)
@@ -82,11 +80,12 @@ def report() -> list[str]:
     points = sample(scene.solid(scene.goals[0].target, 0), POINTS, 0).astype(float)
     kinds = {"capsules": capsule_meshes(occluders), "links": link_meshes(frames)}
     lines = [
-        "Pairs are of a sensor and a point in its cone.",
+        "ζ is in percent. A pair is a sensor and a point in its cone.",
         "",
         (
-            "| setup | ζ ignored | ζ shadow, functions | ζ, rays at capsules | pairs that agree |"
-            " ζ, rays at true links | pairs that agree | functions, s | rays at capsules, s |"
+            "| setup | ζ ignore | ζ shadow, functions | ζ shadow, rays at capsules | pairs that"
+            " agree | ζ shadow, rays at true links | pairs that agree | functions, s | rays at"
+            " capsules, s |"
         ),
         "| --- " * 9 + "|",
     ]

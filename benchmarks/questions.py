@@ -1,4 +1,4 @@
-"""The questions of README's table: what each command answers, and how long it takes.
+"""Commands for common questions: answer and time of each.
 
 Run: python benchmarks questions
 """
@@ -19,15 +19,18 @@ README = Path(__file__).parent.parent / "README.md"
 
 
 def asked() -> list[tuple[str, str]]:
-    """Question and command of each row that README's table has."""
+    """Return question and command of each row in the README's table."""
     return re.findall(
         r"^\| ([^|`]+) \| `(place-rings --target [^`]+)` \| ", README.read_text(), re.MULTILINE
     )
 
 
 def answer(command: str) -> tuple[int, dict[str, float], float]:
-    """Sensors, zeta in percent by target, and seconds of work of the whole process, from start to
-    the last file.
+    """Run a command.
+
+    Returns:
+        Number of sensors, ζ in percent by target, and processor seconds of the whole process /
+            number of processors.
     """
     with tempfile.TemporaryDirectory() as folder:
         words = [
@@ -51,13 +54,13 @@ def answer(command: str) -> tuple[int, dict[str, float], float]:
 
 
 def _spent() -> float:
-    """Processor seconds of processes that ended, over the number of processors."""
+    """Return processor seconds of ended child processes / number of processors."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return (used.ru_utime + used.ru_stime) / (os.cpu_count() or 1)
 
 
 def report() -> list[str]:
-    """Each question once, as a new process."""
+    """Run each command once in a new process."""
     rows = []
     for question, command in asked():
         sensors, zeta, seconds = answer(command)
@@ -73,9 +76,9 @@ def report() -> list[str]:
         print(*rows[-1], flush=True)
     return [
         (
-            "Each command once, from a process's start to its last file. Seconds are processor"
-            " seconds over the number of processors: what an idle machine would show if all were"
-            " busy all the time, and the same on a busy one."
+            "Each command runs once, from the start of the process to its last file. Seconds are"
+            " processor seconds / number of processors: the time on an idle machine with all"
+            " processors busy, independent of other work."
         ),
         "",
         *table(("question", "command", "sensors", "ζ, %", "seconds"), rows),

@@ -1,8 +1,8 @@
-"""The rig's faults, each at random moments: what happens, and how soon it is found.
+"""Faults of the rig at random moments: reports and detection times.
 
 Run: python benchmarks rig               the section of the report, 20 runs of each
      python benchmarks/rig.py 2          2 runs of each, printed
-     python benchmarks/rig_moving.py 2 [busy] [WORDS]    those while the robot moves that WORDS name
+     python benchmarks/rig_moving.py 2 [busy] [WORDS]    the named faults of a moving robot
 """
 
 import os
@@ -20,42 +20,44 @@ RUNS = 20
 
 
 def faults(runs: int, seed: int = 0) -> list[tuple[tuple, Found]]:
-    """Rows of the table, and what was found: two parts at once, as each mostly waits."""
+    """Return the rows of the table and the results of each fault; two parts run at once, as
+    both mostly wait.
+    """
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         parts = [pool.submit(part, runs, seed) for part in (of_robot, of_rings)]
         return [each for part in parts for each in part.result()]
 
 
 def report(runs: int = RUNS) -> list[str]:
-    """Both tables."""
+    """Return both tables."""
     columns = (
         "fault",
         "runs",
-        "what happens",
+        "report",
         "median, ms",
         "worst, ms",
         "bound, ms",
-        "joints given wrong",
+        "wrong joints",
         "records lost",
     )
     intro = [
         (
-            f"{runs} runs of each, on the simulated rig, through unmodified ur-rtde and pyserial:"
-            " `python benchmarks rig`."
+            f"{runs} runs of each fault on the simulated rig, through unmodified ur-rtde and"
+            " pyserial: `python benchmarks rig`."
         ),
-        "Times are from the fault's doing to its finding.",
-        "Bounds are without what a busy machine takes to wake a thread (MEAN).",
+        "Times run from the injection of a fault to its detection.",
+        "Bounds exclude the time that a busy machine needs to wake a thread (MEAN).",
         (
-            "Joints given wrong: vectors that were handed out older than 80 ms, or not where the"
-            " robot stood, of all asked for."
-        ),
-        (
-            "Records lost: of what was gathered, not in the recording's replay. Ending a session"
-            " took at most ENDING s."
+            "Wrong joints: joint vectors that were returned although they were older than 80 ms,"
+            " or did not match the robot's pose, of all requested ones."
         ),
         (
-            "Runs begun again, as the machine kept the link waiting beyond its bound before"
-            " anything was done: AGAIN."
+            "Records lost: records that were received but are missing in the replay. Ending a"
+            " session took at most ENDING s."
+        ),
+        (
+            "Repeated runs, because the machine delayed the link beyond its bound before the"
+            " fault: AGAIN."
         ),
         "",
     ]

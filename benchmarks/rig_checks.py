@@ -1,14 +1,13 @@
-"""Checks of a rig against what was done to it: drawn errors of mounting and faults, found or not,
-and measured coverage.
+"""Checks of a simulated rig: recovery of injected mounting errors and faults, and of coverage.
 
-Each run mounts five rings of 16 sensors on a UR10 in a cell of floor, table and box, each ring off
-by up to 20 mm along its link, 5° of tilt and 5° of phase, its readings off by up to 20 mm; in one
-ring two sensors are swapped, one sensor of all is dead, and one ring is reversed: wired in reverse,
-or mounted the other way round. Readings scatter by 5 mm and 1 % of the distance, are rounded to 1
-mm, and 2 % are lost. The mount check stops at 24 planned poses, 10 frames each; the coverage check
-puts a rod at 120 points, at three poses, planned for the setup as proposed. The true share of the
-coverage check is counted at every voxel of the target with the rings as they are mounted; nothing
-but these errors tells the simulated rig from the model.
+Each run mounts five rings of 16 sensors on a UR10 in a cell of floor, table and box. Each ring is
+off by up to 20 mm along its link, 5° of tilt and 5° of phase, and its readings are off by up to 20
+mm. In one ring two sensors are swapped, one of all sensors is dead, and one ring is reversed: wired
+in reverse, or mounted the other way round. Readings have noise of 5 mm and 1 % of the distance, are
+rounded to 1 mm, and 2 % are lost. The mount check stops at 24 planned poses with 10 frames each.
+The coverage check puts a rod at 120 points, at three poses, planned for the setup as proposed. The
+true share of the coverage check is counted at every voxel of the target with the rings as mounted.
+Only these errors distinguish the simulated rig from the model.
 """
 
 import hashlib
@@ -64,12 +63,12 @@ SETUP = Setup(
         Ring("tool", 0.0, 16, 0.0, 0.0, 0.08),
     )
 )
-# in the folder where this runs: a run that this code has done is not done again
+# in the current folder: finished runs of the same code are not repeated
 KEPT = Path("rig_checks.jsonl")
 
 
 def one(seed: int, plan: MountPlan, where: Places) -> dict[str, Any]:
-    """A run: what was found, as plain values."""
+    """Run the checks once and return the results as plain values."""
     rng, done = np.random.default_rng((seed, 8)), injected(SCENE, SETUP, seed)
     world = done.world(SCENE)
     stops = at_stops(world.readings(rng, plan.joints, plan.frames), SETUP, plan.joints)
@@ -100,7 +99,7 @@ def one(seed: int, plan: MountPlan, where: Places) -> dict[str, Any]:
 def rod(
     seed: int, rng: np.random.Generator, world: World, alive: Bool[np.ndarray, " K"], where: Places
 ) -> tuple[RodCheck, float]:
-    """The coverage check, and the true share."""
+    """Run the coverage check; return it and the true share."""
     plan = plan_rod(SCENE, SETUP, TARGET, seed=seed, where=where)
     before = world.readings(rng, plan.joints, plan.detection.before)
     every = world.readings(
@@ -113,16 +112,16 @@ def rod(
 
 
 def _trials(found: list[dict[str, Any]]) -> str:
-    """What the rod's trials found, of those that were predicted seen and unseen."""
+    """Return how many trials agree with their prediction."""
     (hit, missed), (extra, none) = np.sum([r["table"] for r in found], axis=0).tolist()
     return (
-        f"Of {hit + missed} trials predicted seen {hit} were, of {extra + none} predicted unseen"
-        f" {none}."
+        f"Of {hit + missed} trials predicted covered {hit} were covered, of {extra + none}"
+        f" predicted uncovered {none} were uncovered."
     )
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """The runs' tables. ``--runs=N``: so many."""
+    """Return the tables of all runs; ``--runs=N`` sets their number."""
     runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
     kept = [json.loads(line) for line in KEPT.read_text().splitlines()] if KEPT.exists() else []
     code = _code()
@@ -139,7 +138,7 @@ def report(options: Sequence[str] = ()) -> list[str]:
 
 
 def _code() -> str:
-    """A fingerprint of all files of ours that are loaded, this one included."""
+    """Return a fingerprint of all loaded files of the project, including this one."""
     files = {
         getattr(m, "__file__", None) for n, m in sys.modules.items() if n.startswith("place_rings")
     }
@@ -163,15 +162,18 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
         ]
 
     rows = [
-        row("all values of all rings in their joint region", [r["all"] for r in found]),
-        row("a ring's values in their joint region", [ok for r in found for ok in r["rings"]]),
-        row("a value in its own interval", [ok for r in found for ok in r["values"]]),
+        row("all values of all rings in their joint confidence region", [r["all"] for r in found]),
         row(
-            "the rod's true share in the measured interval",
+            "all values of a ring in their joint confidence region",
+            [ok for r in found for ok in r["rings"]],
+        ),
+        row("a value in its confidence interval", [ok for r in found for ok in r["values"]]),
+        row(
+            "the true share in the interval of the rod check",
             [r["share"][1] <= r["true"] <= r["share"][2] for r in found],
         ),
         *(
-            row(f"{fault} found, and no other", [r["found"][fault] for r in found])
+            row(f"exactly the injected {fault} reported", [r["found"][fault] for r in found])
             for fault in found[0]["found"]
         ),
     ]
@@ -179,12 +181,12 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     lines += [
         "",
         (
-            f"`python benchmarks rig_checks`, {len(found)} runs. Found below 95 %: by a one-sided"
-            " binomial test at 1 %."
+            f"`python benchmarks rig_checks`, {len(found)} runs. The last column is a one-sided"
+            " binomial test of a rate of 95 % at the level of 1 %."
         ),
         "",
     ]
-    lines += table(("what", "trials", "held", "p", "found below 95 %"), rows)
+    lines += table(("statement", "trials", "true in", "p", "significantly below 95 %"), rows)
     scale = (1000.0, 180 / math.pi, 180 / math.pi, 1000.0)
     off, margin = (
         [
@@ -201,20 +203,17 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     )
     lines += [
         "",
-        (
-            "How far the values found are from what was done, and the margins of 95 % that are"
-            " stated with them:"
-        ),
+        ("Errors of the estimates, and the stated 95 % margins:"),
         "",
     ]
     lines += table(
         (
             "error",
-            "off by, median",
-            "95 in 100 within",
-            "most",
-            "margin, median",
-            "95 in 100 within",
+            "median",
+            "95th percentile",
+            "maximum",
+            "median margin",
+            "95th percentile of margins",
         ),
         [
             [
@@ -240,15 +239,16 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     lines += [
         "",
         (
-            f"The measured share's interval is {np.median(width):.1f} points wide (median); it"
-            f" holds what was predicted of the proposal, which is off by up to {max(off_by):.1f}"
-            f" points, in {100 * np.mean(agree):.0f} % of the runs. What is predicted of the setup"
-            f" as built is off by {max(built):.2f} points at most. {_trials(found)}"
+            f"The interval of the measured share is {np.median(width):.1f} points wide (median)."
+            " It contains the share predicted for the proposal, which is off by up to"
+            f" {max(off_by):.1f} points, in {100 * np.mean(agree):.0f} % of the runs. The share"
+            f" predicted for the setup as built is off by at most {max(built):.2f} points."
+            f" {_trials(found)}"
         ),
         "",
         (
-            f"A run takes {took:.1f} s of a processor (median), nothing of it in real time:"
-            " the readings come from what the simulated rig's processes ask, too."
+            f"A run takes {took:.1f} s of processor time (median) and never waits: the readings"
+            " come from the same simulation as in the simulated rig's processes."
         ),
     ]
     return lines

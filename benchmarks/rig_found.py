@@ -1,4 +1,4 @@
-"""What came of a fault's runs, and its row in the table."""
+"""Results of a fault's runs, and its row in the table."""
 
 import statistics
 import time
@@ -9,32 +9,37 @@ from dataclasses import dataclass, field
 from place_rings.rig.robot.motion import MoveRefusedError
 from place_rings.rig.robot.vetting import LinkFaultError
 
-WAIT = 3.0  # s, for a fault to be found
+WAIT = 3.0  # s, timeout for the detection of a fault
 PLAIN = ("-m", "place_rings.rig.simulated")
 
 
 @dataclass
 class Found:
-    """What came of a fault's runs. outcomes: how often what. seconds: to be found. wrong: joint
-    vectors that were given though stale or untrue. lost: of what was gathered, not in the
-    recording. closing: s, the longest that ending took."""
+    """Results of a fault's runs."""
 
     outcomes: Counter = field(default_factory=Counter)
+    """Number of runs by report."""
     seconds: list[float] = field(default_factory=list)
+    """Detection times, s."""
     wrong: int = 0
+    """Joint vectors that were returned although stale or wrong."""
     given: int = 0
+    """Joint vectors that were returned."""
     lost: int = 0
+    """Records that were received but are missing in the recording."""
     disturbed: int = 0
+    """Runs that were repeated because the machine was too busy."""
     closing: float = 0.0
+    """Longest time to end a session, s."""
 
     def times(self) -> tuple[str, str]:
-        """Median and worst, ms."""
+        """Return median and maximum detection time, ms."""
         ms = [1000 * s for s in self.seconds]
         return (f"{statistics.median(ms):.0f}", f"{max(ms):.0f}") if ms else ("", "")
 
 
 def until(check: Callable[[], bool]) -> bool:
-    """Whether something comes true in time."""
+    """Wait for a condition; return whether it became true in time."""
     end = time.monotonic() + WAIT
     while not check() and time.monotonic() < end:
         time.sleep(0.002)
@@ -42,8 +47,9 @@ def until(check: Callable[[], bool]) -> bool:
 
 
 def row(name: str, runs: int, run: Callable[[Found], None], bound: str) -> tuple[tuple, Found]:
-    """The row of a fault, and what was found in so many runs; those that the machine disturbed are
-    begun again.
+    """Run a fault and return its row and results.
+
+    Runs that a busy machine disturbed are repeated.
     """
     found = Found()
     while sum(found.outcomes.values()) < runs:
@@ -51,7 +57,7 @@ def row(name: str, runs: int, run: Callable[[Found], None], bound: str) -> tuple
             run(found)
         except (LinkFaultError, MoveRefusedError) as error:
             found.disturbed += 1
-            print("begun again:", name, error, flush=True)
+            print("repeated:", name, error, flush=True)
     happened = "; ".join(f"{what} ({n})" for what, n in found.outcomes.most_common())
     given = f"{found.wrong} of {found.given}" if found.given else ""
     cells = (name, runs, happened, *found.times(), bound, given, found.lost)

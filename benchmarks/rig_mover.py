@@ -1,4 +1,4 @@
-"""A check that moves a simulated robot, as a process of its own: started, told to go on, ended."""
+"""Check that moves a simulated robot in its own process: start, answers, end."""
 
 import json
 import os
@@ -13,12 +13,12 @@ import psutil
 from place_rings.rig.simulated.process import SimulatedRig
 
 RINGS = 2
-_SECONDS = 20.0  # s, that a check may take to start, or to end
+_SECONDS = 20.0  # s, timeout for the start and the end of a check
 
 _HERE = str(Path(__file__).parent)
-# the forkserver reads no sys.path
+# the forkserver does not read sys.path
 os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])
-_FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
+_FORKS = get_context("forkserver")  # imports once; each check still has its own process
 _FORKS.set_forkserver_preload(["rig_mover_victim"])
 
 
@@ -45,7 +45,9 @@ class Victim:
                 self._said.put(json.loads(line))
 
     def wait(self, what: str, seconds: float = _SECONDS) -> dict[str, Any] | None:
-        """What it says of ``what``, once it does; None if it ends before, or does not in time."""
+        """Wait for a message about ``what``; None if the process ends or the time is over
+        first.
+        """
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
             try:
@@ -69,25 +71,25 @@ class Victim:
         os.write(self._answers.fileno(), b"\n")
 
     def no_more(self) -> None:
-        """Answer nothing any more: the end of its input."""
+        """Close the input: no more answers."""
         self._answers.close()
 
     def send(self, number: int) -> None:
-        """Send it a signal."""
+        """Send a signal."""
         assert self.process.pid is not None
         os.kill(self.process.pid, number)
 
     def family(self) -> list[psutil.Process]:
-        """It, and the processes that it has."""
+        """Return the process and its children."""
         check = psutil.Process(self.process.pid)
         return [check, *check.children()]
 
     def child(self, module: str) -> psutil.Process:
-        """Its process that runs a module."""
+        """Return the child that runs a module."""
         return next(c for c in self.family() if module in " ".join(c.cmdline()))
 
     def close(self) -> None:
-        """End it, if it has not ended."""
+        """End the process if it still runs."""
         self.no_more()
         self.process.join(_SECONDS)
         if self.process.is_alive():

@@ -1,8 +1,7 @@
-"""A check that moves the robot to and fro, asking a person between two motions, until something
-ends it.
+"""Check that moves the robot to and fro, with a question to the operator between two motions.
 
-It says "moving" at the begin of each motion, and at its end why it ended, as a line of JSON. Limits
-of time are those of a real rig.
+It reports "moving" at the start of each motion, and the reason of its end, as lines of JSON. Time
+limits are those of a real rig.
 """
 
 import json
@@ -22,17 +21,17 @@ from place_rings.rig.session.session import Session
 from place_rings.rig.session.stop_conditions import StopConditions, StopRules
 from rich.console import Console
 
-COUNT, NEAR = 16, 0.15  # sensors of a ring; m
-FAR = 1.2  # rad, that the first joint goes to and fro
+COUNT, NEAR = 16, 0.15  # sensors on a ring; near stop, m
+FAR = 1.2  # rad, amplitude of the first joint
 
 
 def say(what: str, **more: object) -> None:
-    """A line for who watches."""
+    """Print a line of JSON for the observer."""
     print(json.dumps({"what": what, **more}), flush=True)
 
 
 def move(session: Session, mover: Mover, view: View) -> None:
-    """To and fro; ends by an error."""
+    """Move to and fro until an error."""
     start = session.link.latest().q
     far = np.eye(6)[0] * (FAR if start[0] < 0 else -FAR)
     while True:
@@ -45,15 +44,16 @@ def move(session: Session, mover: Mover, view: View) -> None:
 
 
 def work(address: str, ports: list[str], answers: Connection, said: Connection) -> None:
-    """Move until something ends it: as a process of its own, with answers for its stdin and lines
-    for its stdout.
+    """Move until an error or a signal, in a process of its own.
+
+    The connections replace its stdin and stdout.
     """
     os.dup2(answers.fileno(), 0)
     os.dup2(said.fileno(), 1)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     sys.stdin, sys.stdout = os.fdopen(0), os.fdopen(1, "w")
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    for number in (signal.SIGTERM, signal.SIGHUP):  # whatever nohup made of it
+    for number in (signal.SIGTERM, signal.SIGHUP):  # nohup may have changed these
         signal.signal(number, signal.SIG_DFL)
     why = ""
     with gone_is_an_error(), ended_by_signals():
@@ -67,7 +67,7 @@ def work(address: str, ports: list[str], answers: Connection, said: Connection) 
 
 
 def check(address: str, ports: list[str]) -> None:
-    """Listen and move; ends by an error."""
+    """Listen and move until an error."""
     least = [np.full(COUNT, NEAR) for _ in ports]
     with Session(address, [Port(p, COUNT) for p in ports]) as session:
         session.link.wait()

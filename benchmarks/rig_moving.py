@@ -1,8 +1,7 @@
-"""Faults while the robot moves: how soon it stands still, what is reported, and what is left
-behind.
+"""Faults while the robot moves: time to standstill, report, and remaining processes.
 
-Each run starts a check that moves the simulated robot (``rig_mover_victim.py``, a process of its
-own, through unmodified ur-rtde and pyserial, with the limits of a real rig), and strikes at a
+Each run starts a check that moves the simulated robot (``rig_mover_victim.py``, in a process of its
+own, through unmodified ur-rtde and pyserial, with the limits of a real rig). A fault strikes at a
 random moment of a motion.
 """
 
@@ -30,7 +29,7 @@ from rig_found import PLAIN
 from rig_mover import RINGS, Victim
 from rig_moving_faults import FAULTS, Fault
 
-# s: bounds of stillness, and of the end of all processes after the check's
+# s, bounds of the time to standstill, and of the end of all processes after the check
 STILL, LEFT = 1.0, LEAVE + 0.5
 RUNS = 20
 _BUSY = 8
@@ -38,28 +37,32 @@ _LIMITS = re.compile(
     "no new state came in time|states come too long|is silent|held up|no sign of life|process ended"
 )
 _LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
-_SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
-_TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
+_SIDE_BY_SIDE = 3  # rigs at once, as runs mostly wait
+_TRIES = 12  # attempts to start a check on a machine that is too busy for a real rig's limits
 
 
 @dataclass
 class Stillness:
-    """What came of a fault's runs. still: s until the robot stood still. left: s until every
-    process of the check was gone. unseen: runs whose report says that it was not seen to stand
-    still. other: runs in which a limit of time fired before what was done was found. wrong: what
-    breaks the rule. again: starts that the machine spoilt before anything was done."""
+    """Results of a fault's runs."""
 
     still: list[float] = field(default_factory=list)
+    """Times until the robot stood still, s."""
     left: list[float] = field(default_factory=list)
+    """Times until every process of the check had ended, s."""
     said: list[str] = field(default_factory=list)
+    """Reports of the check."""
     unseen: int = 0
+    """Runs whose report says that the robot was not seen to stand still."""
     other: int = 0
+    """Runs in which a time limit fired before the fault was detected."""
     wrong: list[str] = field(default_factory=list)
+    """Violations of the rules."""
     again: int = 0
+    """Starts that were repeated because the machine was too busy."""
 
 
 def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Stillness) -> bool:
-    """One run; False where the machine spoilt it before anything was done."""
+    """Run once; return False if the machine was too busy before the fault."""
     victim = Victim(rig)
     try:
         if victim.wait("ready") is None:
@@ -74,7 +77,7 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
         try:
             family = victim.family()
             fault.strike(rig, victim, rng)
-        except (psutil.Error, ProcessLookupError, StopIteration):  # it was just ending
+        except (psutil.Error, ProcessLookupError, StopIteration):  # the process had just ended
             return False
         still = _stands(rig, struck, 10.0)
         if fault.moves and fault.reported is None:
@@ -83,7 +86,7 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
         _judge(fault, still, "" if ended is None else ended["why"], found)
         found.left.append(_gone(family))
         if found.left[-1] > LEFT:
-            found.wrong.append(f"processes were left for {found.left[-1]:.1f} s")
+            found.wrong.append(f"processes remained for {found.left[-1]:.1f} s")
     finally:
         if victim.process.is_alive():
             with suppress(ProcessLookupError):
@@ -96,14 +99,16 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
 
 
 def _end(victim: Victim) -> None:
-    """Let it come to its next question, and find no answer."""
+    """Let the check reach its next question without an answer."""
     victim.wait("arrived")
     victim.no_more()
 
 
 def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
-    """s after ``struck`` at which the robot stood still, as the rig itself tells; None: not in
+    """Return the time after ``struck`` at which the robot stood still, s, or None if it did not in
     time.
+
+    The simulated rig itself reports it.
     """
     before = rig.do("state")["q"]
     while time.monotonic() < struck + seconds:
@@ -116,8 +121,9 @@ def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
 
 
 def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> None:
-    """Whether the robot stood still in time, or the report says that it was not seen to; and
-    whether it says why.
+    """Check that the robot stood still in time, or that the report says that this was not seen.
+
+    Check also that the report gives the expected reason.
     """
     found.said.append(why)
     found.unseen += UNSEEN in why or bool(_LATE.search(why))
@@ -133,7 +139,7 @@ def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> Non
 
 
 def _gone(family: list[psutil.Process]) -> float:
-    """s until every process of a check is gone, after the check itself is."""
+    """Return the time until every process of a check has ended after the check itself, s."""
     until = time.monotonic() + 10 * LEFT
     start = None
     while time.monotonic() < until:
@@ -147,7 +153,7 @@ def _gone(family: list[psutil.Process]) -> float:
 
 
 def _alive(process: psutil.Process) -> bool:
-    """Whether a process still runs."""
+    """Return whether a process still runs."""
     try:
         return process.status() != psutil.STATUS_ZOMBIE and process.is_running()
     except psutil.NoSuchProcess:
@@ -156,7 +162,7 @@ def _alive(process: psutil.Process) -> bool:
 
 @contextmanager
 def busy(count: int) -> Iterator[None]:
-    """``count`` processes that keep the machine busy meanwhile."""
+    """Keep the machine busy with ``count`` processes in this context."""
     spinning = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         yield
@@ -167,7 +173,7 @@ def busy(count: int) -> Iterator[None]:
 
 
 def runs_of(name: str, runs: int, seed: int) -> tuple[tuple[str, ...], Stillness]:
-    """So many runs of a fault, on a rig of its own, and their row."""
+    """Run a fault on a rig of its own; return its row and results."""
     fault, number = FAULTS[name], list(FAULTS).index(name)
     rng, found, tries = np.random.default_rng((seed, number)), Stillness(), 0
     with SimulatedRig((PLAIN, command(RINGS, seed=number))) as rig:
@@ -178,7 +184,7 @@ def runs_of(name: str, runs: int, seed: int) -> tuple[tuple[str, ...], Stillness
 
 
 def row(name: str, found: Stillness) -> tuple[str, ...]:
-    """The row of a fault."""
+    """Return the row of a fault."""
 
     def ms(values: list[float]) -> tuple[str, str]:
         return (f"{1000 * median(values):.0f}", f"{1000 * max(values):.0f}") if values else ("", "")
@@ -198,10 +204,10 @@ COLUMNS = (
     *(
         "fault",
         "runs",
-        "still, median, ms",
-        "still, worst, ms",
-        "said: not seen still",
-        "left, worst, ms",
+        "standstill, median, ms",
+        "standstill, maximum, ms",
+        "standstill not seen",
+        "processes left, maximum, ms",
     ),
     *("another limit first", "wrong"),
 )
@@ -210,8 +216,16 @@ COLUMNS = (
 def of_motion(
     runs: int, seed: int, spinning: int = 0, only: str = ""
 ) -> tuple[list[tuple[str, ...]], int, float]:
-    """Rows of all faults, beside so many busy processes; starts that were begun again; the load
-    meanwhile.
+    """Run all faults.
+
+    Args:
+        runs: number of runs of each fault.
+        seed: random seed.
+        spinning: number of busy processes beside the runs.
+        only: text that the name of a fault must contain.
+
+    Returns:
+        Rows of the table, the number of repeated starts, and the load meanwhile.
     """
     names = [name for name in FAULTS if only in name]
     with busy(spinning), ProcessPoolExecutor(_SIDE_BY_SIDE, get_context("spawn")) as pool:
@@ -228,8 +242,9 @@ def of_motion(
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """Both tables: on a machine without other work, and beside busy processes. ``--runs=N``: so
-    many of each.
+    """Return both tables: on a machine without other work, and beside busy processes.
+
+    ``--runs=N`` sets the number of runs of each fault.
     """
     runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
     return page(*(of_motion(runs, 0, spinning) for spinning in (0, _BUSY)))
@@ -239,34 +254,36 @@ def page(
     quiet: tuple[list[tuple[str, ...]], int, float],
     beside: tuple[list[tuple[str, ...]], int, float],
 ) -> list[str]:
-    """What ``of_motion`` found without and with busy processes."""
+    """Return Markdown for the results without and with busy processes."""
     lines = [
         *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
         "",
-        f"- Still: from the fault to stillness, as the rig tells it; bound {1000 * STILL:.0f} ms.",
         (
-            "- Said: runs whose report says that the robot was not seen to stand still, or only"
-            " later. These may break the bound."
+            "- Standstill: time from the fault to standstill, as the rig reports it; bound"
+            f" {1000 * STILL:.0f} ms."
         ),
         (
-            "- Left: until the check's last process was gone, after the check itself; bound"
-            f" {1000 * LEFT:.0f} ms."
+            "- Standstill not seen: runs whose report says that the robot was not seen to stand"
+            " still, or only later. These may exceed the bound."
         ),
         (
-            "- Another limit first: a limit of time fired, and was named, before what was done was"
-            " found."
+            "- Processes left: time from the end of the check to the end of its last process;"
+            f" bound {1000 * LEFT:.0f} ms."
         ),
-        "- Wrong: runs beyond a bound whose report does not say so, or that report something else.",
+        (
+            "- Another limit first: a time limit fired, and was reported, before the fault was"
+            " detected."
+        ),
+        "- Wrong: runs that exceed a bound without reporting it, or that report something else.",
         "",
-        f"{_SIDE_BY_SIDE} rigs run side by side, as most of a run is waiting.",
+        f"{_SIDE_BY_SIDE} rigs run at the same time, as runs mostly wait.",
     ]
     for title, (rows, again, load) in (
         ("No other work on the machine", quiet),
         (f"Beside {_BUSY} busy processes", beside),
     ):
         begun = (
-            f"{again} starts were begun again, as a limit of a real rig ended them before anything"
-            " was done"
+            f"{again} starts were repeated, as a limit of a real rig ended them before the fault"
         )
         lines += [
             "",

@@ -1,4 +1,4 @@
-"""The faults that strike a check while it moves the robot, and what each must report."""
+"""Faults that strike a check while it moves the robot, and the expected reports."""
 
 import re
 import signal
@@ -15,18 +15,20 @@ from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.simulated.process import SimulatedRig
 from rig_mover import RINGS, Victim
 
-_PAUSE = 1.5  # s, of a process that is stopped and goes on
+_PAUSE = 1.5  # s, pause of a stopped process before it resumes
 
 Strike = Callable[[SimulatedRig, Victim, np.random.Generator], object]
 
 
 def to_check(number: int) -> Strike:
-    """A signal to the check."""
+    """Return a fault that sends a signal to the check."""
     return lambda rig, victim, rng: victim.send(number)
 
 
 def to_child(module: str, number: int, resumed: bool = False) -> Strike:
-    """A signal to one of the check's processes, which goes on later where it is ``resumed``."""
+    """Return a fault that sends a signal to one of the check's processes, which resumes later
+    if ``resumed``.
+    """
 
     def strike(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
         child = victim.child(module)
@@ -38,7 +40,7 @@ def to_child(module: str, number: int, resumed: bool = False) -> Strike:
 
 
 def later(do: Callable[[], object]) -> None:
-    """Do something after a pause, if it can still be done."""
+    """Do something after a pause if it is still possible."""
 
     def work() -> None:
         time.sleep(_PAUSE)
@@ -49,41 +51,43 @@ def later(do: Callable[[], object]) -> None:
 
 
 def paused(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
-    """The check is stopped, and goes on later."""
+    """Stop the check and resume it later."""
     victim.send(signal.SIGSTOP)
     later(lambda: victim.send(signal.SIGCONT))
 
 
 def done(do: str, **more: Any) -> Strike:
-    """Something that the simulated rig does."""
+    """Return a fault of the simulated rig."""
     return lambda rig, victim, rng: rig.do(do, **more)
 
 
 def of_ring(do: str, **more: Any) -> Strike:
-    """The same, of a ring that is drawn."""
+    """Return a fault of the simulated rig on a random ring."""
     return lambda rig, victim, rng: rig.do(do, ring=int(rng.integers(RINGS)), **more)
 
 
 def together(*strikes: Strike) -> Strike:
-    """One after another."""
+    """Return several faults one after another."""
     return lambda rig, victim, rng: [strike(rig, victim, rng) for strike in strikes]
 
 
 def end_of_input(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
-    """Nobody will answer any more."""
+    """Close the check's input."""
     victim.no_more()
 
 
 @dataclass(frozen=True)
 class Fault:
-    """strike: what is done. reported: a pattern of what the check must say; None where it cannot.
-    moves: whether the motion goes on to its end, as the fault is none of it. stops: whether
-    anything can stop the robot."""
+    """A fault and its expected report."""
 
     strike: Strike
+    """Injects the fault."""
     reported: str | None
+    """Pattern of the expected report, or None if the check cannot report."""
     moves: bool = False
+    """True if the motion must complete, as the fault does not concern it."""
     stops: bool = True
+    """False if nothing can stop the robot."""
 
 
 _MOTION, _LINK = "robot.motion_process", "robot.link_process"

@@ -1,4 +1,4 @@
-"""Faults of the rings' lines."""
+"""Faults of the rings' serial lines."""
 
 import time
 from functools import partial
@@ -40,28 +40,28 @@ _RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {
 
 
 def ring_fault(rig: SimulatedRig, name: str, rng: np.random.Generator, found: Found) -> None:
-    """One run of a fault of a ring's line, at a random moment."""
+    """Run a fault of a ring's line once, at a random moment."""
     do, more, end, events, _ = _RINGS[name]
     watch, ring = list[Event](), int(rng.integers(2))
     if do == "plug":
         rig.do("unplug", ring=ring)
     with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append) as rings:
         time.sleep(rng.uniform(0.4, 0.9))
-        # the machine kept a line waiting, which is told already
+        # the machine delayed a line, which is already reported
         if do != "plug" and None in rings.latest():
             raise LinkFaultError(Ended.STALE)
         watch.clear()
         done = rig.do(do, ring=ring, **more)["time"]
         until(lambda: any(e.ring == ring and e.what in events for e in watch))
         event = next((e for e in watch if e.ring == ring and e.what in events), None)
-    found.outcomes[event.what.value if event else "not found"] += 1
+    found.outcomes[event.what.value if event else "not detected"] += 1
     if event:
         found.seconds.append(event.time - done)
     rig.do(**{**end, "ring": ring})
 
 
 def of_rings(runs: int, seed: int) -> list[tuple[tuple, Found]]:
-    """Rows of the faults of rings' lines."""
+    """Return the rows of the faults of rings' lines."""
     rng = np.random.default_rng(seed)
     with SimulatedRig((PLAIN, command(2))) as rig:
         return [

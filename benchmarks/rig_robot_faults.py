@@ -1,4 +1,4 @@
-"""Faults of the robot's side, and of the check's own process: killed, or its disk full."""
+"""Faults of the robot's side and of the check's own process: killed, or its disk full."""
 
 import signal
 import subprocess
@@ -24,9 +24,9 @@ from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN, Found, row, until
 
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-_OWN = 0.02  # s, between being given a vector and looking at the clock
-_DRIFT = 0.002  # s, that clocks may have drifted apart in a run
-_PATIENCE = 4.0  # s, for a robot to answer
+_OWN = 0.02  # s, between receiving a vector and reading the clock
+_DRIFT = 0.002  # s, largest drift between clocks in a run
+_PATIENCE = 4.0  # s, timeout for a robot's answer
 _ROBOT: dict[str, tuple[str, dict]] = {
     "the robot's side closes": ("close", {}),
     "the stream stalls": ("stall", {}),
@@ -44,8 +44,7 @@ _ROBOT: dict[str, tuple[str, dict]] = {
 
 
 class Asker(threading.Thread):
-    """Asks a link for joints again and again, and counts those that are older than they may be, or
-    not where the robot stands."""
+    """Requests joints from a link repeatedly and counts vectors that are too old or wrong."""
 
     def __init__(self, session: Session) -> None:
         super().__init__(daemon=True)
@@ -72,8 +71,9 @@ class Asker(threading.Thread):
 def listening(
     rig: SimulatedRig, folder: Path, found: Found, start: float = START
 ) -> Iterator[Session]:
-    """A session that is recorded, whose link is asked all the time, and whose recording is replayed
-    afterwards.
+    """Yield a recorded session whose link is queried continuously.
+
+    Its recording is replayed afterwards.
     """
     file = folder / "recording"
     file.unlink(missing_ok=True)
@@ -97,7 +97,7 @@ def listening(
 def robot_fault(
     rig: SimulatedRig, folder: Path, do: str, more: dict, rng: np.random.Generator, found: Found
 ) -> None:
-    """One run of a fault of the robot's, at a random moment."""
+    """Run a fault of the robot once, at a random moment."""
     with listening(rig, folder, found) as session:
         session.link.wait()
         time.sleep(rng.uniform(0.05, 0.5))
@@ -109,14 +109,14 @@ def robot_fault(
             done = time.monotonic()
         until(lambda: session.link.fault is not None)
         fault = session.link.fault
-        found.outcomes[fault.why.value if fault else "nothing: what was cut off did no harm"] += 1
+        found.outcomes[fault.why.value if fault else "nothing: the cut part did no harm"] += 1
         if fault:
             found.seconds.append(fault.time - done)
     rig.do("heal")
 
 
 def not_there(rig: SimulatedRig, folder: Path, do: str, found: Found) -> None:
-    """One run of connecting to a robot that refuses or never answers."""
+    """Try once to connect to a robot that refuses or never answers."""
     rig.do(do)
     start = time.monotonic()
     with listening(rig, folder, found, _PATIENCE) as session:
@@ -131,7 +131,7 @@ def not_there(rig: SimulatedRig, folder: Path, do: str, found: Found) -> None:
 def victim(
     rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator, found: Found
 ) -> None:
-    """One run of a session that is killed, or whose disk is full, at a random moment."""
+    """Run a session once that is killed, or whose disk is full, at a random moment."""
     file = folder / "victim"
     file.unlink(missing_ok=True)
     most = int(rng.integers(1000, 60000)) if full else 0
@@ -169,7 +169,7 @@ def victim(
 
 
 def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
-    """Rows of the robot's faults, and of the check's own."""
+    """Return the rows of the robot's faults, and of the check's own."""
     rng, rows = np.random.default_rng(seed), []
     with tempfile.TemporaryDirectory() as place, SimulatedRig((PLAIN, command(2))) as rig:
         folder = Path(place)
@@ -177,8 +177,8 @@ def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
             bound = "80" if name != "packages fall behind" else "80 behind"
             rows.append(row(name, runs, partial(robot_fault, rig, folder, do, more, rng), bound))
         for name, do in (
-            ("the robot refuses to be connected to", "close"),
-            ("it accepts, and never answers", "mute"),
+            ("the robot refuses the connection", "close"),
+            ("the robot accepts the connection and never answers", "mute"),
         ):
             rows.append(
                 row(name, runs, partial(not_there, rig, folder, do), f"{1000 * _PATIENCE:.0f}")

@@ -1,4 +1,4 @@
-"""How fast frames are decoded, and what ten rings at once lose."""
+"""Speed of the decoders, and frames lost by ten rings at once."""
 
 import time
 
@@ -12,8 +12,11 @@ from rig_found import PLAIN
 
 
 def throughput() -> list[tuple]:
-    """Frames a second of each decoder, of 16 sensors, fed in pieces of 64 bytes; and ten rings at
-    100 Hz through serial ports."""
+    """Measure each decoder and ten rings.
+
+    Decoders read frames of 16 sensors in pieces of 64 bytes; ten rings send at 100 Hz through
+    serial ports.
+    """
     rows, rng = [], np.random.default_rng(0)
     distance, status = np.round(rng.uniform(0.1, 3, (5000, 16)), 3), np.zeros(16, int)
     for name in DECODERS:

@@ -1,9 +1,8 @@
-"""A session with the simulated rig that is killed, or whose disk is full: it says what it kept,
-until it ends.
+"""Session with the simulated rig that is killed, or whose disk is full; it reports stored records.
 
 Run: python benchmarks/rig_victim.py ADDRESS FILE BYTES PORT ...
 
-The file may have so many BYTES; 0 stands for any number.
+BYTES limits the size of the file; 0 is no limit.
 """
 
 import resource
@@ -18,7 +17,7 @@ from place_rings.rig.session.session import Session
 
 
 def main() -> None:
-    """Listen, and say how many records are kept, until trouble comes."""
+    """Listen and report the number of stored records until the end."""
     address, file, most, *ports = sys.argv[1:]
     if int(most):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

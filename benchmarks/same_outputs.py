@@ -1,12 +1,12 @@
-"""Do two versions of place-rings answer alike? Both commands run on the same drawn input.
+"""Compare the outputs of two versions of place-rings on the same random input.
 
 Run: python benchmarks/same_outputs.py BEFORE AFTER FOLDER
 
-BEFORE and AFTER are two place-rings commands, each of an environment of its own. Only what they
-print and write is compared, so that the two may share no code. Counts must be the same integers,
-guaranteed intervals must overlap and be as narrow as asked, tables and exports must be the same
-bytes but for dates and versions, and searches by seed must give the same rings. FOLDER keeps what
-BEFORE answered, so that a second comparison takes half the time.
+BEFORE and AFTER are two place-rings commands, each of its own environment. Only their printed and
+written output is compared, so the two may share no code. Counts must be the same integers.
+Guaranteed intervals must overlap and be as narrow as requested. Tables and exports must have the
+same bytes except for dates and versions. Searches by seed must give the same rings. FOLDER keeps
+the output of BEFORE, so a second comparison takes half the time.
 """
 
 import csv
@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 Answer = tuple[int, str]  # exit code and output
-Both = Callable[[list[str], str], tuple[Answer, Answer]]  # words and a name to both answers
+Both = Callable[[list[str], str], tuple[Answer, Answer]]  # arguments and a name to both outputs
 
 COUNTS, WIDTH, POINTS = 40, 1.0, 0.02
 TARGETS = ("V_O", "V_T", "V_OT", "V_S:0.3", "V_S:0.5", "V_S:1.0", "V_S:1.5")
@@ -44,7 +44,7 @@ CHANGES = re.compile(rb"\d{4}-\d\d-\d\d[T ][\d:.+Z-]+|place-rings \d[\w.+]*")
 
 
 def drawn_setup(rng: np.random.Generator) -> str:
-    """One to six rings anywhere, as the text of a proposal's file."""
+    """Return one to six random rings as the text of a proposal."""
     rings = [
         f'[[rings]]\nlink = "{rng.choice(["upper_arm", "forearm", "tool"])}"\n'
         f"position = {rng.uniform():.4f}\ncount = {rng.integers(1, 25)}\n"
@@ -55,7 +55,7 @@ def drawn_setup(rng: np.random.Generator) -> str:
 
 
 def count_words(rng: np.random.Generator) -> list[str]:
-    """Options of ``verify`` for one count: target, robot, occlusion, rule, side of a voxel."""
+    """Return random options of ``verify``: target, robot, occlusion, rule, voxel."""
     return [
         *("--target", str(rng.choice(TARGETS)), "--robot", str(rng.choice(ROBOTS))),
         *("--occlusion", str(rng.choice(["ignore", "shadow", "blind"], p=[0.5, 0.3, 0.2]))),
@@ -65,7 +65,7 @@ def count_words(rng: np.random.Generator) -> list[str]:
 
 
 def run(command: str, words: list[str], folder: Path) -> Answer:
-    """Exit code and output of a run in ``folder``; the last line of stderr if it failed."""
+    """Return exit code and output of a run in ``folder``; the last line of stderr if it failed."""
     folder.mkdir(parents=True, exist_ok=True)
     ended = subprocess.run(
         [command, *words], check=False, cwd=folder, capture_output=True, text=True
@@ -75,7 +75,7 @@ def run(command: str, words: list[str], folder: Path) -> Answer:
 
 
 def kept(command: str, words: list[str], folder: Path) -> Answer:
-    """The same, from the folder's file if the command ran before with these words."""
+    """Return the same, from the folder's file if the command ran before with these arguments."""
     file = folder / "answer.json"
     if file.exists() and (old := json.loads(file.read_text()))["words"] == words:
         return old["code"], old["output"]
@@ -87,7 +87,7 @@ def kept(command: str, words: list[str], folder: Path) -> Answer:
 
 
 def contents(folder: Path) -> dict[str, str]:
-    """The digest of every file of a folder, without dates, versions and temporary paths."""
+    """Return the digest of every file of a folder, without dates, versions and temporary paths."""
     return {
         str(file.relative_to(folder)): hashlib.sha256(
             CHANGES.sub(b"", file.read_bytes())
@@ -98,7 +98,7 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 def counts(both: Both, folder: Path) -> Iterator[str]:
-    """Drawn setups counted, by the integers of voxels; refusals must be the same, too."""
+    """Compare counts of random setups as integers; rejections must agree, too."""
     keys = ("target_voxels", "covered_voxels", "zeta_percent", "poses")
     same = refused = 0
     for seed in range(COUNTS):
@@ -116,7 +116,7 @@ def counts(both: Both, folder: Path) -> Iterator[str]:
             refused += code == other
             if code != other:
                 yield f"count {seed}: exit codes {code} and {other}: {a} | {b}"
-    yield f"{same} of {COUNTS} counts are the same integers, {refused} are refused by both"
+    yield f"{same} of {COUNTS} counts are the same integers, both reject {refused}"
 
 
 def _listed(said: str) -> list[dict[str, Any]]:
@@ -125,7 +125,7 @@ def _listed(said: str) -> list[dict[str, Any]]:
 
 
 def intervals(both: Both) -> Iterator[str]:
-    """Guaranteed intervals of the paper's layouts: as narrow as asked, and they overlap."""
+    """Compare guaranteed intervals of the paper's layouts."""
     good, names = 0, ("n1_16_0", "n2_16_25", "n3_16_55")
     ways = [(n, t, o) for n in names for t in ("V_S:0.5", "V_O") for o in ("ignore", "shadow")]
     apart = 0.0
@@ -149,7 +149,7 @@ def intervals(both: Both) -> Iterator[str]:
 
 
 def searches(both: Both, folder: Path) -> Iterator[str]:
-    """Searches by seed: the same rings, or their zeta within the points that are allowed."""
+    """Compare searches by seed: the same rings, or ζ within the tolerance."""
     equal = near = 0
     for i, options in enumerate(SEARCHES):
         words = [*options, "--seed", str(i), "--voxel", "0.02", "--out", "out", "--json"]
@@ -176,7 +176,7 @@ def searches(both: Both, folder: Path) -> Iterator[str]:
 
 
 def files(both: Both, folder: Path) -> Iterator[str]:
-    """Exports and the table of cones: the same bytes but for dates and versions."""
+    """Compare exports and the table of cones, except for dates and versions."""
     same = number = 0
     for setup in ("n2_16_25", "n3_16_55"):
         for form in FORMATS:
@@ -197,7 +197,7 @@ def files(both: Both, folder: Path) -> Iterator[str]:
 
 
 def main() -> None:
-    """Compare, and print what differs."""
+    """Compare, and print the differences."""
     before, after, where = sys.argv[1:]
     folder = Path(where).absolute()
     folder.mkdir(parents=True, exist_ok=True)

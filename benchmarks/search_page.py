@@ -1,4 +1,4 @@
-"""What the runs of searches show: curves, tables and a picture."""
+"""Curves, tables and figure of the compared searches."""
 
 import itertools
 import math
@@ -10,16 +10,17 @@ from place_rings.reporting.pages import csv_text, table
 from place_rings.reporting.plots import COLOURS, GREY, plain, save, sheet
 
 MINE, ANY = "ours", "ours, any rings"
-SLACK = 0.3  # points below the best peer's last value: the level to be reached
-WANTED = 5.0  # times as soon as the best peer
-# of a curve's points: seconds, processor seconds over processors, percent of held-out points
+SLACK = 0.3  # points below the best peer's last value that define the level
+WANTED = 5.0  # required speed relative to the best peer
+# columns of a curve: seconds, processor seconds / processors, percent of held-out points
 WALL, WORK, HELD = range(3)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: its curve is made of (wall s, work s, percent of held-out points, percent of its own
-    points).
+    """One run.
+
+    Its curve holds (wall s, work s, percent of held-out points, percent of its own points).
     """
 
     scene: str
@@ -30,23 +31,26 @@ class Run:
     curve: list[list[float]]
 
     def best(self, seconds: float, clock: int) -> float:
-        """Best percent of held-out points until then; 0 before the first answer."""
+        """Return the best percentage of held-out points until then; 0 before the first answer."""
         return max((p[HELD] for p in self.curve if p[clock] <= seconds), default=0.0)
 
     def reached(self, level: float, clock: int) -> float:
-        """Seconds to a level; infinite where it was not reached."""
+        """Return the seconds to a level; infinite if it was not reached."""
         return next((p[clock] for p in self.curve if p[HELD] >= level), math.inf)
 
     def steps(self, clock: int) -> list[tuple[float, float]]:
-        """Seconds and best so far."""
+        """Return seconds and the best percentage until then."""
         tops = itertools.accumulate((p[HELD] for p in self.curve), max)
         return [(p[clock], top) for p, top in zip(self.curve, tops, strict=True)]
 
 
 @dataclass(frozen=True)
 class Match:
-    """All methods on one scene and budget: medians over the seeds of the best at the end, percent;
-    the best peer; the level to be reached, and the median seconds to it of each method."""
+    """All methods on one scene and budget, as medians over the seeds.
+
+    It holds the best percentage at the end, the best peer, the level, and the seconds to it of each
+    method.
+    """
 
     scene: str
     sensors: int
@@ -58,7 +62,7 @@ class Match:
 
     @property
     def sooner(self) -> float:
-        """How many times as soon ours reaches the level as the best peer does; 0: never."""
+        """Ratio of the best peer's time to the level and ours; 0 if ours never reaches it."""
         return self.seconds[self.rival] / self.seconds[MINE]
 
     @property
@@ -68,7 +72,7 @@ class Match:
 
 
 def matches(runs: list[Run], seconds: float, clock: int) -> list[Match]:
-    """A match for each scene and budget on which ours and a peer ran."""
+    """Return a match for each scene and budget with runs of ours and of a peer."""
     found = []
     for scene, sensors in dict.fromkeys((r.scene, r.sensors) for r in runs):
         mine = [r for r in runs if (r.scene, r.sensors) == (scene, sensors)]
@@ -101,7 +105,7 @@ def _seconds(value: float) -> str:
 
 
 def tables(found: list[Match], seconds: float) -> list[str]:
-    """Who was how good at the end, and how soon."""
+    """Return tables of the final values and of the times to the level."""
     methods = list(dict.fromkeys(m for match in found for m in match.ends))
     ends = [
         [match.scene, str(match.sensors), *(_end(match, m) for m in methods), f"{match.ahead:+.2f}"]
@@ -125,18 +129,21 @@ def tables(found: list[Match], seconds: float) -> list[str]:
         "level, %",
         "ours, s",
         "best peer, s",
-        "ours is sooner by",
+        "best peer / ours",
         f"{ANY}, s",
     )
     return [
         (
-            f"Held-out points covered after {seconds:g} s, percent, medians over the seeds (how"
-            " many, in brackets); ahead: ours"
+            f"Percentage of held-out points covered after {seconds:g} s: medians over the seeds"
+            " (their number in brackets). *Ahead* is ours"
         ),
-        "less the best peer, on the same layout.",
+        "minus the best peer, on the same layout.",
         "",
         table(("scene", "sensors", *methods, "ahead"), ends),
-        f"Seconds to {SLACK:g} points below the best peer's last value:",
+        (
+            f"Seconds until a method is within {SLACK:g} points of the best peer's final value"
+            " (the level):"
+        ),
         "",
         table(heads, soon),
         *_verdict(found),
@@ -148,18 +155,18 @@ def _end(match: Match, method: str) -> str:
 
 
 def _verdict(found: list[Match]) -> list[str]:
-    """Where ours is not as much better as it should be."""
+    """Return where ours misses the requirements."""
     late = [f"{m.scene} with {m.sensors}" for m in found if not m.sooner >= WANTED]
     behind = [f"{m.scene} with {m.sensors}" for m in found if m.ahead < 0]
     return [
         (
-            f"Not {WANTED:g} times as soon: {', '.join(late) or 'nowhere'}. Below the best peer at"
-            f" the end: {', '.join(behind) or 'nowhere'}."
+            f"Less than {WANTED:g} times faster: {', '.join(late) or 'nowhere'}. Below the best"
+            f" peer at the end: {', '.join(behind) or 'nowhere'}."
         ),
     ]
 
 
-_IN_A_ROW, _FIRST = 3, 0.2  # pictures; s, where they begin
+_IN_A_ROW, _FIRST = 3, 0.2  # panels in a row; s, start of their axes
 
 
 def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
@@ -189,7 +196,7 @@ def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
             ax,
             f"{scene}, {sensors} sensors",
             "seconds of work",
-            "held-out covered, %" if k % _IN_A_ROW == 0 else "",
+            "held-out points covered, %" if k % _IN_A_ROW == 0 else "",
         )
         ax.set_xscale("log")
         ax.set_xlim(_FIRST, seconds)
@@ -207,7 +214,7 @@ def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
 
 
 def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str]:
-    """Write curves and picture into a folder and describe them."""
+    """Write curves and figure into a folder and describe them."""
     records = [
         {
             "scene": r.scene,
@@ -221,7 +228,7 @@ def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str
         for point in r.curve
     ]
     if not records:
-        return ["Nothing is measured yet."]
+        return ["There are no measurements yet."]
     (folder / "curves.csv").write_text(csv_text(records))
     picture(runs, seconds, clock, folder / "searches.png")
     found = matches(runs, seconds, clock)

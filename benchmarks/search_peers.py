@@ -1,7 +1,6 @@
-"""The searches that are compared: ours, and optimisers that ask the same question with their own
-defaults.
+"""The compared searches: ours, and optimisers with their defaults on the same objective.
 
-Each peer asks until the time is up; those that can, ask many candidates at once.
+Each peer evaluates candidates until the time is over, in batches if it can.
 """
 
 from collections.abc import Callable
@@ -17,7 +16,7 @@ Peer = Callable[[Question, int], None]
 
 
 def ours(scene: Scene, space: Space, seed: int, watch: Watch) -> None:
-    """Our search, by its own schedule; what it tells while it runs is shown."""
+    """Run our search by its own schedule and show the progress that it reports."""
 
     def tell(progress: Progress) -> None:
         if progress.setup is not None:
@@ -29,12 +28,14 @@ def ours(scene: Scene, space: Space, seed: int, watch: Watch) -> None:
 
 
 def space_of(scene: Scene, sensors: int, any_rings: bool) -> Space:
-    """The paper's layout, which every method takes, or any rings, which only ours can choose."""
+    """Return the paper's layout, which every method uses, or any rings, which only ours
+    supports.
+    """
     return Space(scene, sensors=sensors) if any_rings else Space(scene, layout(scene, sensors))
 
 
 def cma_es(question: Question, seed: int) -> None:
-    """pycma from a random start, again with twice the population when it has converged."""
+    """Run pycma from a random start; after convergence restart with twice the population."""
     import cma
 
     rng, population = np.random.default_rng(seed), 16
@@ -53,7 +54,7 @@ def cma_es(question: Question, seed: int) -> None:
 
 
 def differential_evolution(question: Question, seed: int) -> None:
-    """SciPy's, vectorised, again from elsewhere when it has converged."""
+    """Run SciPy's, vectorised; after convergence restart from other candidates."""
     from scipy.optimize import differential_evolution as solve
 
     rng = np.random.default_rng(seed)
@@ -70,7 +71,7 @@ def differential_evolution(question: Question, seed: int) -> None:
 
 
 def optuna_tpe(question: Question, seed: int) -> None:
-    """Optuna's tree of Parzen estimators, one candidate at a time."""
+    """Run Optuna's tree of Parzen estimators, one candidate at a time."""
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -99,7 +100,7 @@ def _nlopt(algorithm: str) -> Peer:
     return run
 
 
-# Name: distribution that brings it, function.
+# Name: distribution that provides it, function.
 PEERS: dict[str, tuple[str, Peer]] = {
     "CMA-ES": ("cma", cma_es),
     "differential evolution": ("scipy", differential_evolution),
@@ -110,7 +111,7 @@ PEERS: dict[str, tuple[str, Peer]] = {
 
 
 def until_over(peer: Peer, question: Question, seed: int) -> None:
-    """Run a peer until the time is up."""
+    """Run a peer until the time is over."""
     try:
         peer(question, seed)
     except OverError:

@@ -1,6 +1,4 @@
-"""One task for all searches: rings on a robot, asked as numbers in a unit box; and what any answer
-is worth.
-"""
+"""Common task of all searches: rings as numbers in a unit box, and the judgement of answers."""
 
 import os
 import time
@@ -28,10 +26,10 @@ from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout
 from place_rings.simulation.task import pick_and_place
 
-POINTS = 8192  # of all goals and poses together, on which the peers' candidates are judged
-HELD_OUT = 100_000  # others, on which all methods' answers are judged afterwards
+POINTS = 8192  # training points of all goals and poses, on which candidates are evaluated
+HELD_OUT = 100_000  # other points, on which all methods' answers are judged afterwards
 _HELD_OUT_SEED = 10**6
-_BATCH = 16  # candidates between two looks at the clock
+_BATCH = 16  # candidates between two checks of the clock
 _RULES = Rules(spacing=0.0)
 _GOALS = {
     "V_S(0.5)": (Goal(Target("V_S", 0.5)),),
@@ -42,16 +40,16 @@ _GOALS = {
     "trajectory": (Goal(Target("V_S", 0.5)),),
 }
 SCENES = tuple(_GOALS)
-_POSES = 12  # of the trajectory: at equal steps of time through the paper's task
+_POSES = 12  # poses of the trajectory, at equal time steps of the paper's task
 RINGS_PER_LINK = {80: 2, 112: 3}  # the paper's layouts: 5 and 7 rings of 16
 
 
 class OverError(Exception):
-    """The time is up."""
+    """The time is over."""
 
 
 def scene_named(name: str) -> Scene:
-    """A scene of the benchmark; rings may touch, as they may for every method."""
+    """Return a scene of the benchmark; rings may touch, for every method."""
     if name != "trajectory":
         return Scene(goals=_GOALS[name], rules=_RULES)
     q = pick_and_place(UR10, 50.0).q
@@ -60,7 +58,7 @@ def scene_named(name: str) -> Scene:
 
 
 def layout(scene: Scene, sensors: int) -> Setup:
-    """The paper's rings for so many sensors."""
+    """Return the paper's rings for a number of sensors."""
     return ring_layout(scene, RINGS_PER_LINK[sensors], 16)
 
 
@@ -70,20 +68,25 @@ def _wall_and_work() -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Shown:
-    """A setup that was a search's best: wall time s, processor time over the number of processors
-    s, the value by which the search chose it, the setup."""
+    """A setup that was a search's best."""
 
     wall: float
+    """Wall time, s."""
     work: float
+    """Processor time / number of processors, s."""
     value: float
+    """Value by which the search chose it."""
     setup: Setup
+    """The setup."""
 
 
 @dataclass
 class Watch:
-    """A search's clock, and the setups that were its best. The clock is that on the wall, or the
-    ``work`` done: processor time over the number of processors, which a busy machine hardly
-    stretches."""
+    """A search's clock, and the setups that were its best.
+
+    The clock shows wall time, or ``work``: processor time / number of processors, which other work
+    on the machine hardly changes.
+    """
 
     seconds: float
     work: bool = False
@@ -96,11 +99,11 @@ class Watch:
         return now[0] - self.began[0], now[1] - self.began[1]
 
     def left(self) -> float:
-        """Seconds that are left."""
+        """Remaining time, s."""
         return self.seconds - self._since()[self.work]
 
     def show(self, value: float, make: Callable[[], Setup], always: bool = False) -> None:
-        """Keep a setup, if it is in time and better than those before or ``always`` taken."""
+        """Store a setup if it is in time and better than earlier ones, or if ``always``."""
         now = self._since()
         if now[self.work] <= self.seconds and (
             always or not self.shown or value > self.shown[-1].value
@@ -109,9 +112,12 @@ class Watch:
 
 
 class Question:
-    """The layout's positions, tilts and phases as ``size`` numbers in [0, 1], and the share of
-    training points that candidates cover: exact, compiled, on all processors. low, high (3, R):
-    what 0 and 1 stand for."""
+    """The objective of the peers.
+
+    Candidates are the layout's positions, tilts and phases as ``size`` numbers in [0, 1]. The value
+    is the exact share of training points that they cover, compiled, on all processors. low, high
+    (3, R): values at 0 and 1.
+    """
 
     def __init__(
         self, scene: Scene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS
@@ -122,7 +128,7 @@ class Question:
         self._objective = CoverageObjective(scene, drawn)
         workers, every = os.cpu_count() or 1, drawn.points
         self._clouds = []
-        for i in range(workers):  # every processor looks at its own share of the points
+        for i in range(workers):  # every processor handles its own part of the points
             drawn.points = [p[: len(p) // workers * workers][i::workers] for p in every]
             self._clouds.append(drawn.clouds(len(drawn.points[0])))
         self._threads = ThreadPoolExecutor(workers)
@@ -141,10 +147,10 @@ class Question:
         return values
 
     def shares(self, x: Float[np.ndarray, "S n"]) -> Float[np.ndarray, " S"]:
-        """Shares (S,) in [0, 1] of candidates (S, n); each that is the best so far is shown.
+        """Return shares (S,) in [0, 1] of candidates (S, n); each new best one is shown.
 
         Raises:
-            OverError: when the time is up.
+            OverError: if the time is over.
         """
         found = []
         for low, high in pairwise([*range(0, len(x), _BATCH), len(x)]):
@@ -169,8 +175,9 @@ class Question:
 
 
 def held_out(scene: Scene, setups: list[Setup], points: int = HELD_OUT) -> list[float]:
-    """Weighted mean share in [0, 1] of points that no search saw, for setups with one number of
-    sensors.
+    """Return the weighted mean share in [0, 1] of points that no search used.
+
+    All setups must have the same number of sensors.
     """
     terms = [(g, p) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
     drawn = TargetPoints(scene, -(-points // len(terms)), _HELD_OUT_SEED)

@@ -1,9 +1,9 @@
-"""Searches against each other: ours, CMA-ES, differential evolution, TPE, CRS2, ISRES.
+"""Searches: comparison of ours, CMA-ES, differential evolution, TPE, CRS2, ISRES.
 
-Run: python benchmarks searches                              everything: hours; stop it, it goes on
-     python benchmarks searches --runs=0                     the section from what was measured
+Run: python benchmarks searches                              everything, hours; it can be resumed
+     python benchmarks searches --runs=0                     the section from existing measurements
      python benchmarks/searches.py --scenes V_OT --seeds 2   a part of it
-     python benchmarks/searches.py --quick                   does it run at all
+     python benchmarks/searches.py --quick                   a smoke test
 """
 
 import argparse
@@ -38,30 +38,25 @@ from search_task import (
 FOLDER = Path(__file__).parent.parent / "results" / "searches"
 OURS = (MINE, ANY)
 _FIRST = ("V_S(0.5)", "near + far", "trajectory")
-_GAP = 0.05  # s, between two setups that are looked at again
+_GAP = 0.05  # s, shortest interval between two judged setups
 _MARK = "result: "
 CLOCKS = ("wall", "work")
 _TIMES = {
-    "wall": "Seconds are those on the wall.",
+    "wall": "Seconds are wall time.",
     "work": (
-        "Seconds are processor seconds over the number of processors: what an idle machine would"
-        " show to a method that keeps all processors busy, and the same on a busy one. Methods that"
-        " use one processor at a time are flattered by it. Wall seconds stand beside in"
-        " `curves.csv`."
+        "Seconds are processor seconds / number of processors: the time on an idle machine for a"
+        " method that keeps all processors busy, independent of other work. They flatter methods"
+        " that use one processor at a time. Wall times are in `curves.csv`."
     ),
 }
-_ABOUT = """All methods choose the same numbers within the same bounds (positions, tilts and \
-phases of the paper's rings,
-five of 16 sensors or seven; rings may touch), but for `{any}`, which chooses rings and counts \
-too: no peer can. Peers ask
-for the exact share of {points:,} points by the function that our search scores with, on all \
-processors, with their own
-defaults; CMA-ES and differential evolution ask in batches and start again when they have \
-converged. A run is a process of
-its own: its clock starts after the imports, and drawing points and compiling count. What a method \
-held for best is judged
-afterwards on {held:,} points that none has seen. Methods take turns, so that other work on the \
-machine hits all alike."""
+_ABOUT = """All methods choose the same numbers within the same bounds: positions, tilts and \
+phases of the paper's five or seven rings of 16 sensors, which may touch. Only `{any}` also \
+chooses rings and counts, which no peer can. Peers evaluate the exact share of {points:,} points \
+by the function that our search scores with, on all processors, with their own defaults. CMA-ES \
+and differential evolution evaluate batches and restart after convergence. Each run is a separate \
+process: its clock starts after the imports and includes drawing points and compiling. The best \
+answers of a method are judged afterwards on {held:,} points that none has used. Methods run \
+alternately, so that other work on the machine affects all of them."""
 
 
 def _about(clock: str) -> str:
@@ -80,11 +75,10 @@ def _digest() -> str:
 def plan(
     scenes: list[str], sensors: list[int], seeds: int, seconds: float, clock: str
 ) -> list[Cell]:
-    """All runs: for each scene, budget and seed all methods in a row, so that a busy machine slows
-    all alike.
+    """Return all runs: for each scene, budget and seed all methods in a row.
 
-    A peer's run is measured anew with another version of the peer, one of ours with other code of
-    ours.
+    Other work on the machine then affects all methods. A peer's run is repeated for another version
+    of the peer, one of ours for other code.
     """
     made_of = {
         name: f"{package} {version(package)}"
@@ -116,8 +110,8 @@ def plan(
 def measure(
     scene: str, sensors: int, seed: int, method: str, seconds: float, clock: str, of: str = ""
 ) -> dict[str, Any]:
-    """One run: what its answers are worth on points that it has not seen, against the seconds since
-    its start.
+    """Run once; return coverage of held-out points by the answers against the time since the
+    start.
     """
     asked = scene_named(scene)
     watch = Watch(seconds, work=clock == CLOCKS[1])
@@ -140,7 +134,7 @@ def measure(
 
 
 def in_a_process(cell: Cell) -> dict[str, Any]:
-    """The run in a process of its own: whatever it compiles, it compiles on its own time."""
+    """Run in a separate process, so that compilation counts."""
     found = subprocess.run(
         [sys.executable, __file__, "--one", json.dumps(cell.arguments)],
         capture_output=True,
@@ -156,7 +150,9 @@ def in_a_process(cell: Cell) -> dict[str, Any]:
 
 
 def report(arguments: list[str] | None = None) -> list[str]:
-    """Measure what is not yet, write curves, tables and pictures into a folder, and describe."""
+    """Run missing measurements, write curves, tables and figures into a folder, and describe
+    them.
+    """
     parser = argparse.ArgumentParser()
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
     parser.add_argument(
@@ -167,12 +163,15 @@ def report(arguments: list[str] | None = None) -> list[str]:
     parser.add_argument("--methods", nargs="+", choices=[*OURS, *PEERS], default=[*OURS, *PEERS])
     parser.add_argument("--clock", choices=CLOCKS, default=CLOCKS[1])
     parser.add_argument(
-        "--runs", type=int, default=10**6, help="at most so many more; the pages show all there are"
+        "--runs",
+        type=int,
+        default=10**6,
+        help="largest number of new runs; the pages show all existing ones",
     )
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="one scene, one seed, few seconds, into a folder thrown away",
+        help="one scene, one seed, few seconds, in a temporary folder",
     )
     asked = parser.parse_args(arguments or [])
     if asked.quick:

@@ -1,8 +1,8 @@
-"""How long commands take to start
+"""Start-up time of commands
 
-Processor seconds of a whole process, of all its threads, as a ratio to those of ``import jax`` in
-the same rounds: a busy machine stretches both. In every round each command runs once, in a new
-folder.
+Processor seconds of a whole process with all its threads, as a ratio to those of ``import jax`` in
+the same rounds, because a busy machine stretches both. In every round each command runs once, in a
+new folder.
 """
 
 import resource
@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from common import table
 
 _SHELL = ("--target", "V_S", "--radius", "0.5")
-# the command's arguments, and the ratio that it shall not exceed
+# arguments of the command, and the largest allowed ratio
 _COMMANDS: dict[tuple[str, ...], float] = {
     ("--help",): 0.45,
     ("robots",): 0.8,
@@ -28,7 +28,7 @@ _ROUNDS = 5
 
 
 def processor_seconds(arguments: Sequence[str]) -> float:
-    """What a Python process with these arguments takes, and what it starts."""
+    """Return the processor time of a Python process with these arguments and its children."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with TemporaryDirectory() as folder:
         subprocess.run([sys.executable, *arguments], cwd=folder, check=True, capture_output=True)
@@ -37,12 +37,12 @@ def processor_seconds(arguments: Sequence[str]) -> float:
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """Measure in turns; ``--rounds=N``: each so often."""
+    """Measure alternately; ``--rounds=N`` sets the number of rounds."""
     rounds = _ROUNDS
     for option in options:
         name, _, value = option.partition("=")
         if name != "--rounds" or not value.isdecimal() or not int(value):
-            raise SystemExit(f"{option}: no such option; known: --rounds=N")
+            raise SystemExit(f"{option}: no such option; use --rounds=N")
         rounds = int(value)
     lines = {words: ("-m", "place_rings.cli.entry", *words) for words in _COMMANDS}
     lines = {("import jax",): ("-c", "import jax"), **lines}
@@ -62,5 +62,5 @@ def report(options: Sequence[str] = ()) -> list[str]:
     return [
         f"Medians of {rounds} rounds. `import jax`: {jax:.2f} processor seconds.",
         "",
-        *table(("command", "processor seconds", "ratio to `import jax`", "at most"), rows),
+        *table(("command", "processor seconds", "ratio to `import jax`", "limit"), rows),
     ]

@@ -1,5 +1,4 @@
-"""The viewer: how near its figures are to the exact count, and how soon after a slider they are
-there.
+"""Viewer: accuracy of its estimates, and time from a slider to the new estimate.
 
 Run: python benchmarks viewer
 """
@@ -25,8 +24,9 @@ EVENTS = 20
 
 
 def off() -> float:
-    """The largest difference from the exact count, points, over setups, targets and models of
-    occlusion.
+    """Return the largest difference from the exact count in points.
+
+    It is taken over setups, targets and models of occlusion.
     """
     worst = 0.0
     for occlusion in OCCLUSIONS:
@@ -44,7 +44,7 @@ def off() -> float:
 
 
 def waits(occlusion: str) -> list[float]:
-    """Seconds from a slider's message to the page's new figures of all targets, over loopback."""
+    """Return the seconds from a slider's message to the page's new estimates, over loopback."""
     found = []
     with Server(
         ViewerSession(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})
@@ -63,7 +63,7 @@ def waits(occlusion: str) -> list[float]:
 
 
 def report() -> list[str]:
-    """Both, on the reference scene."""
+    """Return both, on the reference scene."""
     rows = []
     for occlusion in OCCLUSIONS:
         seconds = waits(occlusion)
@@ -71,12 +71,13 @@ def report() -> list[str]:
         print(*rows[-1], flush=True)
     return [
         (
-            f"Figures of {', '.join(SETUPS)} for three targets under three models of occlusion are"
-            f" at most {off():.2f} points off the exact count, rule `centre`, voxels of 1 cm."
+            f"Estimates for {', '.join(SETUPS)}, three targets and three models of occlusion"
+            f" differ from the exact count (rule `centre`, voxels of 1 cm) by at most {off():.2f}"
+            " points."
         ),
         "",
         (
-            "Seconds from a slider's message to the new ζ of three targets, n3_16_55 (112"
+            "Seconds from a slider's message to the new ζ of three targets, for n3_16_55 (112"
             f" sensors), {EVENTS} times:"
         ),
         "",

@@ -1,5 +1,5 @@
-"""Sphinx: MyST pages, furo, and what is made from the code. No page, and no build, asks anything of
-the network.
+"""Sphinx configuration: MyST pages, furo, and pages made from the code. No build uses the
+network.
 """
 
 import sys
@@ -20,7 +20,7 @@ myst_heading_anchors = 4
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 
-smartquotes = False  # options begin with two hyphens
+smartquotes = False  # options begin with two hyphens, which it would join
 
 html_theme = "furo"
 html_title = "place-rings"

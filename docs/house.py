@@ -1,9 +1,9 @@
-"""Draw the rooms of the code and which of them import which, from the import statements.
+"""Draw the rooms of the code and their imports, from the import statements.
 
 Run: python docs/house.py [FILE]
 
 An arrow from A to B means that files of A import files of B. Arrows that follow from others are
-left out: where A imports B and B imports C, an arrow from A to C would say nothing new.
+left out: if A imports B and B imports C, there is no arrow from A to C.
 """
 
 import ast
@@ -15,13 +15,13 @@ import matplotlib.pyplot as plt
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 ROOT = Path(__file__).resolve().parent.parent
-WIDE, HIGH = 3.0, 0.86  # of a box, in units of the picture
+WIDE, HIGH = 3.0, 0.86  # width and height of a box, in units of the picture
 _TEXT = {"ha": "center", "va": "center"}
 BLUE, INK, FAINT = "#0072B2", "#23272b", "#9aa3ab"
 
 
 def rooms() -> dict[str, str]:
-    """Every room and its description, the first line of its ``__init__.py``."""
+    """Return every room with its description, the first line of its ``__init__.py``."""
     files = sorted(ROOT.glob("*/__init__.py"))
     texts = {file.parent.name: ast.get_docstring(ast.parse(file.read_text())) for file in files}
     return {
@@ -32,10 +32,10 @@ def rooms() -> dict[str, str]:
 
 
 def imports(room: str, known: set[str]) -> set[str]:
-    """The other rooms that files of a room import."""
+    """Return the other rooms that files of a room import."""
     found: set[str] = set()
     for file in (ROOT / room).rglob("*.py"):
-        up = len(file.relative_to(ROOT).parts)  # dots that lead out of the room
+        up = len(file.relative_to(ROOT).parts)  # number of dots that leave the room
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and node.level == up:
                 found |= (
@@ -45,19 +45,19 @@ def imports(room: str, known: set[str]) -> set[str]:
 
 
 def levels(below: dict[str, set[str]]) -> dict[str, int]:
-    """The level of each room: as high as those allow that import it, the lowest at 0."""
+    """Return the level of each room: 0 for the lowest, and as high as its importers allow."""
     above = {room: {r for r, b in below.items() if room in b} for room in below}
     level: dict[str, int] = {}
     while len(level) < len(below):
         ready = [r for r, a in above.items() if r not in level and a <= level.keys()]
         if not ready:
-            raise SystemExit("the rooms import each other in a circle")
+            raise SystemExit("the rooms import each other in a cycle")
         level |= {r: min((level[x] for x in above[r]), default=1) - 1 for r in ready}
     return {room: k - min(level.values()) for room, k in level.items()}
 
 
 def needed(below: dict[str, set[str]]) -> list[tuple[str, str]]:
-    """The arrows that do not follow from others."""
+    """Return the arrows that do not follow from others."""
 
     def reach(room: str) -> set[str]:
         return below[room].union(*(reach(x) for x in below[room]))

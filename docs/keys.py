@@ -1,4 +1,4 @@
-"""The keys of files as Markdown, from the JSON Schemas that ``place-rings schema`` prints."""
+"""Keys of files as Markdown, from the JSON Schemas that ``place-rings schema`` prints."""
 
 import inspect
 import io
@@ -9,7 +9,7 @@ from typing import Any, get_args
 
 from place_rings.cli.commands.schema import schema
 
-_SHORT = 40  # characters of a default that is shown
+_SHORT = 40  # longest default that is shown, characters
 _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 _WORDS = {
     "string": "text",
@@ -21,8 +21,8 @@ _WORDS = {
 
 
 class KeyTables:
-    """Tables of one page, where each file has a section of its own; what several share stands with
-    the first.
+    """Tables of one page with a section for each file; shared kinds are described at their
+    first use.
     """
 
     def __init__(self) -> None:
@@ -34,8 +34,9 @@ class KeyTables:
         self.named: set[str] = set()
 
     def of(self, name: str) -> str:
-        """The table of a file's keys, and one for each kind of table in it; ``others``: of all that
-        were not asked for.
+        """Return the table of a file's keys and one for each kind of table in it.
+
+        ``others`` stands for all files that were not requested.
         """
         if name == "others":
             rest = [other for other in self.schemas if other not in self.named]
@@ -43,7 +44,7 @@ class KeyTables:
         self.named.add(name)
         whole = self.schemas[name]
         parts, kinds = [_section(whole["title"], whole)], _kinds_in(whole)
-        for kind in kinds:  # grows
+        for kind in kinds:  # the list grows in the loop
             inner = whole["$defs"][kind]
             if _title(kind) not in self.done and "properties" in inner:
                 self.done.add(_title(kind))
@@ -53,7 +54,7 @@ class KeyTables:
 
 
 def _kinds_in(inner: dict[str, Any]) -> list[str]:
-    """The kinds of table that keys of ``inner`` hold, in their order."""
+    """Return the kinds of tables that keys of ``inner`` hold, in their order."""
     return re.findall(r'"#/\$defs/(\w+)"', json.dumps(inner["properties"]))
 
 
@@ -77,7 +78,7 @@ def _table(inner: dict[str, Any]) -> str:
 
 
 def _kind(value: dict[str, Any]) -> str:
-    """What a value may be, in words, with its limits."""
+    """Return the allowed values as text, with their limits."""
     if "$ref" in value:
         kind = value["$ref"].rsplit("/", 1)[1]
         return f"[{_title(kind)}](#{_label(kind)})"
@@ -105,7 +106,7 @@ def _default(value: dict[str, Any]) -> str:
 
 
 def _told(value: dict[str, Any]) -> str:
-    """Its description, or else that of what it is a list of."""
+    """Return a value's description, or that of the items of a list."""
     inner = [value, value.get("items", {}), *value.get("anyOf", [])]
     return next(
         (

@@ -1,8 +1,7 @@
-"""What pages say of the code is made from the code: the commands, and the keys of every file.
+"""Pages made from the code: the commands, and the keys of every file.
 
-A page holds a mark in the place of what is made, ``<!-- commands -->`` or ``<!-- keys: scene -->``;
-it is replaced as Sphinx reads the page. Links to files outside of these docs, like ``../results``,
-become downloads.
+A mark on a page, ``<!-- commands -->`` or ``<!-- keys: scene -->``, is replaced as Sphinx reads the
+page. Links to files outside the docs, such as ``../results``, become downloads.
 """
 
 import re
@@ -23,7 +22,7 @@ _OUTSIDE = re.compile(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Make what is to be made as pages are read."""
+    """Connect the replacement to the reading of pages."""
     app.connect("source-read", _read)
     app.connect("autodoc-process-docstring", _plain)
     return {"parallel_read_safe": True}
@@ -40,14 +39,14 @@ def _read(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def _plain(*event: Any) -> None:
-    """A docstring's bars are lengths, |v|, and no substitutions."""
+    """Escape the bars in docstrings: they are lengths, |v|, and not substitutions."""
     lines = event[-1]
     lines[:] = [line if "``" in line else line.replace("|", r"\|") for line in lines]
 
 
 def command_sections() -> str:
-    """All commands with their options, as Markdown."""
-    with patch.object(sys, "argv", ["place-rings"]):  # a usage line begins with it
+    """Return all commands with their options as Markdown."""
+    with patch.object(sys, "argv", ["place-rings"]):  # the usage line begins with this name
         return generate_markdown_docs(
             commands, heading_level=2, no_root_title=True, generate_toc=False
         )

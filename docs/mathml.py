@@ -1,6 +1,4 @@
-"""Formulas as MathML, which browsers draw themselves: no page loads a script from elsewhere for
-them.
-"""
+"""Formulas as MathML, which browsers draw themselves, so that no page loads a script."""
 
 from typing import Any
 
@@ -14,7 +12,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the renderer ``mathml``, to be named by ``html_math_renderer``."""
+    """Add the renderer ``mathml`` for ``html_math_renderer``."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 

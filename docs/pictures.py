@@ -1,5 +1,6 @@
-"""The picture of the method: one function, and what follows from it. Usage: python docs/pictures.py
-[FILE]
+"""Draw the picture of the method: one function and its uses.
+
+Run: python docs/pictures.py [FILE]
 """
 
 import math
@@ -16,15 +17,15 @@ from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.coverage.solids.shadows import behind, capsule_shadow
 
 LEFT, RIGHT, LOW, HIGH = 0.0, 1.6, -0.2, 1.0  # m, the plane y = 0
-WIDTH = 0.03  # m, of the sigmoid
+WIDTH = 0.03  # m, width of the sigmoid
 SMALLEST = 0.0125  # m, side of the smallest cells
 INSIDE, OUTSIDE, OPEN = "#3b7dd8", "#f3f3f0", "#e6862e"
 BODIES = (((0.0, 0.0, 0.0), (0.8, 0.0, 0.0)), ((0.8, 0.0, 0.0), (1.0, 0.0, 0.5)))
-RADIUS = 0.06  # m, of both
+RADIUS = 0.06  # m, radius of both bodies
 
 
 def sensors() -> Cones:
-    """Three sensors over the first body."""
+    """Return three sensors on the first body."""
     tilt = np.radians([-20.0, 15.0, 50.0])
     apex = np.array([[0.2, 0, 0.09], [0.4, 0, 0.09], [0.55, 0, 0.09]])
     axis = np.stack([np.sin(tilt), np.zeros(3), np.cos(tilt)], axis=1)
@@ -32,8 +33,9 @@ def sensors() -> Cones:
 
 
 def seen(points: Any) -> Any:
-    """The sensors' function, less what the second body hides: min over the sensors of max(cone,
-    -behind).
+    """Return the function of the covered space, with occlusion by the second body.
+
+    It is the minimum over the sensors of max(cone, -behind).
     """
     cones, (start, end) = sensors(), (np.array(p) for p in BODIES[1])
     values = []
@@ -44,7 +46,7 @@ def seen(points: Any) -> Any:
 
 
 def contours(axes: Axes, function: Any) -> None:
-    """Lines of equal value every 5 cm, and the surface."""
+    """Draw lines of equal value every 5 cm, and the surface."""
     x, z, points = grid()
     values = function(points).reshape(x.shape)
     axes.contourf(x, z, values, np.arange(-0.3, 1.2, 0.05), cmap="RdBu", vmin=-0.5, vmax=0.5)
@@ -52,7 +54,7 @@ def contours(axes: Axes, function: Any) -> None:
 
 
 def soft(axes: Axes) -> None:
-    """sigmoid(-f / width)."""
+    """Draw sigmoid(-f / width)."""
     x, z, points = grid()
     axes.pcolormesh(
         x,
@@ -64,7 +66,7 @@ def soft(axes: Axes) -> None:
 
 
 def cells(axes: Axes, corner: tuple[float, float], side: float) -> None:
-    """The octree's cells that the plane cuts: settled by one value at the centre, or divided."""
+    """Draw the octree's cells in the plane: classified by one value at the centre, or divided."""
     centre = np.array([[corner[0] + side / 2, 0.0, corner[1] + side / 2]])
     value, reach = float(seen(centre)[0]), math.sqrt(3) / 2 * side
     if abs(value) <= reach and side > SMALLEST:
@@ -78,13 +80,13 @@ def cells(axes: Axes, corner: tuple[float, float], side: float) -> None:
 
 
 def grid() -> tuple[Any, Any, Any]:
-    """Points of the plane."""
+    """Return the points of the plane."""
     x, z = np.meshgrid(np.linspace(LEFT, RIGHT, 321), np.linspace(LOW, HIGH, 241))
     return x, z, np.stack([x, np.zeros_like(x), z], axis=-1).reshape(-1, 3)
 
 
 def bodies(axes: Axes) -> None:
-    """The robot."""
+    """Draw the robot."""
     x, z, points = grid()
     distance = np.minimum.reduce(
         [point_to_segment(points, np.array(start), np.array(end)) for start, end in BODIES]
@@ -93,7 +95,7 @@ def bodies(axes: Axes) -> None:
 
 
 def main() -> None:
-    """Draw and write."""
+    """Draw and write the picture."""
     figure, axes = plt.subplots(
         2, 2, figsize=(11, 8.2), layout="constrained", sharex=True, sharey=True
     )
@@ -104,8 +106,8 @@ def main() -> None:
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW), 0.8)
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW + 0.8), 0.8)
     titles = (
-        "three cones: f = min of three",
-        "less a shadow: max(cone, −behind)",
+        "three cones: f = min of three functions",
+        "with a shadow: max(cone, −behind)",
         "soft occupancy, for the search",
     )
     for one, title in zip(axes.flat, (*titles, "octree cells, for the exact count"), strict=True):

@@ -1,5 +1,5 @@
-"""The picture of unseen approaches: robot, beams and paths from above and from the side, and what
-each path clears.
+"""Figure of undetected approaches: robot, beams and paths from above and from the side, with
+clearances.
 """
 
 from pathlib import Path
@@ -29,16 +29,17 @@ _DISC = np.stack(
     [f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1
 )
 _BEAM, _ROBOT = COLOURS[5], "#9aa4ae"
-_EVERY = 0.1  # m along a path from one drawn ball to the next
+_EVERY = 0.1  # m, distance between drawn balls along a path
 
 
 def _outline(points: Float[np.ndarray, "P 2"]) -> Float[np.ndarray, "Q 2"]:
+    """Return the corners of the convex hull of points on two axes."""
     corners: np.ndarray = points[ConvexHull(points).vertices]
     return corners
 
 
 def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
-    """Points (P, 3) m whose hull is a cone: its apex and the circle of its base."""
+    """Return points (P, 3) m whose convex hull is a cone: its apex and the circle of its base."""
     axis = cones.axis[i]
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u /= np.linalg.norm(u)
@@ -49,12 +50,26 @@ def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
 
 
 def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
-    """The outline of cone ``i`` on two axes, after everything is turned about z by ``turn`` rad."""
+    """Return the outline of one cone in a projection.
+
+    Args:
+        cones: beams.
+        i: index of the cone.
+        turn: angle by which everything is first rotated about z, rad.
+        flat: indices of the two axes to project on.
+    """
     return _outline(turned(_beam(cones, i), turn)[:, flat])
 
 
 def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[np.ndarray]:
-    """The outlines of the robot's bodies of pose ``at``, likewise."""
+    """Return the outlines of the robot's bodies in a projection.
+
+    Args:
+        bodies: capsules with a leading axis of poses.
+        at: index of the pose.
+        turn: angle by which everything is first rotated about z, rad.
+        flat: indices of the two axes to project on.
+    """
     start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
     return capsule_outlines(start, end, bodies.radius, flat)
 
@@ -65,7 +80,14 @@ def capsule_outlines(
     radius: Float[Array, " N"],
     flat: list[int],
 ) -> list[np.ndarray]:
-    """The outlines of capsules, ends (N, 3) m and radii (N,) m, on two axes."""
+    """Return the outlines of capsules in a projection.
+
+    Args:
+        start: first ends (N, 3) m.
+        end: second ends (N, 3) m.
+        radius: radii (N,) m.
+        flat: indices of the two axes to project on.
+    """
     each = zip(start, end, radius, strict=True)
     return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
 
@@ -73,7 +95,7 @@ def capsule_outlines(
 def _view(
     ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]
 ) -> None:
-    """Everything projected on the plane of two axes: beams, robot, floor, paths."""
+    """Draw beams, robot, floor and paths, projected on the plane of two axes."""
     flat = list(plane)
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
     ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
@@ -110,7 +132,7 @@ def _view(
 
 
 def _along(path: Float[np.ndarray, "P 3"]) -> Float[np.ndarray, "N 3"]:
-    """The path with points at even steps, ends included."""
+    """Resample a path at even steps, including both ends."""
     length = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     at = np.linspace(0, length[-1], max(2, round(length[-1] / (_EVERY / 2))) + 1)
     return np.stack([np.interp(at, length, x) for x in path.T], axis=1)
@@ -127,14 +149,14 @@ def picture(
     found: dict[str, list[Approach]],
     file: Path,
 ) -> None:
-    """For each named setup a row: from above, from the side, and the ball's clearance along its
-    path.
+    """Draw one row for each setup: the view from above, the view from the side, and the ball's
+    clearance along its path.
 
     Args:
-        robot: with bodies.
-        setups: by the names that the rows bear.
+        robot: robot with bodies.
+        setups: setups by the name to print on the row.
         q: pose (J,) rad.
-        found: the approaches to draw for each setup.
+        found: approaches to draw for each setup, by the same names.
         file: PNG to write.
     """
     bodies = robot_capsules(robot, forward(robot.chain, q))
@@ -146,7 +168,7 @@ def picture(
     )
     low, high = spots.min(axis=0) - 0.1, spots.max(axis=0) + 0.1
     low[2] = -PEDESTAL - 0.15
-    high[1:] = low[1:] + (high - low)[1:].max()  # both views equally high
+    high[1:] = low[1:] + (high - low)[1:].max()  # both views have the same height
     for (top, side, clear), (name, setup) in zip(axes, setups.items(), strict=True):
         cones = sensor_cones(robot, setup, q)
         _view(top, cones, bodies, found[name], (0, 1))
@@ -161,20 +183,29 @@ def picture(
             left = np.linalg.norm(np.diff(line, axis=0), axis=1)
             left = np.append(np.cumsum(left[::-1])[::-1], 0)
             gap = gap_to_capsules(line, bodies.start, bodies.end, bodies.radius) - one.radius
-            label = f"ball of {200 * one.radius:g} cm: ends {100 * one.gap_m:.0f} cm off the arm"
+            label = f"ball of {200 * one.radius:g} cm: ends {100 * one.gap_m:.0f} cm from the arm"
             clear.plot(left, gap, color=_colour(k), lw=1.8, label=label)
             clear.plot(left, cones(line) - one.radius, color=_colour(k), lw=1.2, ls=(0, (4, 2)))
-        plain(clear, "clearance along the path", "way left, m", "clearance, m")
+        plain(
+            clear, "clearance along the path", "distance to the end of the path, m", "clearance, m"
+        )
         clear.invert_xaxis()
         clear.set_ylim(0, 2.3)
         clear.legend(loc="upper right", fontsize=9, frameon=False)
     handles = [
         Patch(facecolor=_ROBOT, edgecolor=INK, lw=0.7, label="robot"),
-        Patch(facecolor=_BEAM, alpha=0.4, label="beams, in projection"),
+        Patch(facecolor=_BEAM, alpha=0.4, label="beams, projected"),
         Line2D([], [], color=COLOURS[1], lw=1.8, label="path of the small ball"),
         Line2D([], [], color=COLOURS[3], lw=1.8, label="path of the large ball"),
         Line2D([], [], color=GREY, lw=1.8, label="clearance from the robot"),
-        Line2D([], [], color=GREY, lw=1.2, ls=(0, (4, 2)), label="at least this from every beam"),
+        Line2D(
+            [],
+            [],
+            color=GREY,
+            lw=1.2,
+            ls=(0, (4, 2)),
+            label="lower bound on the clearance from every beam",
+        ),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=6, frameon=False, fontsize=10)
     save(figure, file)

@@ -1,4 +1,6 @@
-"""Setups side by side: the paper's beside a scene's own, by the scene's targets and the paper's."""
+"""Comparison of setups: a scene's own and the paper's layouts, by the scene's targets and the
+paper's.
+"""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
@@ -21,20 +23,20 @@ PAPER_TARGETS = (
 )
 
 
-# up to here all of the paper's targets are compared, beyond only those that were asked for
+# at most this many poses: compare by all of the paper's targets, else by the goals
 _FEW_POSES = 4
 
 
 def comparable(scene: Scene) -> tuple[str, ...]:
-    """The paper's setups that the scene's robot can carry: none where it lacks one of their
-    links.
+    """Return the names of the paper's layouts that fit the scene's robot; empty if it lacks one of
+    their links.
     """
     links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
     return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
 
 
 def papers(scene: Scene) -> dict[str, Setup]:
-    """These setups by name, with the scene's sensors."""
+    """Return these layouts by name, with the scene's sensors."""
     return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
 
 
@@ -45,11 +47,21 @@ def counted(
     sighted: Collection[Target],
     known: Mapping[tuple[str, Target], Verified],
 ) -> Iterator[VerifyResult]:
-    """Zeta of each target for each setup by one verifier, with all models of occlusion for those
-    ``sighted``; ``known``: what is counted already, by the setup's name and the target."""
+    """Count ζ of each target for each setup.
+
+    Args:
+        verifier: counts voxels of the scene.
+        setups: setups by name.
+        targets: targets to count.
+        sighted: targets for which ζ is counted under all models of occlusion.
+        known: counts that exist already, by the setup's name and the target.
+
+    Yields:
+        One result for each target and setup, target by target.
+    """
     scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
     for target in targets:
-        if target not in goals:  # its voxels serve nobody else
+        if target not in goals:  # no other target shares its voxels
             verifier = Verifier(scene, verifier.voxel, at=verifier.at)
         for name, one in setups.items():
             verified = known.get((name, target)) or verifier.verify(one, target)
@@ -62,7 +74,7 @@ def counted(
 
 
 def compared(scene: Scene) -> list[Target]:
-    """The targets that setups are compared by: the scene's goals and, of few poses, the paper's."""
+    """Return the targets of a comparison: the goals and, for a few poses, the paper's targets."""
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
     return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))

@@ -1,5 +1,5 @@
-"""The picture of detection in time: shares by direction, distances, and the approaches that are
-reported last.
+"""Figure of detection in time: shares by direction, distances, and the approaches that are reported
+last.
 """
 
 from pathlib import Path
@@ -19,16 +19,18 @@ from ..simulation.moments import STEP, Moments
 from .approach_figure import beam_outline, capsule_outlines, robot_outlines
 from .plots import COLOURS, GREY, GRID, INK, plain, save, sheet
 
-SHOWN = 2  # of the last reported approaches
+SHOWN = 2  # approaches that the figure shows
 _GOOD, _BAD, _PERSON, _ASKED = COLOURS[2], COLOURS[1], "#3d4650", COLOURS[4]
 _ROBOT, _BEAM, _NEAR = "#9aa4ae", COLOURS[5], "#fbe6bf"
-_LEAST_VIEW = 2.8  # m, either way of the base
-_GHOSTS = 0.5  # s, from one drawn person to the next
+_LEAST_VIEW = 2.8  # m, the view covers at least this to both sides of the base
+_GHOSTS = 0.5  # s, interval between drawn persons
 
 
 def last_reported(found: Approaches) -> list[int]:
-    """Approaches that are not in time, those reported nearest first; never reported is nearest; no
-    two from within 45°.
+    """Return the indices of the latest of the approaches that are not reported in time.
+
+    An approach that is never reported counts as the latest. No two differ by less than 45° in
+    direction.
     """
     late = np.flatnonzero(~found.in_time)
     order = late[np.argsort(np.nan_to_num(found.report[late], nan=-1.0), kind="stable")]
@@ -52,8 +54,18 @@ def picture(
     sectors: int,
     file: Path,
 ) -> None:
-    """Draw the approaches ``found`` of a ``person`` on the way in on a ``floor`` at that height, m,
-    by ``sectors`` directions."""
+    """Draw the figure.
+
+    Args:
+        robot: robot with bodies.
+        setup: rings to draw.
+        moments: poses of the robot over the motion.
+        found: simulated approaches.
+        person: skeleton of the person.
+        floor: height of the floor in the base frame, m.
+        sectors: number of directions over which shares are computed.
+        file: PNG to write.
+    """
     figure = sheet(15.5, 9.6)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.12, 1.12))
     _rose(figure.add_subplot(grid[0, 0], projection="polar"), found, sectors)
@@ -71,9 +83,9 @@ def picture(
     handles = [
         Patch(facecolor=_ROBOT, edgecolor=INK, lw=0.7, label="robot"),
         Patch(facecolor=_BEAM, alpha=0.4, label="beams at effective range"),
-        Patch(facecolor=_NEAR, label="nearer than the part's separation distance (V_P)"),
+        Patch(facecolor=_NEAR, label="within the separation distance of a part (V_P)"),
         Line2D(
-            [], [], color=_BAD, lw=3, label="the person's way, every half second, not reported yet"
+            [], [], color=_BAD, lw=3, label="the person before the first report, every half second"
         ),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=10)
@@ -81,7 +93,7 @@ def picture(
 
 
 def _rose(ax: Axes, found: Approaches, sectors: int) -> None:
-    """Share in time by direction, with its interval as a whisker."""
+    """Plot the share reported in time by direction, with its interval as a whisker."""
     sector = np.floor(np.mod(found.azimuth, 2 * np.pi) / (2 * np.pi) * sectors).astype(int)
     width = 2 * np.pi / sectors
     ax.bar(
@@ -110,12 +122,12 @@ def _rose(ax: Axes, found: Approaches, sectors: int) -> None:
     ax.grid(color=GRID, lw=0.6)
     ax.spines["polar"].set_visible(False)
     ax.set_title(
-        "reported in time, by where the person comes from", fontsize=10.5, color=INK, pad=12
+        "share reported in time, by direction of approach", fontsize=10.5, color=INK, pad=12
     )
 
 
 def _distances(ax: Axes, found: Approaches) -> None:
-    """How far the person is when reported, beside when the report was due."""
+    """Plot the distance at the first report against the distance at which a report is due."""
     report, due = np.nan_to_num(found.report, nan=0.0), np.nan_to_num(found.asked, nan=0.0)
     edges = np.linspace(0, max(float(report.max()), float(due.max()), 0.1), 41)
     ax.hist(due, list(edges), color=_ASKED, alpha=0.55, label="distance at which a report is due")
@@ -126,7 +138,7 @@ def _distances(ax: Axes, found: Approaches) -> None:
         alpha=0.55,
         label="distance at the first report (0: none)",
     )
-    plain(ax, "distance of person and robot", "m", "approaches")
+    plain(ax, "distance between person and robot", "m", "approaches")
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     ax.legend(frameon=False, fontsize=9, loc="upper left")
 
@@ -142,13 +154,13 @@ def _approach(
     body: Bones,
     floor: float,
 ) -> None:
-    """One approach at the moment at which the report was due, from above and from the side the
-    person is seen from.
+    """Draw one approach at the moment a report is due, from above and from the side of the person's
+    path.
     """
     azimuth, step = float(found.azimuth[k]), int(found.broken_step[k])
     at = int(m.before(int(found.moment[k]), found.walk - 1 - step))
     cones = sensor_cones(robot, setup, m.q[at])
-    turn = -azimuth  # the side view looks across the way in
+    turn = -azimuth  # the side view looks across the path
     views = ((top, [0, 1], 0.0, azimuth), (side, [0, 2], turn, 0.0))
     reported = found.report[k]
     ghost = max(int(_GHOSTS / STEP), 1)
@@ -201,4 +213,4 @@ def _approach(
         "x, m",
         "y, m",
     )
-    plain(side, "the same across its way", "along the way, m", "z, m")
+    plain(side, "the same, seen across the path", "along the path, m", "z, m")

@@ -1,5 +1,5 @@
-"""The report of detection in time: the formula with every term, what the sensors see, shares by
-direction, and no rating.
+"""Report of detection in time: the formula with every term, the sensors' ranges, and shares by
+direction.
 """
 
 from collections.abc import Mapping
@@ -15,14 +15,17 @@ from .pages import table
 
 DISCLAIMER = (
     "place-rings is an engineering aid. Nothing here confers a safety rating: the sensors of its"
-    " catalogue are not safety-rated, and coverage is not detection. What the standards ask of a"
-    " protective device (ISO 13855, ISO 10218-2, IEC 61496) is to be shown on the real cell, by"
-    " those who answer for it."
+    " catalogue are not safety-rated, and coverage is not detection. Compliance with the standards"
+    " for protective devices (ISO 13855, ISO 10218-2, IEC 61496) must be demonstrated on the real"
+    " cell by those responsible for it."
 )
 
 
 def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
-    """Each approach as a row of CSV; distances in m, empty where there was none before contact."""
+    """Return one CSV row for each approach.
+
+    Distances are in m, and empty where no report came before contact.
+    """
 
     def number(value: float) -> Any:
         return round(float(value), 4) if np.isfinite(value) else ""
@@ -43,7 +46,7 @@ def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
 
 
 def page(r: SafetyResult, command: str) -> str:
-    """The report as Markdown."""
+    """Return the report as Markdown."""
     s = r.separation
     share = (
         f"**{r.in_time.percent:.1f} %** ({r.in_time.low_percent:.1f} to"
@@ -57,40 +60,41 @@ def page(r: SafetyResult, command: str) -> str:
         "",
         (
             f"A person of 1.75 m walks straight at the robot at {s.human_speed:g} m/s,"
-            f" {r.approaches} times, from directions drawn evenly{_during(r)}. {share} of these"
+            f" {r.approaches} times, from directions drawn uniformly{_during(r)}. {share} of these"
             " approaches are reported before any part of the robot is nearer than its separation"
-            " distance; in brackets the interval of 95 % after Wilson."
+            " distance. The range in brackets is the 95 % interval (Wilson)."
         ),
         "",
         f"{r.never_reported} approaches are not reported before contact.",
         "",
         "![Shares by direction, distances, and the approaches that are reported last](safety.png)",
         "",
-        "## What is asked",
+        "## Required separation",
         "",
         (
-            "S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r (ISO/TS 15066, now in ISO"
-            " 10218-2:2025), for each quarter of each link by its own speed v_r, taken as if it"
-            " were towards the person."
+            "S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r (ISO/TS 15066, now in"
+            " ISO 10218-2:2025). Each quarter of each link has its own speed v_r, which is assumed"
+            " to point at the person."
         ),
         "",
-        table(("term", "value", "what it is", "from"), _terms(r)),
+        table(("term", "value", "meaning", "source"), _terms(r)),
         (
-            f"Over the motion S is {s.least_m:.2f} to {s.largest_m:.2f} m. In the simulation period"
-            " and latency of the sensors are counted by themselves, so that"
-            f" {max(s.reaction_s - r.period_s - r.latency_s, 0):.3f} s of T_r are left in S there"
-            f" (at most {r.separation_at_report_m:.2f} m)."
+            f"Over the motion S is {s.least_m:.2f} to {s.largest_m:.2f} m. The simulation models"
+            " the period and latency of the sensors explicitly. Only the remaining"
+            f" {max(s.reaction_s - r.period_s - r.latency_s, 0):.3f} s of T_r therefore count in"
+            f" its S (at most {r.separation_at_report_m:.2f} m)."
         ),
         "",
-        "## What the sensors see",
+        "## Range of the sensors",
         "",
         _reach(r),
         "",
         (
-            f"A sight that lasts for a period is reported {1000 * (r.period_s + r.latency_s):.0f}"
-            f" ms after it began at most: a period of {1000 * r.period_s:.0f}"
-            f" ms{' (assumed: no rate is sourced)' if r.rate_assumed else ''} and"
-            f" {1000 * r.latency_s:.0f} ms of latency. {_in_the_way(r)}"
+            "A person who stays in a beam for one period is reported at most"
+            f" {1000 * (r.period_s + r.latency_s):.0f} ms after entering it: a period of"
+            f" {1000 * r.period_s:.0f}"
+            f" ms{' (assumed: the catalogue has no rate)' if r.rate_assumed else ''} and a latency"
+            f" of {1000 * r.latency_s:.0f} ms. {_in_the_way(r)}"
         ),
         "",
         *_sensors(r),
@@ -98,9 +102,9 @@ def page(r: SafetyResult, command: str) -> str:
     if far is not None:
         lines += [
             (
-                f"With the same beams seeing as far as {r.range_needed_m:.2f} m, {far.percent:.1f}"
-                f" % ({far.low_percent:.1f} to {far.high_percent:.1f}) would be in time: what is"
-                " missing then is missed between the beams, not beyond them."
+                f"If the same beams had a range of {r.range_needed_m:.2f} m, {far.percent:.1f} %"
+                f" ({far.low_percent:.1f} to {far.high_percent:.1f}) would be in time. The rest is"
+                " missed between the beams, not beyond their range."
             ),
             "",
         ]
@@ -108,8 +112,14 @@ def page(r: SafetyResult, command: str) -> str:
         (f"{d.from_deg:.0f}–{d.to_deg:.0f}", str(d.approaches), f"{d.percent:.1f}", _interval(d))
         for d in r.by_direction
     ]
-    heads = ("from, °", "approaches", "in time, %", "interval")
-    lines += ["## By direction", "", table(heads, each), f"Made by `{command}`, seed {r.seed}.", ""]
+    heads = ("direction, °", "approaches", "in time, %", "95 % interval")
+    lines += [
+        "## By direction",
+        "",
+        table(heads, each),
+        f"Command: `{command}`, seed {r.seed}.",
+        "",
+    ]
     return printable_lines("\n".join(lines))
 
 
@@ -119,69 +129,68 @@ def _interval(d: ShareModel) -> str:
 
 def _during(r: SafetyResult) -> str:
     if r.seconds_of_motion is None:
-        return f", each at one of {r.moments} poses that is held, drawn by weight"
+        return f", each at a fixed pose, drawn by weight from {r.moments} poses"
     return (
-        f", while the robot moves; walks end at moments drawn evenly from {r.seconds_of_motion:.1f}"
-        " s of motion, which comes round again"
+        ", while the robot moves; walks end at moments drawn uniformly from"
+        f" {r.seconds_of_motion:.1f} s of motion, which repeats"
     )
 
 
 def _in_the_way(r: SafetyResult) -> str:
-    blind = (
-        " and blinds sensors of one zone in whose beams it stands" if r.occlusion == "blind" else ""
+    blind = " and blinds one-zone sensors whose beams it enters" if r.occlusion == "blind" else ""
+    robot = f"The person walks on a floor at z = {r.floor_m:g} m in the base frame."
+    verb = "does not occlude" if r.occlusion == "ignore" else "occludes"
+    robot += f" The robot {verb} the space behind it{blind}."
+    if not r.obstacles:
+        return robot
+    return (
+        f"{robot} These obstacles occlude, too, but do not block walking: {', '.join(r.obstacles)}."
     )
-    robot = f"The person walks on a floor at {r.floor_m:g} m in the base frame."
-    robot += (
-        f" The robot {'does not hide' if r.occlusion == 'ignore' else 'hides'} what is behind"
-        f" it{blind}."
-    )
-    return f"{robot} So do {', '.join(r.obstacles)}, which stop nobody." if r.obstacles else robot
 
 
 def _terms(r: SafetyResult) -> list[tuple[str, str, str, str]]:
     s = r.separation
     speed = (
-        "the joints' speeds along the motion"
+        "joint speeds along the motion"
         if s.speeds_known
-        else "given for all parts: no joint speeds are known"
+        else "robot_speed for all parts: joint speeds are unknown"
     )
     return [
-        ("v_h", f"{s.human_speed:g} m/s", "the person", "ISO 13855: walking"),
-        ("v_r", f"0 to {s.fastest_m_s:.2f} m/s", "the part of the robot", speed),
-        ("T_r", f"{s.reaction_s:g} s", "from what could be seen to the command to stop", "given"),
+        ("v_h", f"{s.human_speed:g} m/s", "speed of the person", "ISO 13855: walking"),
+        ("v_r", f"0 to {s.fastest_m_s:.2f} m/s", "speed of the part of the robot", speed),
+        ("T_r", f"{s.reaction_s:g} s", "time from detection to the stop command", "given"),
         (
             "T_s",
             f"{s.stopping_s:g} s at the fastest",
-            "until the robot stands",
+            "time from the stop command to standstill",
             "given, or UR10 CB3 manual 1.6.2 by speed",
         ),
         (
             "S_h",
             f"{s.S_h:.3f} m",
-            "the person's way while the system reacts and stops",
+            "the person's path during reaction and stop",
             "v_h (T_r + T_s)",
         ),
-        ("S_r", f"{s.S_r:.3f} m", "the robot's way until it brakes", "v_r T_r"),
-        ("S_s", f"{s.S_s:.3f} m", "the robot's way while it brakes", "v_r T_s / 2"),
-        ("C", f"{s.C:g} m", "what reaches in unseen", "given"),
-        ("Z_d", f"{s.Z_d:g} m", "uncertainty of the person's place", "given"),
-        ("Z_r", f"{s.Z_r:g} m", "uncertainty of the robot's place", "given"),
-        ("**S**", f"**{s.largest_m:.3f} m**", "at the fastest part", "the sum"),
+        ("S_r", f"{s.S_r:.3f} m", "the robot's path before it brakes", "v_r T_r"),
+        ("S_s", f"{s.S_s:.3f} m", "the robot's path while it brakes", "v_r T_s / 2"),
+        ("C", f"{s.C:g} m", "intrusion distance", "given"),
+        ("Z_d", f"{s.Z_d:g} m", "uncertainty of the person's position", "given"),
+        ("Z_r", f"{s.Z_r:g} m", "uncertainty of the robot's position", "given"),
+        ("**S**", f"**{s.largest_m:.3f} m**", "separation distance of the fastest part", "the sum"),
     ]
 
 
 def _reach(r: SafetyResult) -> str:
     if r.range_m >= r.range_needed_m:
         return (
-            f"The sensors see {r.range_m:.2f} m, which is at least the {r.range_needed_m:.2f} m"
-            " asked at the fastest."
+            f"The sensors reach {r.range_m:.2f} m, at least the {r.range_needed_m:.2f} m that the"
+            " fastest part requires."
         )
     return (
-        f"**The sensors see {r.range_m:.2f} m; {r.range_needed_m:.2f} m are asked where the robot"
-        f" is fastest, and {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the"
-        " moments.** Where they do not, sensors on the fastest part see a person only when it is"
-        " too late, wherever they look: slow the robot down, shorten its stop, or take sensors"
-        " that see farther."
+        f"**The sensors reach {r.range_m:.2f} m. The fastest part requires {r.range_needed_m:.2f}"
+        f" m; {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the moments.** At"
+        " the other moments, sensors on the fastest part detect a person too late, whatever their"
+        " direction. Slow the robot down, shorten its stop, or choose sensors with a longer range."
     )
 
 
@@ -189,8 +198,8 @@ def _sensors(r: SafetyResult) -> list[str]:
     if not r.sensors:
         return [
             (
-                "The sensor is not of the catalogue: its nominal range is taken as it is, for any"
-                " target and light."
+                "The sensor is not in the catalogue: its nominal range is used, for any target"
+                " and light."
             ),
             "",
         ]
@@ -198,8 +207,13 @@ def _sensors(r: SafetyResult) -> list[str]:
     for one in r.sensors:
         lines += [f"{one.title}, {one.range_m:.3f} m ({one.source}):", ""]
         rules = [
-            (rule.rule, rule.found, f"{rule.range_m:.3f}", "figure" if rule.measured else "law")
+            (
+                rule.rule,
+                rule.found,
+                f"{rule.range_m:.3f}",
+                "measurement" if rule.measured else "law",
+            )
             for rule in one.rules
         ]
-        lines.append(table(("rule", "found", "m left", "basis"), rules))
+        lines.append(table(("rule", "value", "range after it, m", "basis"), rules))
     return lines

@@ -1,4 +1,4 @@
-"""The figures of the minimum-distance study."""
+"""Figures of the study of minimum distances."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,9 +14,9 @@ from matplotlib.patches import Patch
 from ..simulation.distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
 from .plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
-# by setup, mode and thing: one table for each seed
+# by setup, mode and target: one table for each seed
 Results = Mapping[tuple[str, str, str], Sequence[Table]]
-MODE_NAMES = {"ignore": "robot hides nothing", "shadow": "robot hides what is behind it"}
+MODE_NAMES = {"ignore": "without self-occlusion", "shadow": "with self-occlusion"}
 _MODE_COLOURS = dict(zip(MODES, (COLOURS[0], COLOURS[1]), strict=True))
 _FONT = 10.0
 
@@ -26,14 +26,14 @@ def _setups(results: Results) -> list[str]:
 
 
 def _column(results: Results, key: str, mode: str, thing: str) -> tuple[Any, Any]:
-    """Means and half widths (S,) of ``key`` for all setups."""
+    """Return means and half widths (S,) of ``key`` for all setups."""
     found = [summary(results[setup, mode, thing])[key] for setup in _setups(results)]
     mean, half = np.array(found, float).T
     return mean, np.nan_to_num(half)
 
 
 def _rows(ax: Axes, names: Sequence[str], labelled: bool) -> None:
-    """One line for each setup, the first at the top."""
+    """Set one row for each setup, the first at the top."""
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.grid(False, axis="y")
@@ -43,7 +43,7 @@ def _rows(ax: Axes, names: Sequence[str], labelled: bool) -> None:
 def _bars(
     ax: Axes, results: Results, key: str, thing: str, x: str, title: str, labelled: bool
 ) -> None:
-    """Bars of both modes with intervals, setup by setup."""
+    """Draw bars of both modes with their intervals, setup by setup."""
     names = _setups(results)
     for k, mode in enumerate(MODES):
         mean, half = _column(results, key, mode, thing)
@@ -71,7 +71,7 @@ def _mode_legend(figure: Figure, extra: Sequence[Artist] = ()) -> None:
 
 
 def errors(results: Results, file: Path, thing: str = "human") -> None:
-    """The paper's last figure: RMSE and maximum error of the minimum distance, setup by setup."""
+    """Draw the paper's last figure: RMSE and maximum error of the minimum distance by setup."""
     figure = sheet(11, 1.7 + 0.42 * len(_setups(results)))
     left, right = figure.subplots(1, 2)
     _bars(
@@ -97,7 +97,7 @@ def errors(results: Results, file: Path, thing: str = "human") -> None:
 
 
 def zones(results: Results, file: Path, mode: str = "shadow") -> None:
-    """RMSE and maximum error of every thing in the near and in the far zone, setup by setup."""
+    """Draw RMSE and maximum error of every target in the near and the far zone, for each setup."""
     names = _setups(results)
     figure = sheet(11, 1.9 + 0.85 * len(names))
     axes = figure.subplots(2, 2, sharex="row")
@@ -143,8 +143,9 @@ def zones(results: Results, file: Path, mode: str = "shadow") -> None:
 
 
 def monitoring(results: Results, file: Path) -> None:
-    """What speed and separation monitoring rests on: closing speeds, and how long and how near the
-    human goes unseen.
+    """Draw the figures that matter for speed and separation monitoring.
+
+    They are the error of the closing speed, and how long and how near the human stays undetected.
     """
     figure = sheet(12, 2.2 + 0.84 * len(_setups(results)))
     axes = figure.subplots(2, 2)
@@ -153,10 +154,14 @@ def monitoring(results: Results, file: Path) -> None:
         ("rmse_speed_tcp", "RMSE of the closing speed, m/s", "closing speed towards the TCP"),
         (
             "unseen_longest_s",
-            "longest time unseen in a path, s",
-            "within 1.5 m and unseen: for how long",
+            "longest time undetected in a path, s",
+            "undetected within 1.5 m: duration",
         ),
-        ("unseen_nearest_m", "least distance while unseen, m", "within 1.5 m and unseen: how near"),
+        (
+            "unseen_nearest_m",
+            "least distance while undetected, m",
+            "undetected within 1.5 m: distance",
+        ),
     )
     for k, (ax, (key, x, title)) in enumerate(zip(axes.flat, panels, strict=True)):
         _bars(ax, results, key, "human", x, f"human: {title}", k % 2 == 0)
@@ -167,8 +172,15 @@ def monitoring(results: Results, file: Path) -> None:
 def timeline(
     runs: Mapping[str, Series], range_m: float, file: Path, start: float = 0.0, end: float = np.inf
 ) -> None:
-    """True and believed distance over time, one panel for each named run; moments at which no
-    sensor sees are marked.
+    """Plot true and estimated distance over time, one panel for each run; mark the moments without
+    any detection.
+
+    Args:
+        runs: time series by the title of the panel.
+        range_m: range of the sensors, m.
+        file: PNG to write.
+        start: first moment, s.
+        end: last moment, s.
     """
     figure = sheet(12, 0.9 + 2.5 * len(runs))
     axes = np.atleast_1d(figure.subplots(len(runs), 1, sharex=True, sharey=True))
@@ -190,16 +202,16 @@ def timeline(
     axes[-1].set_xlabel("time, s")
     handles = [
         Line2D([], [], color=INK, lw=1.8, label="true"),
-        Line2D([], [], color=COLOURS[0], lw=1.2, label="believed (points on the beams' axes)"),
+        Line2D([], [], color=COLOURS[0], lw=1.2, label="estimated (points on the beams' axes)"),
         Line2D(
             [],
             [],
             color=COLOURS[2],
             lw=1.0,
             ls=(0, (1, 1)),
-            label="careful (anywhere in the beams)",
+            label="lower bound (anywhere in the beams)",
         ),
-        Patch(color=COLOURS[4], alpha=0.3, label="within 1.5 m, unseen by all sensors"),
+        Patch(color=COLOURS[4], alpha=0.3, label="within 1.5 m, undetected by all sensors"),
         Line2D([], [], color=GREY, lw=0.8, ls=(0, (4, 3)), label=f"{NEAR:g} and {FAR:g} m"),
     ]
     figure.legend(

@@ -1,4 +1,4 @@
-"""The formats of ``place-rings export``: of each, what makes its files."""
+"""Formats of ``place-rings export``, with the function that makes the files of each."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,7 +11,7 @@ from ..formats.export.tables import csv, json
 from ..formats.export.urdf import urdf
 from ..formats.export.xacro import xacro
 
-Files = Mapping[str, bytes]  # by their names in the folder
+Files = Mapping[str, bytes]  # contents by file name
 
 
 def _urdf(placed: PlacedSetup) -> Files:

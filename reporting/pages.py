@@ -1,6 +1,4 @@
-"""Pages: Markdown, and the same as one HTML file that needs nothing else, on a screen and on
-paper.
-"""
+"""Markdown pages, and the same pages as self-contained HTML for screen and print."""
 
 import base64
 import csv
@@ -17,7 +15,7 @@ from ..formats.escaping import printable, printable_lines
 
 _IMAGE = re.compile(r'src="([\w.-]+\.png)"')
 _PICTURE = re.compile(r"[\w.-]+\.png")
-# a table minds its bars itself
+# bars are escaped by ``table``
 _MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c != "|"})
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 _STYLE = """body { max-width: 72rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, \
@@ -42,21 +40,17 @@ p:has(+ table), p:has(+ p > img) { break-after: avoid } p { orphans: 3; widows: 
 
 
 def escaped(text: str) -> str:
-    """``text`` of a file or a user as Markdown that shows it as it is, on one line: no link, no
-    picture, no markup.
-    """
+    """Return a user's or a file's text as one line of Markdown without links, images or markup."""
     return printable(" ".join(text.split())).translate(_MARKUP)
 
 
 def code(text: str) -> str:
-    """A block of Markdown that shows ``text`` as it is, line by line, with an empty line after
-    it.
-    """
+    """Return a Markdown code block that shows ``text`` verbatim, with an empty line after it."""
     return "".join(f"    {printable(line)}\n" for line in text.splitlines()) + "\n"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
-    """A Markdown table, with an empty line after it; columns ``right`` stand at their right."""
+    """Return a Markdown table with an empty line after it; columns ``right`` are right-aligned."""
     rules = [" ---: |" if i in right else " --- |" for i in range(len(heads))]
     lines = ["| " + " | ".join(heads) + " |", "|" + "".join(rules)]
     lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
@@ -64,7 +58,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection
 
 
 def csv_text(records: Sequence[Mapping[str, object]]) -> str:
-    """Records with the same keys as CSV with a head."""
+    """Return records with the same keys as CSV with a header."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
     writer.writeheader()
@@ -73,9 +67,16 @@ def csv_text(records: Sequence[Mapping[str, object]]) -> str:
 
 
 def html(markdown: str, folder: Path, title: str) -> str:
-    """The page as self-contained HTML, in which all characters show. Its images are the PNG files
-    of ``folder`` that it names; whatever else it refers to stays text, so that nothing of a page
-    leads elsewhere."""
+    """Return a page as self-contained HTML with all characters escaped.
+
+    PNG files of ``folder`` that the page names are embedded. Every other link or image stays text,
+    so that no page refers to anything outside.
+
+    Args:
+        markdown: the page.
+        folder: folder of its images.
+        title: title of the HTML document.
+    """
 
     def embedded(match: re.Match[str]) -> str:
         image = base64.b64encode((folder / match[1]).read_bytes()).decode()
@@ -85,7 +86,7 @@ def html(markdown: str, folder: Path, title: str) -> str:
         return _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
 
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
-    # markdown-it's own way of saying which links it keeps
+    # markdown-it asks this method which links to keep
     parser.validateLink = picture  # type: ignore[method-assign]
     head = (
         '<meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'

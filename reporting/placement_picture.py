@@ -1,6 +1,4 @@
-"""The picture of a placement: robot, rings, what the sensors see and what stays unseen, from two
-sides.
-"""
+"""Picture of a placement: robot, rings, covered and uncovered volume, from two sides."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -38,13 +36,13 @@ VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0
 
 _OBSTACLE = "#c9b48c"
 _TARGET, _TARGET_EDGE = "#f5f5f5", "#8f8a80"
-_SAMPLES = 5_000  # points in the target, of which the unseen become dots
+_SAMPLES = 5_000  # points drawn in the target; the uncovered ones become dots
 _SENSOR_RADIUS = 0.0085  # m
 
 
 def draw_room(canvas: Canvas) -> None:
-    """Floor and far walls of the box, ruled in metres of the base frame; from above the floor
-    alone.
+    """Draw the floor and the far walls of the box with a grid in metres of the base frame; from
+    above, the floor only.
     """
     from matplotlib.collections import LineCollection
 
@@ -60,7 +58,7 @@ def draw_room(canvas: Canvas) -> None:
         for i in range(3)
     ]
 
-    # the line over the box at t on axis i
+    # the line across the box at t on axis i
     def rule(i: int, along: int, t: float, start: Any) -> Any:
         ends = np.array([start, start])
         ends[:, i], ends[:, along] = t, canvas.box[:, along]
@@ -73,7 +71,7 @@ def draw_room(canvas: Canvas) -> None:
     for i, start in enumerate((front, front, left) if walls else (front, front)):
         a, b = rule(i, i, 0, start)
         x, y = (b - a) / np.linalg.norm(b - a)
-        out = np.array([y, -x]) * np.sign(a @ [y, -x])  # away from the middle, which is at 0
+        out = np.array([y, -x]) * np.sign(a @ [y, -x])  # away from the centre, which is at 0
         for t in ticks[i]:
             # x and y meet at the near corner
             if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:
@@ -94,13 +92,13 @@ def draw_room(canvas: Canvas) -> None:
 
 
 def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -> None:
-    """The target's outline and in it the cones, each in its colour (K,)."""
+    """Draw the target's outline and the cones inside it, each in its colour (K,)."""
     from matplotlib.collections import PolyCollection
     from matplotlib.path import Path as Outline
 
     ax = canvas.ax
     hulls = [canvas.hull(points) for points in convex_pieces(outer)]
-    # of the edges the outline stays
+    # keep the outline of the edges
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
         ax.add_collection(
             PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1)
@@ -128,8 +126,8 @@ def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -
 def _draw_robot(
     canvas: Canvas, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any
 ) -> None:
-    """Over the cones: robot, rings, sensors and the unseen points, which hide each other as they
-    should.
+    """Draw robot, rings, sensors and uncovered points over the cones, with correct mutual
+    occlusion.
     """
     frames, width = (
         forward(scene.robot.chain, scene.poses[0].q),
@@ -153,16 +151,18 @@ def _draw_robot(
 def placement_picture(
     path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
 ) -> None:
-    """Draw ``setup``, one ring or more, in the first pose of ``scene`` and its first goal's target:
-    a PNG of 1800 x 900.
+    """Draw a setup in the scene's first pose, with the target of its first goal: a PNG of 1800 x
+    900.
 
     Args:
-        path: the file; its folder exists.
+        path: file to write; its folder exists.
+        scene: scene whose first pose and first goal are drawn.
+        setup: setup with at least one ring.
         zeta_lines: the title, one text for each target, such as "V_S(0.5): 97.9 % covered".
-        seed: of the points that show what is unseen.
+        seed: random seed of the points that show uncovered volume.
 
     Raises:
-        UserError: if the file cannot be written; an old one stays as it was.
+        UserError: if the file cannot be written; an existing file stays unchanged.
     """
     rings = Counter(ring.link for ring in setup.rings)
     parts = [*_where(scene), f"{setup.sensors} sensors"]
@@ -189,8 +189,17 @@ def comparison_picture(
     """Draw two setups side by side, each with its caption: a PNG like that of
     ``placement_picture``.
 
+    Args:
+        path: file to write; its folder exists.
+        scene: scene whose first pose and first goal are drawn.
+        before: setup on the left.
+        after: setup on the right.
+        captions: their captions.
+        title: title of the picture.
+        seed: random seed of the points that show uncovered volume.
+
     Raises:
-        UserError: if the file cannot be written; an old one stays as it was.
+        UserError: if the file cannot be written; an existing file stays unchanged.
     """
     views = [
         (setup, caption, *VIEWS[0][1:])
@@ -206,8 +215,15 @@ def _where(scene: Scene) -> list[str]:
 def _draw(
     path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int
 ) -> None:
-    """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a
-    line of ``parts``.
+    """Draw two views under a title and a line of ``parts``.
+
+    Args:
+        path: file to write.
+        scene: scene whose first pose and first goal are drawn.
+        views: setup, caption, and the eye's azimuth, elevation and distance for each view.
+        title: title of the picture.
+        parts: parts of the line below the title.
+        seed: random seed of the points that show uncovered volume.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -263,7 +279,7 @@ def _draw(
             Patch(
                 fc=(*rgb(colour[k]), 0.4),
                 ec=colour[k],
-                label=f"seen from the {k.replace('_', ' ')}",
+                label=f"covered by sensors on the {k.replace('_', ' ')}",
             )
             for k in links
         ),
@@ -274,7 +290,7 @@ def _draw(
             marker="o",
             markersize=5,
             color=UNSEEN_COLOUR,
-            label=f"unseen part of {target}",
+            label=f"uncovered part of {target}",
         ),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),

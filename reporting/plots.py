@@ -1,4 +1,4 @@
-"""How the plots of studies look: colours, sizes, axes."""
+"""Style of the plots: colours, sizes, axes."""
 
 import io
 from pathlib import Path
@@ -12,20 +12,22 @@ from ..formats.escaping import printable_lines
 from ..formats.writing import write_bytes
 
 INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
-# Okabe and Ito's colours, told apart by every kind of colour vision.
+# Okabe and Ito's colours, distinguishable with every kind of colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#23272b")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def sheet(width: float, height: float) -> Figure:
-    """An empty figure of that many inches, drawn without a screen."""
+    """Return an empty figure of ``width`` by ``height`` inches that needs no display."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
-    """Grid behind, no frame above and right, a title at the left."""
+    """Style axes with a grid behind the data, no frame above and on the right, and the title on the
+    left.
+    """
     ax.set_axisbelow(True)
     ax.grid(True, which="major", color=GRID, lw=0.6)
     ax.spines[["top", "right"]].set_visible(False)
@@ -35,8 +37,10 @@ def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
 
 
 def save(figure: Figure, file: Path) -> None:
-    """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be
-    written.
+    """Write the figure as PNG atomically.
+
+    Raises:
+        UserError: if the file cannot be written.
     """
     for text in figure.findobj(Text):
         text.set_text(printable_lines(text.get_text()))

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar in a terminal, elsewhere a line on stderr every ten seconds."""
+"""Progress of long computations: a bar in a terminal, otherwise lines on stderr."""
 
 import threading
 import time
@@ -9,14 +9,14 @@ from rich.progress import Progress as RichProgress
 
 from .terminal import Terminal, say
 
-EVERY = 10.0  # s, between plain lines
+EVERY = 10.0  # s, interval between lines on stderr
 
 
 class Progress(RichProgress):
-    """A bar with a description, and the field ``best`` beside it, that vanishes when it ends.
+    """A progress bar with a description and a field ``best``; it disappears when it ends.
 
-    Where ``console`` is no terminal there is no bar. Then the first unfinished task is reported on
-    stderr every ``EVERY`` seconds, so that the log of a piped run shows that it goes on.
+    If ``console`` is no terminal there is no bar. Then the first unfinished task is reported on
+    stderr every ``EVERY`` seconds, so that the log of a redirected run shows progress.
     """
 
     def __init__(self, console: Terminal) -> None:
@@ -33,7 +33,7 @@ class Progress(RichProgress):
         self._began = time.monotonic()
 
     def add_task(self, description: str, *more: Any, best: str = "", **fields: Any) -> TaskID:
-        """Add a task; ``best`` stands beside its bar."""
+        """Add a task; ``best`` is shown next to its bar."""
         return super().add_task(description, *more, best=best, **fields)
 
     @property
@@ -42,7 +42,7 @@ class Progress(RichProgress):
         return self._thread is not None if self._plain else self.live.is_started
 
     def start(self) -> None:
-        """Show the bar, or begin to report lines."""
+        """Show the bar, or start to report lines."""
         if not self._plain:
             super().start()
         elif self._thread is None:
@@ -50,7 +50,7 @@ class Progress(RichProgress):
             self._thread.start()
 
     def stop(self) -> None:
-        """Remove the bar, or end the lines."""
+        """Remove the bar, or stop reporting lines."""
         if not self._plain:
             super().stop()
         elif self._thread is not None:
@@ -64,7 +64,7 @@ class Progress(RichProgress):
                 say(line, error=True)
 
     def line(self) -> str | None:
-        """What the first unfinished task has done; None where all are finished."""
+        """Return the progress of the first unfinished task, or None if all are finished."""
         with self._lock:
             task = next((t for t in self.tasks if not t.finished), None)
         if task is None:

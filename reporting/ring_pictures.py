@@ -1,4 +1,4 @@
-"""Pictures of printed rings: each with its dimensions, and one as it is mounted."""
+"""Pictures of printed rings: each ring with its dimensions, and one ring mounted."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _BODY, _OTHER = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46)
 _BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)
 _INK = "#333333"
-_APART = 14.0  # mm, between the halves where they are shown apart
-_STEP = 1.2  # mm of depth between neighbouring pixels, from which on there is an outline
-_CREASE = 30.0  # degrees between faces, from which on their edge is sharp
+_APART = 14.0  # mm, gap between the halves in the exploded view
+_STEP = 1.2  # mm, step in depth between neighbouring pixels that gets an outline
+_CREASE = 30.0  # degrees, angle between faces that makes a sharp edge
 _ABOVE, _SIDE = (-90, 90), (-90, 0)  # azimuth and elevation of the eye, degrees
 _ABOUT_ORIGIN = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
 Parts = list[tuple["Manifold", tuple[float, float, float]]]
@@ -49,7 +49,7 @@ def _dimension(
     text: str,
     off: tuple[float, float] = (0, 0),
 ) -> None:
-    """An arrow between two points, and what it measures."""
+    """Draw a dimension line between two points with its text."""
     ax.annotate(
         "",
         a,
@@ -62,9 +62,7 @@ def _dimension(
 
 
 def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
-    """A PNG of a ring: both halves apart as printed, from above and from the side with dimensions,
-    and what was measured.
-    """
+    """Return a PNG of a ring: the exploded halves, views with dimensions, and measured values."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
@@ -128,8 +126,9 @@ def _allowed(least: float | None, most: float | None) -> str:
 
 
 def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
-    """A PNG of a ring with boards and bolts around its link, from two sides; arrows say where the
-    sensors look.
+    """Return a PNG of a ring with boards and bolts around its link, from two sides.
+
+    Arrows show the directions of the sensors.
     """
     from matplotlib.figure import Figure
 
@@ -166,6 +165,6 @@ def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> b
 
 
 def ring_pictures(plan: PrintPlan, made: Assembly, record: PrintedRing) -> dict[str, bytes]:
-    """The pictures of a ring, by their names: its own, and of the first as it is mounted."""
+    """Return the pictures of a ring by file name, with a mounted view for the first ring."""
     own = {record.files[2]: ring_picture(plan, made, record)}
     return own if record.ring else own | {ASSEMBLED: assembled_picture(plan, made, record)}

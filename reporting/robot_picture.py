@@ -1,5 +1,5 @@
-"""The picture of a robot to check: its surface faint, capsules, mount axes with what is usable of
-them, the pose curve.
+"""Picture to check a robot: its surface, capsules, mount axes with usable parts, and the pose
+curve.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ _SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
 
 
 def _surface(links: Sequence[FittedLink], frames: Any) -> Any:
-    """Triangles (T, 3, 3) m of all surfaces, in the base frame."""
+    """Return triangles (T, 3, 3) m of all surfaces in the base frame."""
     triangles = [np.zeros((0, 3, 3))]
     for link in links:
         T = np.eye(4) if link.frame == BASE else frames[link.frame]
@@ -60,8 +60,8 @@ def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) 
 
 
 def _mount(canvas: Canvas, T: Any, m: Any) -> None:
-    """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its
-    name.
+    """Draw the mount axis, thick where it is usable, with its name and the circles that a ring
+    surrounds.
     """
     ax, R = canvas.ax, T[:3, :3]
 
@@ -103,14 +103,15 @@ def _mount(canvas: Canvas, T: Any, m: Any) -> None:
 
 
 def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) -> None:
-    """Draw a robot in its own pose, from two sides: a PNG of 1800 x 900.
+    """Draw a robot in its default pose from two sides: a PNG of 1800 x 900.
 
     Args:
-        path: the file; its folder exists.
-        links: the surfaces that its bodies were fitted to, where there are any.
+        path: file to write; its folder exists.
+        robot: robot to draw.
+        links: surfaces that the bodies were fitted to, if any.
 
     Raises:
-        UserError: if the file cannot be written; an old one stays as it was.
+        UserError: if the file cannot be written; an existing file stays unchanged.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -146,7 +147,7 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
         Patch(facecolor=(_CAPSULE, 0.15), edgecolor=_CAPSULE, label="bodies (capsules)"),
         Line2D([], [], color=_MOUNT, lw=4, label="mount axis, usable"),
         Line2D(
-            [], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, within joint housings"
+            [], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, inside joint housings"
         ),
         Line2D(
             [],
@@ -157,7 +158,7 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
             mfc="none",
             ls="none",
             ms=9,
-            label="what a ring surrounds",
+            label="cross-section that a ring surrounds",
         ),
         Line2D([], [], color=_CURVE, lw=2, marker="o", mfc="white", label="pose curve, joints"),
     ]

@@ -1,6 +1,4 @@
-"""How robust a setup is, counted and in rows of a table: blind sensors and rings, errors of its
-mounting.
-"""
+"""Robustness of a setup as counts and table rows: lost sensors and rings, and mounting errors."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -21,22 +19,31 @@ from .terminal import Terminal
 
 @dataclass(frozen=True)
 class Robustness:
-    """What a report is asked: sensors told apart, voxel m, errors of mounting, how many draws,
-    their seed.
-    """
+    """Settings of a robustness report."""
 
     most: int
+    """Largest k for which k-coverage is counted."""
     voxel: float
+    """Side of a voxel, m."""
     errors: MountingErrors
+    """Distribution of the mounting errors."""
     draws: int
+    """Number of drawn mountings."""
     seed: int
+    """Random seed of the draws."""
 
 
 def assess(
     name: str, setup: Setup, scene: Scene, asked: Robustness, console: Terminal
 ) -> list[RobustnessResult]:
-    """Redundancy and tolerance of ``setup`` for the scene's goals, with a progress bar on
-    ``console``.
+    """Count redundancy and tolerance of a setup for each of the scene's goals.
+
+    Args:
+        name: name of the setup in the results.
+        setup: setup to assess.
+        scene: scene whose goals are counted.
+        asked: settings.
+        console: terminal for the progress bar.
     """
     verifier, results = Verifier(scene, asked.voxel), []
     with Progress(console) as bar:
@@ -50,29 +57,37 @@ def assess(
 
 
 def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:
-    """Questions down, targets across, in percent: the question, then a cell for each."""
+    """Return rows with a label and one cell in percent for each target."""
     e = results[0].errors
-    luck = (
+    mountings = (
         f"{e.draws} mountings, ±{e.position_mm:g} mm,"
         f" ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
     )
-    seen = {f"seen by at least {k} sensors": k for k in range(2, len(results[0].seen_percent) + 1)}
+    seen = {
+        f"covered by at least {k} sensors": k for k in range(2, len(results[0].seen_percent) + 1)
+    }
     rows = {
         "ζ": [r.zeta_percent for r in results],
         **{what: [r.seen_percent[k - 1] for r in results] for what, k in seen.items()},
         "ζ without the worst sensor": [r.worst_sensor.zeta_percent for r in results],
         "ζ without the worst ring": [r.worst_ring.zeta_percent for r in results],
-        f"mean ζ of {luck}": [r.mean_percent for r in results],
-        "5th percentile of these": [r.fifth_percentile_percent for r in results],
+        f"mean ζ of {mountings}": [r.mean_percent for r in results],
+        "5th percentile of these mountings": [r.fifth_percentile_percent for r in results],
     }
     return [[what, *(f"{v:.2f}" for v in values)] for what, values in rows.items()]
 
 
 def robustness_table(results: list[RobustnessResult]) -> Table:
-    """The same for the terminal."""
+    """Return the same rows as a table for the terminal."""
     first = results[0]
     title = f"{first.setup} in percent, rule centre, voxels of {first.voxel:g} m"
-    table = Table(title=title, title_justify="left")
+    table = Table(
+        title=title,
+        title_justify="left",
+        caption="worst: the sensor or ring whose loss costs most; mountings: random errors of"
+        " position and direction",
+        caption_justify="left",
+    )
     table.add_column("")
     for r in results:
         table.add_column(target_label(r), justify="right")
@@ -82,7 +97,7 @@ def robustness_table(results: list[RobustnessResult]) -> Table:
 
 
 def lines(r: RobustnessResult) -> str:
-    """Which sensor and ring are missed most, and how far the draws are to be trusted."""
+    """Return a line on the most important sensor and ring, and on the Monte Carlo error."""
 
     def lost(loss: LossModel) -> str:
         ring = f"ring {loss.ring} on {loss.link}"
@@ -92,6 +107,6 @@ def lines(r: RobustnessResult) -> str:
         "" if r.mean_error_percent is None else f" ± {r.mean_error_percent:.2f} (standard error)"
     )
     return (
-        f"missed most: {lost(r.worst_sensor)} and {lost(r.worst_ring)}; mean under errors"
-        f" {r.mean_percent:.2f}{error}, least {r.worst_percent:.2f}; {r.seconds:.1f} s"
+        f"largest losses: {lost(r.worst_sensor)} and {lost(r.worst_ring)}; mean under mounting"
+        f" errors {r.mean_percent:.2f}{error}, minimum {r.worst_percent:.2f}; {r.seconds:.1f} s"
     )

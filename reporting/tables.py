@@ -9,12 +9,18 @@ from ..coverage.robots.robot import Robot
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
 
-_WIDE = 3  # targets up to which the worst pose has columns of its own
+_WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
-    """Where every ring goes: link, place along it, sensors, tilt, phase."""
-    table = Table(title=f"{len(setup.rings)} rings, {setup.sensors} sensors", title_justify="left")
+    """Return a table of rings: link, position, sensors, tilt, phase."""
+    table = Table(
+        title=f"{len(setup.rings)} rings, {setup.sensors} sensors",
+        title_justify="left",
+        caption="position: 0 at the link's proximal end, 1 at its distal end; tilt: positive"
+        " towards distal; phase: angle of the first sensor about the link's axis",
+        caption_justify="left",
+    )
     for name in (
         "ring",
         "link",
@@ -44,12 +50,12 @@ def ring_table(setup: Setup, robot: Robot) -> Table:
 
 
 def target_label(result: VerifyResult | RobustnessResult) -> str:
-    """``V_S(0.5)`` or ``V_OT``."""
+    """Return a target's label: ``V_S(0.5)`` or ``V_OT``."""
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 
 
 def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
-    """Zeta in percent, or its interval where it is certified, rounded outward."""
+    """Return ζ in percent, or its certified interval, rounded outward."""
     if rule == "certified":
         decimals = min(
             max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))),
@@ -64,14 +70,12 @@ def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str
 
 
 def proof_line(result: VerifyResult, proof: ProofModel) -> str:
-    """How a certified interval was reached, in a line."""
+    """Return a line on the width and the cost of a certified interval."""
     width = result.high_percent - result.low_percent
     if proof.reached or proof.width_percent == 0:
         verdict = f"guaranteed: width {width:.2g} points"
     else:
-        verdict = (
-            f"guaranteed, but {width:.2g} points wide, not the {proof.width_percent:g} asked for"
-        )
+        verdict = f"guaranteed, but {width:.2g} points wide instead of {proof.width_percent:g}"
     return (
         f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
         f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
@@ -79,8 +83,9 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
 
 
 def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
-    """Setups down, targets across, zeta in percent; over several poses the mean, and for few
-    targets the worst too.
+    """Return ζ in percent with a row for each setup and a column for each target.
+
+    Over several poses ζ is their mean; for few targets the table also shows the worst pose.
     """
     labels = list(dict.fromkeys(target_label(r) for r in results))
     table = Table(title=title, title_justify="left")

@@ -1,6 +1,6 @@
-"""Output to the terminal, with control and direction characters of files and users as escapes.
+"""Output to the terminal, with control and direction characters of files and users escaped.
 
-No room but the rig builds another console or calls another print; a test enforces that.
+Only the rig creates another console or calls another print; a test enforces that.
 """
 
 import codecs
@@ -31,12 +31,12 @@ def say(line: str, error: bool = False) -> None:
 
 
 def say_lines(text: str, error: bool = False) -> None:
-    """Print ``text`` of several lines, each with its newline, to stdout or stderr."""
+    """Print text that may have several lines, each with its newline, to stdout or stderr."""
     print(printable_lines(text), end="", file=sys.stderr if error else sys.stdout, flush=True)
 
 
 def say_json(text: str) -> None:
-    """Print JSON; it stays JSON of the same data."""
+    """Print JSON with escapes that keep its data unchanged."""
     text = printable_json(text)
     if not _unicode(sys.stdout):
         text = json.dumps(json.loads(text), indent=2)
@@ -44,7 +44,7 @@ def say_json(text: str) -> None:
 
 
 class Terminal(Console):
-    """A console that escapes characters that are not printable, and knows no markup and no links.
+    """A console that escapes unprintable characters and interprets neither markup nor links.
 
     A string is one line; a Text may have several.
     """
@@ -61,18 +61,18 @@ class Terminal(Console):
         renderable: RenderableType,
         options: ConsoleOptions | None = None,
     ) -> Iterable[Segment]:
-        """Render with a Text escaped before its lines are broken, and with escaped segments."""
+        """Render with every Text escaped before line breaking, and with escaped segments."""
         found = rich_cast(renderable)
         segments = super().render(_escaped(found) if isinstance(found, Text) else found, options)
         return (s if s.control else _clean(s) for s in segments)
 
     def status(self, status: RenderableType, **more: Any) -> Status:
-        """Return a spinner beside a text, which is no markup either."""
+        """Return a spinner beside a text without markup."""
         return _Status(_plain(status), console=self, **more)
 
 
 class _Status(Status):
-    """A status that takes later texts as plain text."""
+    """A status that also takes later texts without markup."""
 
     def update(self, status: RenderableType | None = None, **more: Any) -> None:
         super().update(None if status is None else _plain(status), **more)
@@ -83,7 +83,7 @@ def _plain(text: RenderableType) -> RenderableType:
 
 
 def _escaped(text: Text) -> Text:
-    """Return ``text`` with escapes between its newlines, and its styles moved along."""
+    """Return ``text`` escaped between its newlines, with its styles moved accordingly."""
     parts = [c if c == "\n" else printable(c) for c in text.plain]
     at = [0, *accumulate(map(len, parts))]
     if at[-1] == len(text.plain):
@@ -108,7 +108,7 @@ _PLAIN |= {"³": "^3", "µ": "u", "σ": "sigma", "→": "->", "✗": "x", "≥":
 
 
 def _replaced(error: UnicodeError) -> tuple[str, int]:
-    """An error handler of codecs: characters that a terminal lacks in ASCII, others as ``?``."""
+    """Replace characters that an encoding lacks by ASCII text, others by ``?``."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
@@ -120,8 +120,9 @@ def _unicode(stream: TextIO) -> bool:
 
 
 def guard() -> None:
-    """Escape what Python itself prints: tracebacks, warnings, logs that have no handler. Replace
-    characters that stdout and stderr cannot encode.
+    """Escape what Python itself prints: tracebacks, warnings, logs without a handler.
+
+    Characters that stdout and stderr cannot encode are replaced.
     """
     codecs.register_error("place_rings", _replaced)
     for stream in (sys.stdout, sys.stderr):
@@ -146,7 +147,7 @@ def _uncaught_in_thread(found: threading.ExceptHookArgs) -> None:
 
 
 class _Printable(logging.Formatter):
-    """A log's records as escaped lines."""
+    """Format log records as escaped lines."""
 
     def format(self, record: logging.LogRecord) -> str:
         return printable_lines(super().format(record))

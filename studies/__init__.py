@@ -1,1 +1,1 @@
-"""Studies of many measurements, on one process or many."""
+"""Studies of many measurements, on one process or a cluster."""

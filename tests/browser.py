@@ -76,7 +76,10 @@ class Reader:
     def seconds(self) -> float:
         """How long the page's last figures took the server, s."""
         return float(
-            self.page.get_by_text("about, by points").first.inner_text().split("; ")[1].split()[0]
+            self.page.get_by_text("estimated from points")
+            .first.inner_text()
+            .split("; ")[1]
+            .split()[0]
         )
 
     def _control(self, label: str):

@@ -306,7 +306,7 @@ def test_robustness_prints_one_object(run):
     assert r.mean_percent == pytest.approx(np.mean(r.drawn_percent))
     code, out, _ = run(*args)
     assert f"{r.zeta_percent:.2f}" in out
-    assert "missed most" in out
+    assert "largest losses" in out
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
@@ -475,8 +475,8 @@ def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_p
     assert found.floor_m == -0.9
     page = (tmp_path / "found" / "README.md").read_text()
     assert "confers a safety rating" in page
-    assert "too late, wherever they look" in page
-    assert f"{found.range_needed_m:.2f} m are asked" in page
+    assert "too late, whatever their direction" in page
+    assert f"The fastest part requires {found.range_needed_m:.2f} m" in page
     with (tmp_path / "found" / "approaches.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
     assert (tmp_path / "found" / "safety.png").stat().st_size > 10_000
@@ -496,7 +496,7 @@ def test_v_p_names_a_nominal_sensor_that_does_not_reach_as_far(run, tmp_path):
         "verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1"
     )
     assert code == 0
-    assert "A nominal sensor of 25° sees 1.50 m, less than the" in out
+    assert "A nominal sensor of 25° reaches 1.50 m, less than the" in out
 
 
 def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):

@@ -209,7 +209,7 @@ def test_materials_add_up():
     )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert (
-        f"{11 * 100:,} distances and {(frame_length(5) + frame_length(6)) * 100:,} bytes a second"
+        f"{11 * 100:,} distances and {(frame_length(5) + frame_length(6)) * 100:,} bytes per second"
         in said
     )
     assert (
@@ -314,8 +314,8 @@ def test_the_report_says_what_is_counted(made):
     read, file = made
     setup, scene = resolve(str(file), None)
     counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
-    assert f"3 sensors on 2 rings see {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
-    assert f"missed by {99 - 100 * counted.zeta:.2f} points of V_S(0.4)" in read.text
+    assert f"3 sensors on 2 rings cover {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
+    assert f"missed by {99 - 100 * counted.zeta:.2f} points for V_S(0.4)" in read.text
     unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in counted.poses]
     for pose, litres in enumerate(unseen):
         assert f"pose {pose}: {litres:,.1f} litres" in read.text
@@ -326,13 +326,13 @@ def test_the_report_says_what_is_counted(made):
     forearm = next(row for row in read.rows if row[1:2] == ["forearm"] and "mm from" in row[2])
     assert forearm[2] == f"{0.3 * 572.3:.0f} mm from elbow"
     for heading_ in (
-        "What was asked",
-        "What is seen",
-        "blind spots",
+        "Scene",
+        "Coverage",
+        "Blind spots",
         "Redundancy",
         "Mounting",
         "materials",
-        "again",
+        "Reproduce",
         "Limits",
     ):
         assert heading_ in read.text

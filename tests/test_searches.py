@@ -124,7 +124,7 @@ def test_tables_say_who_is_sooner_and_who_is_ahead(parts, tmp_path):
     assert page.matches(runs, 30.0, page.WALL)[0].sooner == 4.0
     text = "\n".join(page.pages(runs, tmp_path, 30.0, page.WORK))
     assert (
-        "Not 5 times as soon: V_OT with 80, V_T with 80. Below the best peer at the end: V_T"
+        "Less than 5 times faster: V_OT with 80, V_T with 80. Below the best peer at the end: V_T"
         " with 80." in text
     )
     assert (tmp_path / "curves.csv").read_text().count("\n") == 1 + sum(len(r.curve) for r in runs)

@@ -99,9 +99,9 @@ def test_search_count_save_and_picture(browser, tmp_path):
         reader.press("Remove this ring")
         until(lambda: proved.count() == 1, "what was counted is not told any more")
         for name, said in (
-            ("../mine", "allowed: letters"),
+            ("../mine", "allowed: at most 64 letters"),
             ("mine", "saved as mine.toml"),
-            ("mine", "there already"),
+            ("mine", "exists; choose another name"),
         ):
             reader.enter("Name", name)
             reader.press("Save as a new proposal")
@@ -173,7 +173,7 @@ NOT_ALLOWED = (
     ("Ring", "99: tool", "'99: tool'"),
     ("Cones", "", "not in tuple"),
     ("Robot's body", "x", "not in tuple"),
-    ("Position", float("nan"), "a number that is not finite"),
+    ("Position", float("nan"), "must be finite"),
     ("Save (start with --out FOLDER)", True, "--out FOLDER"),
 )
 
@@ -189,7 +189,7 @@ def test_what_no_control_would_send_changes_nothing(opened):
         client.until(lambda told=answer: told in client.words, f"nothing was said of {label}")
     client.set("Picture of the view", True)
     client.until(
-        lambda: "picture: found none that the browser sent" in client.words,
+        lambda: "picture: the browser sent none" in client.words,
         "no picture came, and nothing was said",
     )
     client.set("Position", 1e300)

@@ -1,1 +1,1 @@
-"""The page in a browser that shows a setup and changes it."""
+"""Browser page that shows a setup and edits it."""

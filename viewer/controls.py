@@ -1,4 +1,4 @@
-"""The controls of a page: what they are called, their bounds, and how they follow the setup."""
+"""Controls of a page: labels, bounds, and updates from the setup."""
 
 import math
 from collections.abc import Sequence
@@ -18,15 +18,15 @@ from .session import ViewerSession
 
 
 class Control(Protocol):
-    """What shows a value."""
+    """A control that shows a value."""
 
     @property
     def value(self) -> str | float: ...
 
 
 def set_value(control: Control, value: str | float) -> None:
-    """Set what a control shows."""
-    # viser's setter is not the next line after its getter: mypy takes the value for read-only
+    """Set the value that a control shows."""
+    # mypy takes the value for read-only: viser's setter does not directly follow its getter
     control.value = value  # type: ignore[misc]
 
 
@@ -38,7 +38,7 @@ def _label(i: int, link: str) -> str:
 
 
 def labelled(names: Sequence[str]) -> dict[str, str]:
-    """Return each name by its printable text; where two share one, the later gets its number
+    """Return each name by its printable text; a later one with the same text gets its number,
     too.
     """
     found = dict[str, str]()
@@ -51,12 +51,10 @@ def labelled(names: Sequence[str]) -> dict[str, str]:
 
 
 class Controls:
-    """The controls of one page, in the order in which they stand. What they do is said in
-    ``Page``.
-    """
+    """The controls of one page, in the order on the page. ``Page`` defines what they do."""
 
     def __init__(self, gui: viser.GuiApi, room: ViewerSession, names: Sequence[str]) -> None:
-        """Build them for the setups of that ``names``."""
+        """Build the controls for the setups ``names``."""
         self._room, self._names = room, list(names)
         self._setups = [f"{chr(65 + i)}: {printable(name)[:60]}" for i, name in enumerate(names)]
         first = next(iter(room.setups.values()))
@@ -74,8 +72,8 @@ class Controls:
                 OCCLUSIONS if room.scene.robot.bodies else OCCLUSIONS[:1],
                 initial_value=room.scene.occlusion,
                 hint=(
-                    "ignore: sensors see through it. shadow: it hides what is behind. blind: a"
-                    " sensor that meets it sees no farther."
+                    "ignore: beams pass through it. shadow: points behind it are not covered."
+                    " blind: a sensor that sees it covers nothing farther away."
                 ),
             )
             self.cones = gui.add_dropdown("Cones", SHOWN_CONES, initial_value=DrawnParts.cones)
@@ -89,7 +87,7 @@ class Controls:
             self.ring = gui.add_dropdown("Ring", self._rings, hint="Or click a ring.")
             self.link = gui.add_dropdown("Link", list(self._links))
             self.position = gui.add_slider(
-                "Position", 0.0, 1.0, 0.005, 0.0, hint="0 proximal, 1 distal"
+                "Position", 0.0, 1.0, 0.005, 0.0, hint="0: proximal end, 1: distal end"
             )
             self.tilt = gui.add_slider(
                 "Tilt, °", -STEEPEST_DEG, STEEPEST_DEG, 0.5, 0.0, hint="positive towards distal"
@@ -104,12 +102,14 @@ class Controls:
             self.again = gui.add_button("As opened")
         with gui.add_folder("Count and search"):
             self.prove = gui.add_button(
-                "Count exactly", hint="Voxel by voxel, and a guaranteed interval."
+                "Count exactly", hint="Count voxels, and compute a guaranteed interval."
             )
             self.proofs = gui.add_html("")
             self.aim = gui.add_dropdown("Search for", [AS_ASKED, *(str(t) for t in room.targets)])
             self.free = gui.add_checkbox(
-                "Rings and counts free", False, hint="As many sensors, on any rings."
+                "Rings and counts free",
+                False,
+                hint="Keep the number of sensors; choose rings freely.",
             )
             self.search = gui.add_button("Search from here", color="blue")
             self.stop = gui.add_button("Stop", disabled=True)
@@ -118,7 +118,7 @@ class Controls:
         with gui.add_folder("Keep"):
             kept = room.out is not None
             self.name = gui.add_text("Name", "proposal")
-            self.replace = gui.add_checkbox("Replace an old file", False, disabled=not kept)
+            self.replace = gui.add_checkbox("Replace an existing file", False, disabled=not kept)
             self.save = gui.add_button(
                 "Save as a new proposal" if kept else "Save (start with --out FOLDER)",
                 disabled=not kept,
@@ -126,15 +126,15 @@ class Controls:
             self.picture = gui.add_button("Picture of the view")
 
     def setup_number(self, label: str) -> int:
-        """Which setup a choice means; ValueError for none."""
+        """Return the index of the chosen setup; ValueError if there is none."""
         return self._setups.index(label)
 
     def ring_number(self, label: str) -> int:
-        """Which ring a choice means; ValueError for none."""
+        """Return the index of the chosen ring; ValueError if there is none."""
         return self._rings.index(label)
 
     def link_named(self, label: str) -> str:
-        """Which link a choice means; ``label`` itself where it is none."""
+        """Return the link for a label; ``label`` itself if there is none."""
         return self._links.get(label, label)
 
     def tell(
@@ -146,7 +146,16 @@ class Controls:
         choice: DrawnParts,
         active: int,
     ) -> None:
-        """Say what is shown: setups, ζ, the kinds' shares of the ``active`` one's points."""
+        """Update the texts: setups, coverage, and the legend.
+
+        Args:
+            setups: setups on the page.
+            rows: coverage by target.
+            seconds: time of the estimate, s.
+            shares: share of the active setup's points in each class.
+            choice: what the page shows.
+            active: index of the active setup.
+        """
         scene, few = self._room.scene, self._room.glance.few
         poses = len(scene.poses)
         of = (
@@ -166,7 +175,14 @@ class Controls:
         self.legend.content = words.legend(shares, str(choice.target), at)
 
     def follow(self, setup: Setup, i: int, active: int, most: int) -> None:
-        """Show ring ``i`` of ``setup``, the ``active`` one of the setups."""
+        """Update the sliders.
+
+        Args:
+            setup: active setup.
+            i: index of the ring to show.
+            active: index of the setup.
+            most: largest number of sensors that the ring may have.
+        """
         ring = setup.rings[i]
         self._rings = [_label(k, r.link) for k, r in enumerate(setup.rings)]
         set_value(self.setup, self._setups[active])
@@ -184,11 +200,11 @@ class Controls:
             (self.count, ring.count),
         )
         for slider, value in values:
-            if abs(slider.value - value) > slider.step / 2:  # what a person just set stays as it is
+            if abs(slider.value - value) > slider.step / 2:  # keep what the user just set
                 slider.value = value
 
     def working(self, on: bool) -> None:
-        """Long work begins or is over."""
+        """Switch the controls when a long task starts or ends."""
         set_value(self.progress, 0.0)
         self.progress.visible = on
         self.stop.disabled = not on

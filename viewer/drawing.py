@@ -1,6 +1,4 @@
-"""What is drawn of a setup in a scene: named arrays with colours, which a browser shows and a test
-can read.
-"""
+"""Drawing of a setup in a scene: named arrays with colours, for the browser and for tests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -26,40 +24,49 @@ from .triangle_meshes import beams, bodies, chips, grid, outline
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
-# share of the points up to which those that are missed are drawn large; of more each is smaller
+# up to this share of uncovered points they are drawn large; above it each is smaller
 _FEW = 0.15
-_VEIL = 0.55  # opacity of one cone, shared by all
+_VEIL = 0.55  # opacity of a single cone; several cones share it
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """vertices (V, 3) m, triangles (T, 3) of them, a colour ``#rrggbb``, its opacity; may it be
-    clicked, as which ring?
-    """
+    """A triangle mesh."""
 
     vertices: Float[np.ndarray, "V 3"]
+    """Vertices, m."""
     faces: Int[np.ndarray, "T 3"]
+    """Vertex indices of the triangles."""
     colour: str
+    """Colour as ``#rrggbb``."""
     opacity: float = 1.0
+    """Opacity in [0, 1]."""
     ring: int | None = None
+    """Index of the ring that a click on the mesh selects, or None."""
 
 
 @dataclass(frozen=True)
 class Dots:
-    """points (N, 3) m, a colour, and the size of one, m."""
+    """Points of one colour."""
 
     points: Float[np.ndarray, "N 3"]
+    """Positions, m."""
     colour: str
+    """Colour as ``#rrggbb``."""
     size: float
+    """Size of a point, m."""
 
 
 @dataclass(frozen=True)
 class Edges:
-    """Lines (E, 2, 3) m, a colour, and how wide they are on the screen, pixels."""
+    """Lines of one colour."""
 
     ends: Float[np.ndarray, "E 2 3"]
+    """End points, m."""
     colour: str
+    """Colour as ``#rrggbb``."""
     width: float
+    """Width on the screen, pixels."""
 
 
 Item = Mesh | Dots | Edges
@@ -67,27 +74,36 @@ Item = Mesh | Dots | Edges
 
 @dataclass(frozen=True)
 class DrawnParts:
-    """What of it a page shows: the pose, the target, what the robot's body does to its sensors,
-    whose cones, the ring that is chosen, the kinds of points, the target's outline, the robot."""
+    """What a page shows."""
 
     pose: int
+    """Index of the pose."""
     target: Target
+    """Target whose points are shown."""
     occlusion: Occlusion
+    """Model of occlusion."""
     cones: Shown = "this link"
+    """Rings whose cones are shown."""
     ring: int = 0
+    """Index of the selected ring."""
     kinds: frozenset[int] = field(
         default_factory=lambda: frozenset(k.number for k in KINDS) - {TWICE}
     )
+    """Classes of points that are shown."""
     outline: bool = True
+    """True to show the target's outline."""
     robot: bool = True
+    """True to show the robot."""
 
 
 class Drawing:
-    """Draws setups in one scene, for many pages at once. What belongs to one ring is kept: the same
-    arrays again as long as that ring stays as it is."""
+    """Draws setups in one scene, for many pages at once.
+
+    Arrays of a ring are cached: an unchanged ring gives the same arrays again.
+    """
 
     def __init__(self, glance: QuickEstimate, body: Skin | None = None) -> None:
-        """``body``: the robot's surface, where it is known; else its bodies are drawn."""
+        """Draw the robot's surface ``body``, or its capsules if there is none."""
         self.scene, self.glance, self.body = glance.scene, glance, body
         self._outer = lru_cache(256)(lambda target, pose: self.scene.solid(target, pose).a)
         self._robot = lru_cache(64)(self._robot_at)
@@ -97,8 +113,8 @@ class Drawing:
         self._colours = link_colours(self.scene.robot.links)
 
     def backdrop(self, choice: DrawnParts) -> dict[str, Item]:
-        """The robot, its pose curve, the target's outline and the obstacles: what no ring
-        changes.
+        """Draw what no ring changes: the robot, its pose curve, the target's outline and the
+        obstacles.
         """
         found: dict[str, Item] = {}
         surface, curve = self._robot(choice.pose)
@@ -141,8 +157,8 @@ class Drawing:
         return beams(cones, lengths_within(cones, self._outer(target, pose)))
 
     def rings(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
-        """The rings as bands with their sensors, and the cones of those that are chosen, as far as
-        the target goes.
+        """Draw the rings as bands with their sensors, and the chosen cones up to the target's
+        boundary.
         """
         wanted = shown_cones(setup, choice)
         veil = min(_VEIL / max(sum(setup.rings[i].count for i in wanted), 1) ** 0.5, 0.25)
@@ -163,8 +179,19 @@ class Drawing:
     def points(
         self, setup: Setup, choice: DrawnParts, beside: Sequence[Setup] = ()
     ) -> tuple[dict[str, Item], tuple[float, ...]]:
-        """The target's points at the pose, kind by kind, and each kind's share of all of them; as
-        large as those of the setups ``beside``. BodilessError as for ``QuickEstimate.verdict``."""
+        """Draw the target's points at the pose, class by class.
+
+        Args:
+            setup: setup that covers points.
+            choice: what the page shows.
+            beside: other setups on the page, which get points of the same size.
+
+        Returns:
+            The drawings, and the share of each class among all points.
+
+        Raises:
+            BodilessError: see ``QuickEstimate.verdict``.
+        """
         where = self.glance.points(choice.target, choice.pose, SHOWN)
         kind, *others = (
             self.glance.verdict(s, choice.target, choice.pose, choice.occlusion).kind
@@ -184,12 +211,12 @@ class Drawing:
         return found, shares
 
     def box(self, choice: DrawnParts) -> Float[np.ndarray, "2 3"]:
-        """Lower and upper corner (2, 3) m of the target at the pose."""
+        """Return the lower and upper corner (2, 3) m of the target at the pose."""
         return self._outer(choice.target, choice.pose).bounds()
 
 
 def shown_cones(setup: Setup, choice: DrawnParts) -> list[int]:
-    """The rings whose cones are shown."""
+    """Return the indices of the rings whose cones are shown."""
     link = setup.rings[choice.ring].link
     return [
         i

@@ -1,6 +1,4 @@
-"""A setup that is being changed: every change gives another whole setup, as a proposal's file would
-hold it.
-"""
+"""Edits of a setup: each edit returns a new, complete setup."""
 
 import itertools
 import math
@@ -11,15 +9,13 @@ from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.rounding import rounded
 from ..objectives.scene import Scene
 
-MOST_RINGS, MOST_SENSORS = 50, 64  # of a setup that is changed by hand, and of one of its rings
+MOST_RINGS, MOST_SENSORS = 50, 64  # rings of an edited setup, sensors of an edited ring
 STEEPEST_DEG = 85.0
 
 
 @dataclass(frozen=True)
 class EditedSetup:
-    """A setup of a scene that can be changed ring by ring; what is out of bounds is brought to the
-    nearest bound.
-    """
+    """A setup in a scene that can be edited ring by ring; values are clamped to their bounds."""
 
     scene: Scene
     setup: Setup
@@ -28,8 +24,8 @@ class EditedSetup:
         return replace(self, setup=rounded(Setup(tuple(rings)), self.scene.sensor))
 
     def most(self, i: int) -> int:
-        """Sensors that ring ``i`` may have: those it has, where they are more than are given by
-        hand.
+        """Return the largest count of ring ``i``: the limit for edits, or its present count if
+        larger.
         """
         return max(MOST_SENSORS, self.setup.rings[i].count)
 
@@ -42,18 +38,27 @@ class EditedSetup:
         phase_deg: float | None = None,
         count: int | None = None,
     ) -> "EditedSetup":
-        """Ring ``i`` changed in what is given. One that goes to another link takes the sensor and
-        the radius of that link.
+        """Return the setup with ring ``i`` changed; None leaves a value as it is.
+
+        A ring that moves to another link gets the sensor and the radius of that link.
+
+        Args:
+            i: index of the ring.
+            link: new link.
+            position: new position in [0, 1] along the link's mount axis.
+            tilt_deg: new tilt, degrees.
+            phase_deg: new phase, degrees.
+            count: new number of sensors.
 
         Raises:
-            ValueError: for a link that the robot has not, or a number that is not finite.
-            IndexError: for a ring that is not there.
+            ValueError: for a link that the robot does not have, or a number that is not finite.
+            IndexError: if there is no such ring.
         """
         ring = self.setup.rings[i]
         if not all(
             math.isfinite(v) for v in (position, tilt_deg, phase_deg, count) if v is not None
         ):
-            raise ValueError("found a number that is not finite, allowed: finite ones")
+            raise ValueError("numbers must be finite")
         if link is not None and link != ring.link:
             ring = replace(
                 self._ring(link, ring.count),
@@ -74,7 +79,7 @@ class EditedSetup:
         return self._with([*self.setup.rings[:i], ring, *self.setup.rings[i + 1 :]])
 
     def _ring(self, link: str, count: int) -> Ring:
-        """A new ring on ``link``: with the radius of those that are there."""
+        """Return a new ring on ``link`` with the radius of the rings there."""
         self.scene.robot.mount(link)
         radius = next(
             (r.radius for r in self.setup.rings if r.link == link), self.scene.radius_of(link)
@@ -82,20 +87,21 @@ class EditedSetup:
         return Ring(link, 0.0, count, 0.0, 0.0, radius, self.scene.sensor_of(link))
 
     def added(self, link: str) -> "EditedSetup":
-        """One ring more, in the middle of the widest free stretch of ``link``, with as many sensors
-        as most rings have.
+        """Return the setup with one more ring in the middle of the widest gap on ``link``.
+
+        It has the most frequent number of sensors.
 
         Raises:
-            ValueError: where there is no room for one, or no such link.
+            ValueError: if the link does not exist or has no room for a ring.
         """
         there = sorted(r.position for r in self.setup.rings if r.link == link)
         length = self.scene.robot.mount(link).length
         if len(self.setup.rings) >= MOST_RINGS:
             raise ValueError(
-                f"there are {len(self.setup.rings)} rings, allowed: {MOST_RINGS} at most"
+                f"there are {len(self.setup.rings)} rings already; at most {MOST_RINGS} are allowed"
             )
         if length == 0 and there:
-            raise ValueError("there is room for one ring only on this link")
+            raise ValueError("this link has room for one ring only")
         count = Counter(r.count for r in self.setup.rings).most_common(1)[0][0]
         low, high = self.scene.limits_of(link).position
         places = [low, *(p for p in there if low <= p <= high), high]
@@ -105,9 +111,14 @@ class EditedSetup:
         return self._with([*self.setup.rings, ring])
 
     def removed(self, i: int) -> "EditedSetup":
-        """Without ring ``i``. ValueError for the last one; IndexError for one that is not there."""
+        """Return the setup without ring ``i``.
+
+        Raises:
+            ValueError: for the last ring.
+            IndexError: if there is no such ring.
+        """
         rings = list(self.setup.rings)
         if len(rings) == 1:
-            raise ValueError("the last ring stays")
+            raise ValueError("the last ring cannot be removed")
         del rings[i]
         return self._with(rings)

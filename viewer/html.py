@@ -1,4 +1,4 @@
-"""What a page says, as HTML in which nothing of a file stands unescaped."""
+"""Texts of a page as HTML, with everything from files escaped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,28 +12,30 @@ from .colours import KINDS
 from .tasks import Proof
 
 IDEA = (
-    "Rings of distance sensors around the arm see <b>cones</b> of the space about it. The dots fill"
-    " a <b>target</b> volume: blue ones are seen, orange ones are not. <b>ζ</b> is the share that"
-    " is seen."
+    "Rings of distance sensors around the arm cover <b>cones</b> of the space around it. The dots"
+    " fill a <b>target</b> volume: blue dots are covered, orange dots are not. <b>ζ</b> is the"
+    " covered share."
 )
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 
 
 @dataclass(frozen=True)
 class TableRow:
-    """A target, and ζ of it in [0, 1], as opened and now, of each setup that is shown."""
+    """Coverage of one target."""
 
     target: str
+    """Label of the target."""
     values: tuple[tuple[float, float], ...]
+    """ζ in [0, 1] of each setup, as opened and now."""
 
 
 def _text(text: str) -> str:
-    """A text as HTML that shows all of it."""
+    """Escape a text for HTML."""
     return escape(printable(text))
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of cells, escaped here; the first column is to the left."""
+    """Return a table of cells, which are escaped here; the first column is left-aligned."""
     side = ["left"] + ["right"] * (len(head) - 1)
     cell = "<{0} style='text-align:{1};padding:1px 6px;font-variant-numeric:tabular-nums'>{2}</{0}>"
     lines = ["".join(cell.format("th", s, _text(h)) for s, h in zip(side, head, strict=True))]
@@ -53,7 +55,7 @@ def _box(text: str) -> str:
 
 
 def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Sequence[int]) -> str:
-    """What is shown, and the idea in a line."""
+    """Return the setups on the page and an explanation of coverage."""
     each = (
         f"<b>{_text(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
         for n, k, r in zip(names, sensors, rings, strict=True)
@@ -64,19 +66,23 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
 
 
 def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: float, poses: str) -> str:
-    """ζ of all targets, as opened and now, in percent."""
+    """Return a table of ζ of all targets, as opened and now, in percent."""
     several = len(names) > 1
     head = ["ζ in %"]
     for name in names:
         head += [f"{name}, as opened", "now"] if several else ["as opened", "now"]
     cells = [[r.target, *(f"{100 * v:.1f}" for pair in r.values for v in pair)] for r in rows]
-    note = f"<span style='color:#555'>about, by points{_text(poses)}; {seconds:.2f} s</span>"
+    note = f"<span style='color:#555'>estimated from points{_text(poses)}; {seconds:.2f} s</span>"
     return _box(_table(head, cells) + note)
 
 
 def legend(shares: Sequence[float], target: str, where: str) -> str:
-    """The colours in words, with the share of the target's points that each has; ``where``: setup
-    and pose.
+    """Return the legend of the points.
+
+    Args:
+        shares: share of the target's points in each class.
+        target: label of the target.
+        where: setup and pose.
     """
     dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
     lines = (
@@ -86,7 +92,7 @@ def legend(shares: Sequence[float], target: str, where: str) -> str:
 
 
 def proof_table(name: str, proofs: Sequence[Proof]) -> str:
-    """What was counted and proved."""
+    """Return a table of counts and guaranteed intervals."""
     rows = []
     for p in proofs:
         c, voxels = p.certified, p.counted
@@ -99,11 +105,13 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
                 percent(VerifyResult.of("", c), "certified"),
             ]
         )
-    return _box(_text(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))
+    return _box(
+        _text(name) + _table(["ζ in %", "counted", "target, cm³", "guaranteed interval"], rows)
+    )
 
 
 def note(text: str, bad: bool = False) -> str:
-    """A line of plain text."""
+    """Return a line of plain text."""
     return (
         _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{_text(text)}</span>")
         if text

@@ -1,19 +1,19 @@
-"""Long work of pages in threads of their own: one at a time, as each takes all processors; each can
-be stopped.
+"""Long tasks of pages in threads, one at a time as each uses all processors; each can be
+stopped.
 """
 
 import threading
 from collections.abc import Callable
 
-_OFTEN = 0.2  # s, between looks at whether a waiting job is stopped
+_OFTEN = 0.2  # s, interval at which a waiting job checks whether it is stopped
 
 
 class JobStoppedError(Exception):
-    """Raised in a job's thread where it was asked to stop."""
+    """Raised in a job's thread after a request to stop."""
 
 
 class Job:
-    """Work in a thread of its own. ``turn`` is shared by all jobs: the one that holds it works, the
+    """A task in its own thread. All jobs share ``turn``: the job that holds it works, the
     others wait.
     """
 
@@ -23,8 +23,12 @@ class Job:
         turn: threading.Lock,
         tell: Callable[[str, float], None],
     ) -> None:
-        """Begin. ``work`` is given this job, and calls its ``tell`` from time to time; so is
-        ``tell``, from its thread.
+        """Start the job.
+
+        Args:
+            work: receives this job and calls its ``tell`` from time to time.
+            turn: lock that all jobs share.
+            tell: receives progress from the job's thread: a text and the completed share.
         """
         self._work, self._turn, self._tell = work, turn, tell
         self._stop = threading.Event()
@@ -32,40 +36,46 @@ class Job:
         self._thread.start()
 
     def stop(self) -> None:
-        """Ask the work to end."""
+        """Request the job to stop."""
         self._stop.set()
 
     @property
     def stopped(self) -> bool:
-        """Was it asked to end?"""
+        """Whether the job was requested to stop."""
         return self._stop.is_set()
 
     @property
     def running(self) -> bool:
-        """Is there still something to do?"""
+        """Whether the job has not ended yet."""
         return self._thread.is_alive()
 
     def join(self, seconds: float) -> None:
-        """Wait for its end, so long at most."""
+        """Wait at most ``seconds`` for the end of the job."""
         self._thread.join(seconds)
 
     def tell(self, what: str, over: float) -> None:
-        """Say what is being done and how much of it is over; JobStoppedError where it was asked to
-        end.
+        """Report progress.
+
+        Args:
+            what: the current step.
+            over: completed share in [0, 1].
+
+        Raises:
+            JobStoppedError: if the job was requested to stop.
         """
         if self.stopped:
             raise JobStoppedError
         self._tell(what, over)
 
     def note(self, what: str, over: float) -> None:
-        """Say so where the work ends by itself when it is stopped."""
+        """Report progress of work that checks ``stopped`` itself."""
         self._tell(what, over)
 
     def _run(self) -> None:
         while not self._turn.acquire(timeout=_OFTEN):
             if self.stopped:
                 return
-            self._tell("waiting for the work of another page", 0.0)
+            self._tell("waiting for a task of another page", 0.0)
         try:
             self._work(self)
         finally:

@@ -1,9 +1,7 @@
-"""One page in one browser: its controls, its own state, and what happens when a person touches
-them.
+"""One page in one browser: its controls, its state, and its reactions to the user.
 
-Every page has a state of its own, so that two people at once do not pull at one slider. Callbacks
-come from several threads: the state is changed under a lock, and shown by one thread at a time,
-always the newest.
+Each page has its own state, so that two users do not move the same slider. Callbacks come from
+several threads. A lock guards the state, and one thread at a time shows the newest state.
 """
 
 import threading
@@ -33,9 +31,9 @@ from .session import ViewerSession
 from .snapshot import picture
 from .tasks import SearchAnswer, prove, search_from, seen_under
 
-_OFTEN = 0.1  # s, between two words of a job
-_LONGEST = 30.0  # s, that a browser may take for a picture
-_MOST_TOLD = 3  # broken rules in words
+_OFTEN = 0.1  # s, shortest interval between progress messages of a job
+_LONGEST = 30.0  # s, timeout for a picture from the browser
+_MOST_TOLD = 3  # violated rules that are listed
 
 
 class Page:
@@ -48,7 +46,7 @@ class Page:
         self._lock, self._showing = threading.RLock(), threading.Lock()
         self._wanted, self._closed, self._told = False, False, 0.0
         self._job: Job | None = None
-        # of what, under which model, and what it says
+        # setup, occlusion model, text
         self._proof: tuple[Setup, Occlusion, str] | None = None
         self._drafts = [EditedSetup(room.scene, setup) for setup in room.setups.values()]
         self._active = 0
@@ -70,7 +68,7 @@ class Page:
         self._show()
 
     def _connect(self) -> None:
-        """Say what each control does."""
+        """Connect the controls to their actions."""
         c, choose = self.controls, self._choose
         targets = {str(t): t for t in self._room.targets}
         self._on(c.setup, self._activate)
@@ -106,11 +104,11 @@ class Page:
         self._press(c.save, self._save)
         self._press(c.picture, self._picture)
 
-    # What a person does.
+    # Actions of the user.
 
     def _on(self, control: Any, act: Callable[[Any], None]) -> None:
-        """``act`` on the control's newest value when a person changed it; what this page sets
-        itself is no such change.
+        """Call ``act`` with the control's newest value after the user changed it, not after the
+        page did.
         """
 
         def changed(event: Any) -> None:
@@ -123,8 +121,9 @@ class Page:
         button.on_click(lambda _: self._try(act))
 
     def _try(self, act: Callable[[], None]) -> None:
-        """Act; what cannot be done is said in a line. A page may send what its controls would not
-        allow.
+        """Call ``act`` and report its errors in a line.
+
+        A browser may send values that the controls would not allow.
         """
         try:
             act()
@@ -147,12 +146,12 @@ class Page:
     def _choose(self, **what: Any) -> None:
         with self._lock:
             if not 0 <= what.get("ring", 0) < len(self._drafts[self._active].setup.rings):
-                raise ValueError(f"ring: found {what['ring']}, allowed: one that is there")
+                raise ValueError(f"ring {what['ring']} does not exist")
             self._choice = replace(self._choice, **what)
         self._show()
 
     def _aim(self, target: Target) -> None:
-        """Another target, at which the camera looks."""
+        """Choose another target and point the camera at it."""
         self._choose(target=target)
         position, look_at = self._room.look(self._choice)
         with self._client.atomic():
@@ -168,8 +167,8 @@ class Page:
         self._edit(lambda draft: draft.changed(self._choice.ring, **what))
 
     def _edit(self, edit: Callable[[EditedSetup], EditedSetup], chosen: int | None = None) -> None:
-        """Change the setup; then choose another ring, if one is said, counted from the end where
-        negative.
+        """Change the setup, then select ring ``chosen`` if given; negative values count from
+        the end.
         """
         with self._lock:
             draft = edit(self._drafts[self._active])
@@ -178,10 +177,10 @@ class Page:
             self._choice = replace(self._choice, ring=min(ring, len(draft.setup.rings) - 1))
         self._show()
 
-    # What is shown.
+    # Display.
 
     def _show(self) -> None:
-        """Show the newest state: by this thread, or by the one that is at it."""
+        """Show the newest state, in this thread or in the thread that is already drawing."""
         self._wanted = True
         while self._wanted and not self._closed and self._showing.acquire(blocking=False):
             try:
@@ -234,16 +233,16 @@ class Page:
         self._client.flush()
 
     def _note(self, text: str, bad: bool = False) -> None:
-        if not self._closed:  # what a job has to say after that nobody reads
+        if not self._closed:  # nobody reads messages after that
             self.controls.said.content = words.note(text, bad)
 
-    # Long work.
+    # Long tasks.
 
     def _begin(self, work: Callable[[Job], None]) -> None:
-        """Begin a job, unless one of this page is at work."""
+        """Start a job unless a job of this page is running."""
         with self._lock:
             if self._job is not None and self._job.running:
-                raise ValueError("one thing at a time: stop what is being done first")
+                raise ValueError("a task is running: stop it first")
             self.controls.working(True)
             self._job = Job(partial(self._guarded, work), self._room.turn, self._progress)
 
@@ -255,7 +254,7 @@ class Page:
         except (ValueError, UserError) as error:
             self._note(str(error), True)
         except MemoryError:
-            self._note("found too little memory for this count", True)
+            self._note("not enough memory for this count", True)
         finally:
             if not self._closed:
                 self.controls.working(False)
@@ -283,7 +282,7 @@ class Page:
             changed = (
                 ""
                 if (now, under.occlusion) == (setup, scene.occlusion)
-                else "; it has been changed since"
+                else "; the setup has changed since"
             )
             self._note(
                 f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f}"
@@ -304,10 +303,10 @@ class Page:
         self._begin(work)
 
     def _adopt(self, i: int, found: SearchAnswer) -> None:
-        """Take what a search found."""
+        """Apply the result of a search if it is better."""
         change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, exact; {found.outcome}"
         if not found.better:
-            self._note(f"nothing better was found: {change}")
+            self._note(f"the search found nothing better: {change}")
             return
         with self._lock:
             self._drafts[i] = replace(self._drafts[i], setup=found.setup)
@@ -322,7 +321,7 @@ class Page:
             self._job.stop()
             self._note("stopping …")
 
-    # What is kept.
+    # Saving.
 
     def _save(self) -> None:
         c, (_, setup, scene) = self.controls, self._asked()
@@ -354,9 +353,7 @@ class Page:
         try:
             view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
         except (RuntimeError, TimeoutError) as error:
-            raise UserError(
-                "picture: found none that the browser sent, allowed: to try again"
-            ) from error
+            raise UserError("picture: the browser sent none; try again") from error
         data = picture(view, title, "   ".join(zetas))
         name = self.controls.name.value
         if self._room.out is not None:
@@ -366,7 +363,7 @@ class Page:
         self._client.send_file_download("place-rings.png", data, save_immediately=True)
 
     def close(self) -> None:
-        """The browser has gone, or the server ends: stop what is being done."""
+        """Stop the running job when the browser disconnects or the server ends."""
         self._closed = True
         if self._job is not None:
             self._job.stop()

@@ -1,9 +1,8 @@
-"""ζ at a glance: what each ring sees of points that are drawn once, so that moving one ring asks
-for that ring alone.
+"""Quick estimate of ζ from fixed sample points, ring by ring.
 
-What a ring sees depends on no other ring. So its verdicts on the fixed points of a target are kept,
-and a setup is the sum over its rings: a slider that moves one of seven costs a seventh. Nothing is
-compiled.
+What a ring covers does not depend on other rings. Its verdicts on the sample points of a target are
+cached, and a setup is the sum over its rings. A slider that moves one ring of seven therefore costs
+a seventh. Nothing is compiled.
 """
 
 from collections.abc import Sequence
@@ -24,27 +23,27 @@ from ..objectives.occlusion import sight
 from ..objectives.pose_subset import representative
 from ..objectives.scene import Scene
 
-POINTS = 32_768  # of a target, at all poses together
-SHOWN = 5_000  # of a target at one pose, as they are drawn
-_FEWEST = 256  # of a target at a pose
-_POSES = 64  # that stand for all
-_KEPT = 128e6  # bytes of verdicts
+POINTS = 32_768  # sample points of a target, over all poses
+SHOWN = 5_000  # points drawn for a target at one pose
+_FEWEST = 256  # fewest sample points of a target at a pose
+_POSES = 64  # largest number of representative poses
+_KEPT = 128e6  # bytes of cached verdicts
 UNSEEN, SHADOWED, ONCE, TWICE = range(4)
 
 
 @dataclass(frozen=True)
 class PointVerdict:
-    """How many sensors' beams hold each of N points were nothing in the way, and how many see it,
-    both (N,).
-    """
+    """Coverage of N points."""
 
     held: Int[np.ndarray, " N"]
     seen: Int[np.ndarray, " N"]
 
     @property
     def kind(self) -> Int[np.ndarray, " N"]:
-        """UNSEEN: in no beam. SHADOWED: in some, but something is in the way. ONCE, TWICE: seen by
-        one sensor, by more.
+        """Class of each point (N,).
+
+        UNSEEN: in no beam. SHADOWED: in a beam, but occluded. ONCE, TWICE: covered by one sensor,
+        by more.
         """
         kind: np.ndarray = np.where(
             self.seen > 0, np.minimum(self.seen, 2) + 1, np.minimum(self.held, 1)
@@ -53,31 +52,39 @@ class PointVerdict:
 
     @property
     def zeta(self) -> float:
-        """The share of the points that are seen."""
+        """Share of covered points."""
         return float(np.mean(self.seen > 0))
 
 
 class QuickEstimate:
-    """The share of points that setups see of a scene's targets, pose by pose; for many threads at
-    once.
-    """
+    """Estimated coverage of a scene's targets, pose by pose; safe for use from many threads."""
 
     def __init__(
         self, scene: Scene, targets: Sequence[Target], points: int = POINTS, seed: int = 0
     ) -> None:
-        """Choose the poses that stand for all where they are many. ``points``: of each target;
-        ``seed``: of all that is drawn."""
+        """Choose representative poses if the scene has many.
+
+        Args:
+            scene: robot, poses, occlusion.
+            targets: targets to sample.
+            points: number of sample points of each target.
+            seed: random seed of the points.
+        """
         self.scene, self.targets, self.seed = scene, tuple(targets), seed
         self.weights = representative(scene.pose_weights, _POSES, np.random.default_rng(seed))
-        self.few = int(np.count_nonzero(self.weights))  # poses that stand for all
+        self.few = int(np.count_nonzero(self.weights))  # representative poses
         self.each: int = max(points // self.few, _FEWEST)
         self.points = lru_cache(len(targets) * _POSES)(self._points)
         self._beams = lru_cache(2048)(self._beams_of)
         self._of_ring = lru_cache(int(_KEPT / (4 * max(self.each, SHOWN))))(self._verdict)
 
     def _points(self, target: Target, pose: int, count: int) -> Float[np.ndarray, "N 3"]:
-        """Points (N, 3) m of ``target`` at a pose, even in it; fewer are the first of more.
-        EmptySolidError for none.
+        """Return ``count`` points (N, 3) m spread evenly in ``target`` at a pose.
+
+        A smaller count gives the first of the same points.
+
+        Raises:
+            EmptySolidError: if the target is empty.
         """
         return sample(self.scene.solid(target, pose), count, self.seed)
 
@@ -105,19 +112,29 @@ class QuickEstimate:
     def verdict(
         self, setup: Setup, target: Target, pose: int, occlusion: Occlusion, count: int = SHOWN
     ) -> PointVerdict:
-        """What a setup's sensors see of the first ``count`` points of a target at a pose, under a
-        model of occlusion.
+        """Return the coverage of the first ``count`` sample points of a target at a pose.
+
+        Args:
+            setup: setup to evaluate.
+            target: one of the targets.
+            pose: index of the pose.
+            occlusion: model of occlusion.
+            count: number of points.
 
         Raises:
-            BodilessError: for a robot without bodies that should shadow or blind its sensors.
+            BodilessError: if the model needs bodies and the robot has none.
         """
         each = [self._of_ring(ring, target, pose, occlusion, count) for ring in setup.rings]
         none = np.zeros(count, np.int16)
         return PointVerdict(sum((v.held for v in each), none), sum((v.seen for v in each), none))
 
     def zeta(self, setup: Setup, target: Target, occlusion: Occlusion) -> float:
-        """About ζ, in [0, 1]: the weighted mean over the poses of the share of the points that are
-        seen. BodilessError as for ``verdict``."""
+        """Return the estimate of ζ in [0, 1]: the covered share of the points, a weighted mean over
+        poses.
+
+        Raises:
+            BodilessError: see ``verdict``.
+        """
         shares = {
             int(p): self.verdict(setup, target, int(p), occlusion, self.each).zeta
             for p in np.flatnonzero(self.weights)

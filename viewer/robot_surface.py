@@ -1,6 +1,4 @@
-"""The surface of a robot's links as its URDF's meshes have it, to be seen in place of its
-bodies.
-"""
+"""Surface of a robot's links from its URDF's meshes, shown in place of its bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,19 +15,19 @@ from ..formats.robots.urdf import read_urdf
 from ..formats.robots.urdf_chain import pick_chain
 from ..reporting.rendering.canvas import Surface
 
-_SAME = 0.005  # m, between the joints of two chains that are one
-_POSES = 8  # drawn, at which they are compared
+_SAME = 0.005  # m, largest distance between joints of equal chains
+_POSES = 8  # random poses at which chains are compared
 
 
 @dataclass(frozen=True)
 class Skin:
-    """The triangles (T, 3, 3) m of a robot's links, each in a frame of its chain."""
+    """Triangles (T, 3, 3) m of a robot's links, each in a frame of its chain."""
 
     chain: Chain
     links: tuple[tuple[int, Float[np.ndarray, "T 3 3"]], ...]
 
     def at(self, q: Float[np.ndarray, " J"]) -> Surface:
-        """The surface at joint angles ``q`` (J,) rad, base frame."""
+        """Return the surface at joint angles ``q`` (J,) rad, base frame."""
         frames, found = forward(self.chain, q), []
         for frame, triangles in self.links:
             T = np.eye(4) if frame == BASE else frames[frame]
@@ -39,11 +37,15 @@ class Skin:
 
 
 def read_skin(path: Path, packages: Sequence[Path], robot: Robot) -> Skin:
-    """The meshes to be seen of the URDF at ``path``.
+    """Read the visual meshes of the URDF at ``path``.
+
+    Args:
+        path: URDF.
+        packages: folders in which the meshes' packages are searched.
+        robot: robot whose joints must equal those of the URDF.
 
     Raises:
-        UserError: for a URDF or a mesh that is bad, or a URDF whose joints are not where those of
-            ``robot`` are.
+        UserError: for an invalid URDF or mesh, or if the joints differ from those of ``robot``.
     """
     picked = pick_chain(read_urdf(path))
     wanted = f"a URDF with the joints of robot {shown(robot.name)}"
@@ -56,7 +58,7 @@ def read_skin(path: Path, packages: Sequence[Path], robot: Robot) -> Skin:
         off = joint_origins(picked.chain, q)[1:] - joint_origins(robot.chain, q)[1:]
         if (worst := float(np.abs(off).max())) > _SAME:
             raise UserError(
-                f"--urdf: found joints of {path} up to {worst:.3g} m elsewhere, allowed: {wanted}"
+                f"--urdf: found joints of {path} off by up to {worst:.3g} m, allowed: {wanted}"
             )
     meshes = Meshes(path, packages)
     links = ((carried.frame, meshes.surface(carried, "visual")) for carried in picked.carried)

@@ -1,6 +1,4 @@
-"""A setup on a page becomes a proposal's file: in one folder, which was named at the start, and
-nowhere else.
-"""
+"""Saving of a setup as a proposal, only into the folder that was given at the start."""
 
 import re
 from collections.abc import Sequence
@@ -23,32 +21,42 @@ towards distal."""
 
 
 def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".toml") -> Path:
-    """The file of that name and ``ending`` in ``folder``.
+    """Return the path of a file in ``folder``.
+
+    Args:
+        folder: folder of ``--out``, or None.
+        name: name without ending.
+        replace: whether an existing file may be replaced.
+        ending: ending of the name.
 
     Raises:
-        UserError: without a folder, for a name that is more than a name, or where there is
-            something that is not to be
+        UserError: if there is no folder, the name is invalid, or a file exists that must not be
             replaced.
     """
     if folder is None:
-        raise UserError("saving: found no folder, allowed: start the viewer with --out FOLDER")
+        raise UserError("saving needs a folder: start the viewer with --out FOLDER")
     if not _NAME.fullmatch(name):
-        raise UserError(f"name: found {shown(name)}, allowed: letters, digits, - and _, 64 at most")
+        raise UserError(f"name: found {shown(name)}, allowed: at most 64 letters, digits, - and _")
     path = folder / f"{name}{ending}"
     if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise UserError(
-            f"name: found {path.name}, which is no file of its own, allowed: another name"
-        )
+        raise UserError(f"name: {path.name} exists and is no regular file; choose another name")
     if path.exists() and not replace:
-        raise UserError(
-            f"name: found {path.name}, which is there already, allowed: another name, or replace it"
-        )
+        raise UserError(f"name: {path.name} exists; choose another name, or allow to replace it")
     return path
 
 
 def save(path: Path, setup: Setup, scene: Scene, counted: Sequence[Verified]) -> None:
-    """Write ``setup`` as a proposal for ``scene``, with what was counted of it. UserError where it
-    cannot be written; an old file stays as it was then."""
+    """Write a setup as a proposal for ``scene`` with the counted coverage.
+
+    Args:
+        path: file to write.
+        setup: setup to save.
+        scene: its scene.
+        counted: counts of the setup.
+
+    Raises:
+        UserError: if the file cannot be written; an existing file stays unchanged.
+    """
     proposal = ProposalFile.of(
         setup,
         scene,

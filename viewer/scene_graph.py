@@ -1,4 +1,4 @@
-"""Named arrays brought to a browser: what did not change is not sent again."""
+"""Transfer of named arrays to a browser; unchanged items are not sent again."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from .drawing import Dots, Edges, Item, Mesh
 
 
 class SceneGraph:
-    """What one page shows below one frame of its scene."""
+    """Items of one page below one frame of its scene."""
 
     def __init__(
         self,
@@ -20,15 +20,20 @@ class SceneGraph:
         place: tuple[float, float, float],
         click: Callable[[int], None],
     ) -> None:
-        """``root``: the frame's name; ``place``: where it is, m; ``click`` is given the ring that
-        was clicked.
+        """Create the frame.
+
+        Args:
+            scene: scene of the page.
+            root: name of the frame.
+            place: position of the frame, m.
+            click: receives the index of the ring that the user clicked.
         """
         self._scene, self._root, self._click = scene, root, click
         self._shown: dict[str, tuple[Item, Any]] = {}
         scene.add_frame(root, show_axes=False, position=place)
 
     def show(self, items: dict[str, Item]) -> None:
-        """Show these, and nothing else."""
+        """Show exactly these items."""
         for name in self._shown.keys() - items.keys():
             self._shown.pop(name)[1].remove()
         for name, item in items.items():
@@ -37,7 +42,7 @@ class SceneGraph:
                 self._shown[name] = item, self._add(f"{self._root}/{name}", item)
 
     def _add(self, name: str, item: Item) -> Any:
-        """Add an item; one of the same name is replaced."""
+        """Add an item; it replaces one of the same name."""
         scene = self._scene
         if isinstance(item, Dots):
             return scene.add_point_cloud(
@@ -70,8 +75,10 @@ class SceneGraph:
 
 
 def _alike(a: Item, b: Item) -> bool:
-    """Are these the same? Arrays are kept where nothing changed (see ``Drawing``), so that they
-    need no comparison; those of points are made anew each time."""
+    """Return whether two items are the same.
+
+    ``Drawing`` keeps unchanged arrays, so identity is enough; arrays of points are always new.
+    """
     if isinstance(a, Dots) and isinstance(b, Dots):
         return (a.colour, a.size) == (b.colour, b.size) and np.array_equal(a.points, b.points)
     if isinstance(a, Mesh) and isinstance(b, Mesh):

@@ -1,4 +1,4 @@
-"""The viewer's server: on this machine only unless asked, for its own page only, until Ctrl-C."""
+"""The viewer's server: local by default, for its own page only, until Ctrl-C."""
 
 import contextlib
 import io
@@ -18,14 +18,16 @@ from .page import Page
 from .session import ViewerSession
 
 LOOPBACK = "127.0.0.1"
-FOV = 0.7  # rad, of the first look
+FOV = 0.7  # rad, initial field of view
 
 
 def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
-    """May a connection with these headers ``Host`` and ``Origin`` be served? Only one of the
-    viewer's own page, which was asked for by a number, as localhost, or as the host ``given``: else
-    any page of the web could reach the viewer through its reader's browser, by another name for
-    this machine."""
+    """Return whether a connection with these headers ``Host`` and ``Origin`` may be served.
+
+    Only the viewer's own page is served, requested by a numeric address, as localhost, or as the
+    host ``given``. Otherwise any web site could reach the viewer through the user's browser by
+    another name for this machine.
+    """
     if len(hosts) != 1 or len(origins) > 1:
         return False
     try:
@@ -42,8 +44,9 @@ def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
 
 
 def _check_address(host: str, port: int) -> None:
-    """UserError where nothing can be served there: the server itself would look for another port,
-    again and again.
+    """Raise UserError if the address cannot be served.
+
+    The server itself would silently try other ports.
     """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
@@ -58,10 +61,19 @@ def _check_address(host: str, port: int) -> None:
 
 
 class Server:
-    """Serves a room's pages; a context, at whose end all is stopped."""
+    """Serves the pages of a session; a context manager that stops everything at its end."""
 
     def __init__(self, room: ViewerSession, host: str = LOOPBACK, port: int = 0) -> None:
-        """Begin to serve. ``port`` 0: any that is free. UserError where that cannot be."""
+        """Start to serve.
+
+        Args:
+            room: session to serve.
+            host: address to listen on.
+            port: port to listen on; 0 for any free port.
+
+        Raises:
+            UserError: if the address cannot be served.
+        """
         _check_address(host, port)
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         self.room, self._host = room, host
@@ -77,7 +89,7 @@ class Server:
         for kind in (
             _messages.ShareUrlRequest,
             _messages.ShareUrlDisconnect,
-        ):  # a page may not ask for a way in from outside
+        ):  # a page must not request a tunnel from outside
             self._server._websock_server.unregister_handler(kind)
         self._server.gui.configure_theme(
             control_width="large", show_logo=False, show_share_button=False
@@ -91,18 +103,18 @@ class Server:
 
     @property
     def port(self) -> int:
-        """Where it serves."""
+        """Port of the server."""
         return self._server.get_port()
 
     @property
     def url(self) -> str:
-        """What to open in a browser on this machine."""
+        """Address to open in a browser on this machine."""
         host = {"0.0.0.0": LOOPBACK, "": LOOPBACK, "::": "[::1]"}.get(self._host, self._host)
         return f"http://{f'[{host}]' if ':' in host and host[0] != '[' else host}:{self.port}"
 
     @property
     def pages(self) -> int:
-        """How many pages are open."""
+        """Number of open pages."""
         return len(self._pages)
 
     def _came(self, client: viser.ClientHandle) -> None:
@@ -111,7 +123,7 @@ class Server:
             return
         headers = connection.request.headers
         if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
-            return  # a foreign page gets nothing to see or to press
+            return  # a foreign page gets no content and no controls
         page = Page(client, self.room)
         with self._lock:
             if not self._closed and client.client_id in self._server.get_clients():
@@ -132,7 +144,7 @@ class Server:
         self.close()
 
     def close(self) -> None:
-        """Stop all."""
+        """Stop everything."""
         with self._lock:
             self._closed, pages = True, list(self._pages.values())
         for page in pages:

@@ -1,6 +1,4 @@
-"""What all pages of a viewer share: the scene, the setups as opened, points and drawings, the
-folder to save in.
-"""
+"""State that all pages share: the scene, the opened setups, caches, and the folder for saving."""
 
 import threading
 from functools import lru_cache
@@ -22,27 +20,24 @@ from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
 from .tasks import seen_under
 
-_GAP = 0.5  # m, between two setups side by side
-# From where to look, in diagonals of what is looked at: at one setup, and at two, of which none
-# shall hide the other.
+_GAP = 0.5  # m, gap between two setups
+# Position of the camera in diagonals of the view: for one setup, and for two that must not hide
+# each other.
 _EYE, _EYE_OF_TWO = np.array([0.62, -1.0, 0.42]), np.array([1.0, -0.35, 0.45])
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 
 def shown_targets(scene: Scene) -> tuple[Target, ...]:
-    """The targets of a scene; where it has but one, beside it those that the paper's setups are
-    told by.
-    """
+    """Return the targets of a scene; a single target is followed by the paper's targets."""
     own = [goal.target for goal in scene.goals]
     beside = [t for t in _BESIDE if t.radius is None or t.radius > scene.shape.robot_radius]
     return tuple(dict.fromkeys([*own, *beside] if len(own) == 1 else own))
 
 
 class ViewerSession:
-    """One scene and one or two setups in it, for many pages at once: nothing changes but what is
-    kept of what was asked.
+    """One scene and one or two setups in it, for many pages at once.
 
-    turn: held by the page whose long work is being done.
+    Only its caches change. ``turn`` is a lock that the page with the running task holds.
     """
 
     def __init__(
@@ -52,7 +47,14 @@ class ViewerSession:
         out: Path | None = None,
         body: Skin | None = None,
     ) -> None:
-        """``setups``: one or two, by what they are called."""
+        """Prepare the estimate and the drawing.
+
+        Args:
+            scene: robot, poses, goals, rules.
+            setups: one or two setups by name.
+            out: folder for saving, or None.
+            body: surface of the robot, or None.
+        """
         self.scene, self.out = scene, out
         self.setups = {name: rounded(setup, scene.sensor) for name, setup in setups.items()}
         self.targets = shown_targets(scene)
@@ -62,15 +64,16 @@ class ViewerSession:
         self._clear = lru_cache(3)(lambda occlusion: MountClearance(seen_under(scene, occlusion)))
 
     def places(self) -> list[tuple[float, float, float]]:
-        """Where each setup stands on the page, m: beside each other, as far apart as the first
-        target is wide.
+        """Return the position of each setup on the page, m, side by side and one target width
+        apart.
         """
         low, high = self.drawing.box(DrawnParts(0, self.targets[0], self.scene.occlusion))
         return [(0.0, i * (float(high[1] - low[1]) + _GAP), 0.0) for i in range(len(self.setups))]
 
     def look(self, choice: DrawnParts) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """From where to look, and at what, (3,) m both: at the whole target of all setups, from
-        aside and a little above.
+        """Return the camera's position and the point that it looks at, both (3,) m.
+
+        The whole target of all setups is visible, from the side and slightly above.
         """
         low, high = self.drawing.box(choice)
         high = high + np.array(self.places()[-1])
@@ -78,7 +81,7 @@ class ViewerSession:
         return middle + far * (_EYE if len(self.setups) == 1 else _EYE_OF_TWO), middle
 
     def broken(self, setup: Setup, occlusion: Occlusion) -> list[str]:
-        """The scene's rules that a setup breaks, in words."""
+        """Return the scene's rules that a setup violates, as texts."""
         scene = seen_under(self.scene, occlusion)
         found = [
             f.text

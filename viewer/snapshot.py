@@ -1,4 +1,4 @@
-"""A page's view as a picture: over white, with a line of words below."""
+"""Picture of a page's view on white, with a legend below."""
 
 import io
 
@@ -12,8 +12,12 @@ _STRIP, _MARGIN, _SIZE = 84, 16, 20  # pixels
 
 
 def picture(view: UInt8[np.ndarray, "H W 4"], title: str, line: str) -> bytes:
-    """A PNG of a view with see-through background, of a title, a line of figures and the colours in
-    words.
+    """Return a PNG of a view with title, coverage and legend.
+
+    Args:
+        view: pixels with opacity.
+        title: title.
+        line: coverage of the targets.
     """
     seen = Image.fromarray(view, "RGBA")
     sheet = Image.new("RGB", (seen.width, seen.height + _STRIP), "white")

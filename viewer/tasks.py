@@ -1,5 +1,5 @@
-"""The long work that a page asks for: an exact count with a guaranteed interval, and a search from
-the present setup.
+"""Long tasks of a page: an exact count with a guaranteed interval, and a search from the
+current setup.
 """
 
 import math
@@ -22,19 +22,21 @@ from ..placement.search.progress import Progress
 from ..placement.search.schedule import Schedule
 from ..placement.search.search import search
 
-WIDTH = 0.001  # of the guaranteed interval, a share
-# is given what is being done, and how much of all is over, in [0, 1]; may raise
+WIDTH = 0.001  # width of the guaranteed interval, as a share
+# receives the current step and the completed share in [0, 1]; may raise
 Tell = Callable[[str, float], None]
 _LONG = 1e9  # s
-_STOPPED = "stopped: the best until then"
+_STOPPED = "stopped: the best result so far"
 
 
 @dataclass(frozen=True)
 class Proof:
-    """ζ of one target: counted voxel by voxel, and an interval that is guaranteed to hold it."""
+    """ζ of one target, counted by voxels and as a guaranteed interval."""
 
     counted: Verified
+    """Count by voxels."""
     certified: Verified
+    """Interval that is guaranteed to hold ζ."""
 
 
 def prove(
@@ -45,11 +47,18 @@ def prove(
     voxel: float = VOXEL,
     width: float = WIDTH,
 ) -> tuple[Proof, ...]:
-    """Count each target and prove an interval as wide as ``width``. ``tell`` is called often: what
-    it raises ends the count.
+    """Count each target and compute a guaranteed interval.
+
+    Args:
+        scene: robot, poses, occlusion.
+        setup: setup to count.
+        targets: targets to count.
+        tell: called often with the progress; an exception from it ends the count.
+        voxel: side of a voxel, m.
+        width: width of the interval, as a share.
 
     Raises:
-        ValueError: as ``Verifier.verify`` does.
+        ValueError: see ``Verifier.verify``.
     """
     total, step = len(targets) * 2 * len(scene.poses), 0
 
@@ -70,14 +79,18 @@ def prove(
 
 @dataclass(frozen=True)
 class SearchAnswer:
-    """What a search came to: the setup, ζ of what was asked for before and after, in [0, 1],
-    whether that is better, and how it ended, in words."""
+    """Result of a search."""
 
     setup: Setup
+    """The better setup, or the initial one."""
     before: float
+    """ζ of the goals in [0, 1] before the search."""
     after: float
+    """ζ of the goals in [0, 1] after the search."""
     better: bool
+    """True if the search improved ζ."""
     outcome: str
+    """How the search ended."""
 
 
 def search_from(
@@ -91,22 +104,22 @@ def search_from(
     schedule: Schedule | None = None,
     voxel: float = VOXEL,
 ) -> SearchAnswer:
-    """Search from ``setup`` on; what comes back is better by the exact count, or else ``setup``
-    itself.
+    """Search from ``setup``; the result is better by the exact count, or ``setup`` itself.
 
     Args:
         scene: robot, poses, goals, rules.
-        setup: where the search starts.
-        tell: is given the progress.
-        stopped: shall the search end? The best until then is taken.
-        target: to be seen in place of the scene's goals.
-        free: rings and counts are free, with as many sensors; else links and counts stay.
-        seed: of the search.
-        schedule: of the search, by default the usual one.
-        voxel: side of the voxels of the exact count, m.
+        setup: starting point of the search.
+        tell: receives the progress.
+        stopped: returns True to end the search with the best result so far.
+        target: target that replaces the scene's goals, or None.
+        free: True to choose rings and counts freely with the same number of sensors; False to keep
+            links and counts.
+        seed: random seed of the search.
+        schedule: schedule of the search, or None for the default.
+        voxel: side of a voxel of the exact count, m.
 
     Raises:
-        InfeasibleError: where the scene's rules have no place for such rings.
+        InfeasibleError: if the scene's rules leave no place for such rings.
         ValueError: for an empty target.
     """
     asked = scene if target is None else replace(scene, goals=(Goal(target),), over_poses="mean")
@@ -115,14 +128,14 @@ def search_from(
     layout = Setup(tuple(ring for i, ring in enumerate(present.rings) if i not in fixed))
     space = Space(asked, sensors=present.sensors) if free else Space(asked, layout)
     verifier, aim = Verifier(asked, voxel), Criterion()
-    tell("counting what is there", 0.0)
+    tell("counting the initial setup", 0.0)
     short, before = judge(verifier, present, aim)
     if stopped():
         return SearchAnswer(present, before, before, False, _STOPPED)
 
     def progress(p: Progress) -> None:
         if p.to_count:
-            tell("counting the best", 0.95)
+            tell("counting the best setup", 0.95)
         else:
             tell(
                 f"about {100 * p.best:.1f} %, stage {p.stage} of {p.stages}",
@@ -136,15 +149,15 @@ def search_from(
         asked, space, seed, _LONG, schedule, voxel, progress, (present,), aim, verifier, clock
     )
     lacks, after = result.short, result.exact
-    if len(asked.poses) > MANY:  # the search may have counted roughly
+    if len(asked.poses) > MANY:  # the search may have used a coarse count
         lacks, after = judge(verifier, result.setup, aim)
     better = (lacks, -after) < (short, -before)
-    ended = _STOPPED if stopped() else "the search ran to its end"
+    ended = _STOPPED if stopped() else "the search completed"
     return SearchAnswer(
         result.setup if better else present, before, after if better else before, better, ended
     )
 
 
 def seen_under(scene: Scene, occlusion: Occlusion) -> Scene:
-    """The scene as a page has it: under the model of occlusion that is chosen there."""
+    """Return the scene under the model of occlusion that the page has chosen."""
     return scene if occlusion == scene.occlusion else replace(scene, occlusion=occlusion)

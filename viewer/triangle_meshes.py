@@ -1,4 +1,4 @@
-"""Surfaces as vertices and triangles, from the circles of which they are made."""
+"""Triangle meshes of bodies, sensors and beams, and edges of outlines."""
 
 from itertools import pairwise
 
@@ -16,17 +16,17 @@ from ..coverage.solids.swept_tube import Tube
 from ..reporting.rendering.canvas import Surface
 from ..reporting.rendering.meshes import body, capsule, circle, joined, loops, rim_of, rod, tube
 
-_STICK = 0.045  # m, of a robot without bodies
-# m, half the edges of a sensor: across, across, along its axis
+_STICK = 0.045  # m, radius of the stick for a robot without bodies
+# m, half the edges of a sensor: two across, one along its axis
 _CHIP = np.array([0.011, 0.011, 0.005])
-_EVERY = 0.15  # m, between the circles of an outline
+_EVERY = 0.15  # m, distance between the circles of an outline
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 _BOX = np.array([f for a, b, c, d in _SIDES for f in ((a, b, c), (a, c, d))])
 
 
 def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
-    """The robot's capsules; of one that has none, rods along its joints and mounts."""
+    """Return the robot's capsules; without bodies, rods along its joints and mounts."""
     if not robot.bodies:
         return joined([tube(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
     found = robot_capsules(robot, frames)
@@ -39,7 +39,7 @@ def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
 
 
 def chips(cones: Cones) -> Surface:
-    """The sensors: small boxes that look along their axes."""
+    """Return the sensors as small boxes along their axes."""
     found = []
     for apex, axis in zip(np.asarray(cones.apex), np.asarray(cones.axis), strict=True):
         across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
@@ -52,8 +52,14 @@ def chips(cones: Cones) -> Surface:
 def beams(
     cones: Cones, lengths: Float[np.ndarray, " K"]
 ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
-    """The beams as far as ``lengths`` (K,) m, open at their ends, and the edges of those ends (E,
-    2, 3) m.
+    """Return the beams, open at their ends, and the edges of those ends.
+
+    Args:
+        cones: beams.
+        lengths: length (K,) m of each beam.
+
+    Returns:
+        The surface, and edges (E, 2, 3) m.
     """
     found, edges = [], []
     for k, length in enumerate(lengths):
@@ -68,8 +74,8 @@ def beams(
 
 
 def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
-    """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step``
-    m.
+    """Return the edges of a square grid in the base plane, ``half`` m to each side, one line
+    per ``step`` m.
     """
     at = np.arange(-half, half + step / 2, step)
     along = np.array([[[x, -half, 0.0], [x, half, 0.0]] for x in at])
@@ -77,8 +83,8 @@ def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
 
 
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
-    """Edges (E, 2, 3) m that tell where a target's outer solid ends: great circles of balls,
-    circles around a tube.
+    """Return edges (E, 2, 3) m that outline a target's outer solid: circles on balls and around
+    tubes.
     """
     if isinstance(outer, Union):
         return np.concatenate([outline(outer.a), outline(outer.b)])
@@ -105,7 +111,7 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
 
 
 def _around(tube: Tube) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Circles about a tube, evenly along it, its ends among them."""
+    """Return circles around a tube at even steps, including its ends."""
     centre, normal, found = np.asarray(tube.centre), np.asarray(tube.normal), []
     travelled = 0.0
     for i in range(len(centre)):

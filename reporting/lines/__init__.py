@@ -1,1 +1,1 @@
-"""Results in lines of text, for the terminal and for pages."""
+"""Results as lines of text, for the terminal and for pages."""

@@ -1,4 +1,4 @@
-"""Where a scene's poses come from, and which is the worst, in lines."""
+"""Lines about the source of a scene's poses and about the worst pose."""
 
 import math
 
@@ -8,7 +8,9 @@ from ..tables import percent, target_label
 
 
 def record_line(scene: Scene) -> str | None:
-    """What the poses stand for, in a line; None where they are from no record."""
+    """Return a line about the recorded motion behind the poses, or None if they come from no
+    record.
+    """
     r = scene.recorded
     if r is None:
         return None
@@ -18,14 +20,14 @@ def record_line(scene: Scene) -> str | None:
         else f"dwell time and speed (speed_weight {r.speed_weight:g})"
     )
     return (
-        f"{r.file}: {r.rows:,} rows over {r.seconds:.1f} s as {len(scene.poses)} poses weighted by"
-        f" {weight}; every row lies within {math.degrees(r.within):.1f}° of its pose in every"
-        " joint."
+        f"{r.file}: {r.rows:,} rows over {r.seconds:.1f} s, reduced to {len(scene.poses)} poses"
+        f" weighted by {weight}; every row lies within {math.degrees(r.within):.1f}° of its pose"
+        " in every joint."
     )
 
 
 def worst_line(result: VerifyResult) -> str | None:
-    """The worst pose of a setup in a line; None where there is but one."""
+    """Return a line about a setup's worst pose, or None if there is one pose only."""
     w = result.worst
     if w is None:
         return None

@@ -1,4 +1,4 @@
-"""What is said about occlusion: zeta under all models, advice, and the sensors that see nothing."""
+"""Lines and tables about occlusion: ζ under all models, advice, and sensors that cover nothing."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -16,21 +16,21 @@ from ..tables import target_label
 from ..terminal import Terminal
 
 ADVICE = (
-    "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind"
-    " for sensors of one zone, which report the body itself; ignore is the paper's."
+    "On a real mount the robot's body occludes sensors. Use shadow for multi-zone sensors and"
+    " blind for one-zone sensors, which report the body itself; ignore reproduces the paper."
 )
 
 
 def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
-    """What a real mount would not allow of a setup, where the scene asks for one, and boards that
-    do not fit.
+    """Return the violated mount rules of a setup if the scene has real mounts, and boards that do
+    not fit.
     """
     real = REAL if scene.real else ()
     return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
 
 
 def without_lines(scene: Scene, setup: Setup) -> list[str]:
-    """The links that have no ring because a real one is clear nowhere on them."""
+    """Return a line for each link that has no ring because none is clear anywhere on it."""
     if not scene.real:
         return []
     clear, bare = (
@@ -44,11 +44,21 @@ def without_lines(scene: Scene, setup: Setup) -> list[str]:
 
 
 def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
-    """Setups down, models of occlusion across for each target; None where they were not counted."""
+    """Return ζ with a row for each setup and a column for each target and model of occlusion.
+
+    Returns:
+        None if the models were not counted.
+    """
     shown = [r for r in results if r.by_occlusion_percent]
     if not shown:
         return None
-    table = Table(title="ζ in percent past the robot's own body", title_justify="left")
+    table = Table(
+        title="ζ in percent under each occlusion model",
+        title_justify="left",
+        caption="ignore: beams pass through the robot; shadow: points behind its body are not"
+        " covered; blind: a sensor that sees the body covers nothing beyond it",
+        caption_justify="left",
+    )
     table.add_column("setup")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
     for label in labels:
@@ -64,7 +74,9 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
 
 
 def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
-    """The sensors that see nothing, ring by ring and by what they stand in."""
+    """Return a line for each ring with sensors that cover nothing, and for each body that they lie
+    in.
+    """
     lines = []
     order = sorted(found, key=lambda u: (u.within or "", u.ring, u.sensor))
     for (within, ring), some in groupby(order, key=lambda u: (u.within, u.ring)):
@@ -72,17 +84,17 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
         sensors = ", ".join(str(u.sensor) for u in each)
         who = f"Ring {ring}, sensor{'s' * (len(each) > 1)} {sensors}"
         if within is None:
-            lines.append(f"{who}: less than 1 % of the cone is free.")
+            lines.append(f"{who}: less than 1 % of the cone is unobstructed.")
         else:
             deep = max(u.depth_mm for u in each)
-            lines.append(f"{who}: up to {deep:.0f} mm within {within}: nothing is seen past it.")
+            lines.append(f"{who}: up to {deep:.0f} mm inside {within}; no coverage beyond it.")
     return lines
 
 
 def scene_lines(scene: Scene) -> list[str]:
-    """What was taken for an obstacle that is not convex."""
+    """Return a line for each obstacle whose convex hull replaces it because it is not convex."""
     return [
-        f"Obstacle {o.name} is not convex: its convex hull stands for it."
+        f"Obstacle {o.name} is not convex; its convex hull is used."
         for o in scene.obstacles
         if o.hulled
     ]
@@ -95,15 +107,22 @@ def print_sight(
     scene: Scene,
     mount: Sequence[str] = (),
 ) -> None:
-    """Print zeta under all models of occlusion, what is told of the ``mount``, the sensors that see
-    nothing, obstacles that are not as they were, and advice where the models differ."""
+    """Print ζ under all models of occlusion and what limits the view.
+
+    Args:
+        console: terminal to print on.
+        results: counts of all setups.
+        blind: sensors that cover nothing.
+        scene: scene of the counts, for obstacles that are replaced by their hulls.
+        mount: lines about the mount, printed first.
+    """
     table = occlusion_table(results)
     if table is not None:
         console.print(table)
-    for told in (
+    for line in (
         *mount,
         *unseeing_lines(blind),
         *scene_lines(scene),
         *([ADVICE] if table is not None else []),
     ):
-        console.print(told, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)

@@ -1,1 +1,1 @@
-"""Still pictures in three dimensions: a renderer with a depth buffer, meshes and figures."""
+"""3D rendering of still pictures: a renderer with a depth buffer, meshes and figures."""

@@ -1,4 +1,4 @@
-"""A canvas in matplotlib's axes: rendered when the figure is drawn, pixel for pixel."""
+"""Matplotlib artist that renders a canvas when the figure is drawn, pixel for pixel."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,19 +8,27 @@ from matplotlib.artist import Artist
 
 
 class RenderedCanvas(Artist):
-    """The picture of a canvas, at the resolution and the limits that the axes have in the end."""
+    """Picture of a canvas at the final resolution and limits of the axes."""
 
     def __init__(
         self, image: Callable[..., Any], extent: Any, zorder: float, finer: int, outline: float
     ) -> None:
-        """Of a canvas whose ``image`` lies within ``extent`` (2, 2) m; see ``Canvas.draw``."""
+        """Keep what is needed to render later.
+
+        Args:
+            image: ``Canvas.image``, or a function like it.
+            extent: lower and upper corner (2, 2) m of the picture.
+            zorder: order among the artists of the axes.
+            finer: see ``Canvas.image``.
+            outline: see ``Canvas.image``.
+        """
         super().__init__()
         self._image, self._extent, self._how = image, extent, (finer, outline)
         self.set_zorder(zorder)
         self.set_in_layout(False)
 
     def draw(self, renderer: Any) -> None:
-        """Render what lies within the axes."""
+        """Render the part inside the axes."""
         axes: Any = self.axes
         frame = np.array(axes.bbox.extents).reshape(2, 2)
         to_screen = axes.transData

@@ -1,9 +1,11 @@
-"""The renderer of still pictures: meshes, faces, lines and points in metres, seen by a camera and
-drawn into the axes of a figure with a depth buffer, so that what is nearer hides what is farther.
+"""3D renderer for still pictures, with a depth buffer, drawing into the axes of a figure.
 
-Add parts in any order with ``Canvas.mesh``, ``faces``, ``lines`` and ``points``; ``Canvas.draw``
-puts the picture into the axes, at whatever resolution the figure is written. Labels, rulers and
-legends are matplotlib's, over or under it.
+It renders meshes, faces, lines and points in metres, seen by a camera. Nearer parts hide farther
+ones.
+
+Add parts in any order with ``Canvas.mesh``, ``faces``, ``lines`` and ``points``. ``Canvas.draw``
+puts the picture into the axes at the resolution at which the figure is written. Matplotlib draws
+labels, rulers and legends over or under it.
 """
 
 from copy import copy
@@ -14,36 +16,39 @@ from jaxtyping import Float, Int
 
 from .rasterizer import UNLIT, DepthBuffer, Triangles, shaded
 
-# Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is
-# unseen.
+# Okabe and Ito's colours, distinguishable with every kind of colour vision: cool colours for
+# sensors, the hot one for uncovered volume.
 LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
 UNSEEN_COLOUR = "#D55E00"
-FINER = 2  # pixels a side that are computed for one of the picture, which is their mean
+FINER = 2  # supersampling: each pixel is the mean of FINER x FINER
 _LIGHT = np.array(
     [-0.45, 0.6, 0.66]
-)  # right, up and towards the eye: from the upper left behind it
+)  # right, up, towards the eye: light from the upper left behind the eye
 
 Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
-"""A mesh: vertices (V, 3) m, and the vertices (T, 3) of its triangles."""
+"""A mesh: vertices (V, 3) m, and the vertex indices (T, 3) of its triangles."""
 Colour = Any
-"""A colour of all parts, as ``#rrggbb`` or (3,) in [0, 1], or one of each (N, 3)."""
+"""One colour for all parts, as ``#rrggbb`` or (3,) in [0, 1], or one for each part (N, 3)."""
 
 
 def rgb(colour: Colour) -> Float[np.ndarray, "*N 3"]:
-    """A colour, or several, as numbers (..., 3) in [0, 1]; by name only as ``#rrggbb``."""
+    """Return colours as numbers (..., 3) in [0, 1]; a string must have the form ``#rrggbb``."""
     if isinstance(colour, str):
         return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
     return np.asarray(colour, float)
 
 
 def paler(colour: Colour, share: float) -> Float[np.ndarray, "*N 3"]:
-    """Colours (..., 3) with a share of white."""
+    """Mix colours (..., 3) with a share of white."""
     return (1 - share) * rgb(colour) + share
 
 
 def _normals(vertices: Float[np.ndarray, "V 3"], triangles: Int[np.ndarray, "T 3"]) -> Any:
-    """Unit normals (V, 3) of a mesh at its vertices: the mean over their triangles by the angle of
-    each, so that it does not matter how a flat face is cut; 0 where there is none."""
+    """Return unit vertex normals (V, 3) of a mesh; 0 where there is none.
+
+    Each is the mean over adjacent triangles weighted by their angles, so it does not depend on how
+    a flat face is triangulated.
+    """
     corners = vertices[triangles]
     way = np.roll(corners, -1, axis=1) - corners  # (T, 3, 3), to the next corner
     way /= np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-300)
@@ -58,8 +63,7 @@ def _normals(vertices: Float[np.ndarray, "V 3"], triangles: Int[np.ndarray, "T 3
 
 
 class Canvas:
-    """What a camera sees, in axes whose coordinates are metres at the depth of the middle of a
-    box."""
+    """A camera's view in axes whose coordinates are metres at the depth of the centre of a box."""
 
     def __init__(
         self,
@@ -69,15 +73,15 @@ class Canvas:
         elevation_deg: float,
         diagonals: float = np.inf,
     ) -> None:
-        """Look at the middle of a box.
+        """Look at the centre of a box.
 
         Args:
-            ax: matplotlib's axes to draw into, or None for ``image`` alone.
-            box: its lower and upper corner, m.
-            azimuth_deg: where the eye stands, about the vertical from +x.
-            elevation_deg: and above the horizon.
-            diagonals: distance of the eye in diagonals of the box; from infinity, edges that are
-                parallel stay so.
+            ax: matplotlib axes to draw into, or None to use ``image`` only.
+            box: lower and upper corner of the box, m.
+            azimuth_deg: azimuth of the eye about the vertical, from +x, degrees.
+            elevation_deg: elevation of the eye above the horizontal, degrees.
+            diagonals: distance of the eye, in diagonals of the box; infinity gives a parallel
+                projection.
         """
         a, e = np.radians([azimuth_deg, elevation_deg])
         right = (-np.sin(a), np.cos(a), 0.0)
@@ -92,13 +96,16 @@ class Canvas:
         self._spots: list[tuple[Any, Any, Any]] = []  # centres, radii m, colours
 
     def project(self, points: Any) -> tuple[Any, Any]:
-        """Coordinates (..., 2) m in the axes, and depths (...), larger is nearer, of points
-        (..., 3)."""
+        """Project points (..., 3) m.
+
+        Returns:
+            Coordinates (..., 2) m in the axes, and depths (...); larger is nearer.
+        """
         seen = (points - self.box.mean(axis=0)) @ self.rotation.T
         return seen[..., :2] * self._nearness(seen[..., 2:]), seen[..., 2]
 
     def hull(self, points: Any) -> Any:
-        """Outline (M, 2) m in the axes of the convex hull of points (N, 3)."""
+        """Return the outline (M, 2) m, in the axes, of the convex hull of points (N, 3) m."""
         from scipy.spatial import ConvexHull
 
         xy = self.project(points)[0]
@@ -108,8 +115,11 @@ class Canvas:
         return self.distance / (self.distance - depth) if np.isfinite(self.distance) else 1.0
 
     def _placed(self, points: Any, nearer: float = 0.0) -> Any:
-        """Coordinates (..., 3): in the axes, and a depth that is affine over a face there,
-        which is the reciprocal of the distance where the eye is near."""
+        """Return coordinates (..., 3): two in the axes, and a depth that is affine over a face
+        there.
+
+        With perspective that depth is the reciprocal of the distance.
+        """
         xy, depth = self.project(points)
         depth = depth + nearer
         if np.isfinite(self.distance):
@@ -117,26 +127,25 @@ class Canvas:
         return np.concatenate([xy, depth[..., None]], axis=-1)
 
     def light(self, normal: Any) -> Any:
-        """Light (...) in [0, 1] from the upper left behind the eye, on surfaces with unit normals
-        (..., 3), both sides alike."""
+        """Return the light (...) in [0, 1] on two-sided surfaces with unit normals (..., 3)."""
         seen = normal @ self.rotation.T
         return np.clip(np.where(seen[..., 2] < 0, -1, 1) * (seen @ _LIGHT), 0, 1)
 
     def lit(self, colour: Colour, normal: Any) -> Any:
-        """Colours (N, 3) of surfaces with unit normals (N, 3)."""
+        """Return the colours (N, 3) of surfaces with unit normals (N, 3) under the light."""
         return shaded(np.broadcast_to(rgb(colour), normal.shape), self.light(normal))
 
     def mesh(
         self, surface: Surface, colour: Colour, alpha: float = 1.0, closed: bool = False
     ) -> None:
-        """Add a mesh, shaded smoothly across the edges of its triangles.
+        """Add a mesh with smooth shading.
 
         Args:
-            surface: vertices and triangles; corners that are not shared make a crease.
-            colour: of all, or of each triangle (T, 3).
+            surface: vertices and triangles; a vertex that triangles do not share makes a crease.
+            colour: one colour, or one for each triangle (T, 3).
             alpha: opacity.
-            closed: its triangles turn anti-clockwise as seen from outside, and those that look
-                away from the eye are left out; otherwise both sides are seen, alike.
+            closed: True if triangles turn anti-clockwise as seen from outside; those that face away
+                from the eye are culled. Otherwise both sides are drawn alike.
         """
         vertices, triangles = surface
         view = self._placed(vertices)[triangles]  # (T, 3, 3)
@@ -153,11 +162,11 @@ class Canvas:
         """Add flat convex faces.
 
         Args:
-            faces: corners (N, M, 3) m, in turn around each.
-            colour: of all, or of each (N, 3).
+            faces: corners (N, M, 3) m, in order around each face.
+            colour: one colour, or one for each face (N, 3).
             alpha: opacity.
-            lit: shaded by their normals, both sides alike; otherwise of their colour as it is.
-            nearer: m, by which they count as nearer to the eye than they are.
+            lit: True to shade faces by their normals, both sides alike; False for flat colours.
+            nearer: depth offset towards the eye, m.
         """
         if not len(faces):
             return
@@ -173,7 +182,7 @@ class Canvas:
 
     @staticmethod
     def _each(colour: Colour, shown: Any) -> Any:
-        """Colours of those that are shown, of one for all or one of each."""
+        """Return the colours of the shown parts, given one colour or one for each part."""
         given = rgb(colour)
         return given[shown] if given.ndim > 1 else np.broadcast_to(given, (int(shown.sum()), 3))
 
@@ -182,14 +191,27 @@ class Canvas:
         (self._solid if alpha >= 1 else self._clear).append(made)
 
     def lines(self, ends: Any, colour: Colour, width: float, nearer: float = 0.0) -> None:
-        """Add straight lines (N, 2, 3) m, ``width`` in points; ``nearer``: see ``faces``."""
+        """Add straight lines.
+
+        Args:
+            ends: end points (N, 2, 3) m.
+            colour: one colour, or one for each line.
+            width: width in points.
+            nearer: see ``faces``.
+        """
         if len(ends):
             colours = self._each(colour, np.ones(len(ends), bool))
             self._lines.append((self._placed(ends, nearer), colours, width))
 
     def points(self, points: Any, colour: Colour, radius: float, nearer: float = 0.0) -> None:
-        """Add round spots that face the eye at points (N, 3) m, of ``radius`` m; ``nearer``: see
-        ``faces``."""
+        """Add discs that face the eye.
+
+        Args:
+            points: centres (N, 3) m.
+            colour: one colour, or one for each point.
+            radius: radius of the discs, m.
+            nearer: see ``faces``.
+        """
         if not len(points):
             return
         depth = self.project(points)[1]
@@ -198,7 +220,9 @@ class Canvas:
         self._spots.append((self._placed(points, nearer), radii, colours))
 
     def extent(self) -> Float[np.ndarray, "2 2"] | None:
-        """Lower and upper corner (2, 2) m, in the axes, of all that was added; None of nothing."""
+        """Return the lower and upper corner (2, 2) m, in the axes, of all parts; None if there are
+        none.
+        """
         parts = [t.corners for t in (*self._solid, *self._clear) if len(t)]
         parts += [ends for ends, *_ in self._lines]
         parts += [
@@ -220,15 +244,16 @@ class Canvas:
         outline: float = np.inf,
         point: float = 1.0,
     ) -> Float[np.ndarray, "H W 4"]:
-        """The picture (H, W, 4), red, green, blue and opacity in [0, 1], row 0 at the bottom.
+        """Return the picture (H, W, 4): red, green, blue and opacity in [0, 1], row 0 at the
+        bottom.
 
         Args:
-            low: (2,) m, in the axes, of its lower left corner.
-            pixel: m that a pixel is wide and high, one number or (2,).
-            shape: its rows and columns.
-            finer: pixels a side that are computed for one.
-            outline: m of depth between neighbours from which on there is a dark line.
-            point: pixels that a point of a line's width is.
+            low: lower left corner (2,) m in the axes.
+            pixel: width and height of a pixel, m: one number or (2,).
+            shape: rows and columns.
+            finer: supersampling factor of each side.
+            outline: smallest step in depth between neighbouring pixels that gets a dark line, m.
+            point: pixels per point of line width.
         """
         scale = finer / (np.asarray(pixel, float) * np.ones(2))
         buffer = DepthBuffer((shape[0] * finer, shape[1] * finer))
@@ -257,11 +282,11 @@ class Canvas:
     def draw(
         self, fit: bool = True, zorder: float = 2, finer: int = FINER, outline: float = np.inf
     ) -> None:
-        """Put all that was added into the axes, and forget it.
+        """Draw all parts into the axes and clear the canvas.
 
         Args:
-            fit: the axes' limits grow to it.
-            zorder: over what else of the axes' it lies.
+            fit: True to extend the limits of the axes to the picture.
+            zorder: order among the artists of the axes.
             finer: see ``image``.
             outline: see ``image``.
         """
@@ -278,8 +303,10 @@ class Canvas:
 
 
 def _strokes(ends: Any, colour: Any, half: float) -> Triangles:
-    """Lines (N, 2, 3) on the screen as triangles, ``half`` as wide to either side and beyond their
-    ends."""
+    """Turn lines (N, 2, 3) on the screen into triangles.
+
+    The strokes extend by ``half`` to both sides of a line and beyond both ends.
+    """
     way = ends[:, 1, :2] - ends[:, 0, :2]
     way = half * way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
     side = np.stack([-way[:, 1], way[:, 0]], axis=1)

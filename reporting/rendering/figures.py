@@ -1,4 +1,4 @@
-"""Figures with rendered pictures in them: scales, axes, and the file that they go to."""
+"""Figures that contain rendered pictures: scales, axes, and the output file."""
 
 import io
 from pathlib import Path
@@ -16,33 +16,35 @@ if TYPE_CHECKING:
 
 
 def png(figure: "Figure") -> bytes:
-    """The figure as a PNG; its texts are shown as they are, in printable characters."""
+    """Return the figure as a PNG, with texts shown verbatim in printable characters."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
     from PIL import Image
 
     for text in figure.findobj(Text):
-        text.set_parse_math(False)  # a dollar in a name is a dollar
+        text.set_parse_math(False)  # show a dollar sign in a name verbatim
         text.set_text(printable_lines(text.get_text()))
     canvas, data = FigureCanvasAgg(figure), io.BytesIO()
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())[..., :3]
-    pixels = pixels // 5 * 5  # 52 steps of a channel, half the file; white stays white
-    Image.fromarray(pixels).save(data, "png", compress_level=7)  # 9: 4 times as long, as large
+    pixels = pixels // 5 * 5  # 52 levels a channel halve the file; white stays white
+    Image.fromarray(pixels).save(
+        data, "png", compress_level=7
+    )  # level 9 takes 4 times as long for the same size
     return data.getvalue()
 
 
 def write_png(path: Path, figure: "Figure") -> None:
-    """Write the figure as a PNG: the old file or the new, never half.
+    """Write the figure as PNG atomically.
 
     Raises:
-        UserError: if the file cannot be written; an old one stays as it was.
+        UserError: if the file cannot be written; an existing file stays unchanged.
     """
     write_bytes(path, png(figure))
 
 
 def add_bar(canvas: Canvas, at: tuple[float, float], length: float) -> None:
-    """Draw a scale of ``length`` m, its left end ``at`` (x, y) m on the canvas."""
+    """Draw a scale bar of ``length`` m whose left end is ``at`` (x, y) m on the canvas."""
     x, y = np.array(at)[:, None] + length * np.array(
         [(0, 0, 0, 1, 1, 1), (0.02, -0.02, 0, 0, 0.02, -0.02)]
     )
@@ -57,8 +59,8 @@ def add_bar(canvas: Canvas, at: tuple[float, float], length: float) -> None:
 
 
 def add_axes(canvas: Canvas, at: tuple[float, float], length: float) -> None:
-    """Draw the base frame's axes, of ``length`` m as seen from the side, from ``at`` (x, y) m on
-    the canvas.
+    """Draw the base frame's axes, ``length`` m long seen from the side, from ``at`` (x, y) m on the
+    canvas.
     """
     arrow = {
         "arrowstyle": "-|>,head_width=0.18,head_length=0.36",

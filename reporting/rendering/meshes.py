@@ -1,4 +1,4 @@
-"""Solids as meshes: circles, balls, rods, capsules, cones, rings and hulls."""
+"""Meshes of solids: circles, balls, rods, capsules, cones, rings and hulls."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ RING_WIDTH = 0.04  # m
 
 
 def _polygon(corners: int) -> Any:
-    """Corners (T, 2) of a regular polygon in the circle of radius 1."""
+    """Return the corners (T, 2) of a regular polygon in the circle of radius 1."""
     return np.array(
         [(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, corners, endpoint=False)]
     )
@@ -26,18 +26,20 @@ def _polygon(corners: int) -> Any:
 
 DISC, FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
-_THINNEST = 1e-4  # m, of what is drawn of a polyhedron
+_THINNEST = 1e-4  # m, thinner parts of a polyhedron are not drawn
 
 
 def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
-    """Points (T, 3) m of a circle about the unit ``axis``."""
+    """Return points (T, 3) m of a circle about the unit vector ``axis``."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
 
 
 def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
-    """The surface between neighbouring circles, which they share: so it is shaded smoothly. Its
-    triangles turn anti-clockwise as seen from outside where the circles follow their axes."""
+    """Return the smoothly shaded surface between consecutive circles, which share their vertices.
+
+    Triangles turn anti-clockwise as seen from outside if the circles are ordered along their axes.
+    """
     c, t = circles.shape[:2]
     i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
     a, b = i * t + j, i * t + (j + 1) % t
@@ -46,12 +48,12 @@ def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
 
 
 def loops(circles: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
-    """The edges of closed lines."""
+    """Return the edges of closed lines."""
     return np.stack([circles, np.roll(circles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
 def joined(some: list[Surface]) -> Surface:
-    """Several surfaces as one."""
+    """Join several surfaces into one."""
     first = np.cumsum([0, *(len(v) for v, _ in some)])
     if not some:
         return np.zeros((0, 3)), np.zeros((0, 3), int)
@@ -61,13 +63,13 @@ def joined(some: list[Surface]) -> Surface:
 
 
 def closed(circles: Float[np.ndarray, "C T 3"]) -> Surface:
-    """The surface between neighbouring circles with its ends drawn together in their middles."""
+    """Return the surface between consecutive circles, with each end closed at its centre."""
     low, high = (np.broadcast_to(c.mean(axis=0), (1, *c.shape)) for c in (circles[0], circles[-1]))
     return tube(np.concatenate([low, circles, high]))
 
 
 def ball(c: Any, r: float, n: int) -> Any:
-    """Circles of latitude (n, T, 3) m of the ball about ``c`` (3,) of radius ``r``."""
+    """Return circles of latitude (n, T, 3) m of the ball of radius ``r`` m about ``c`` (3,) m."""
     return np.array(
         [
             circle(c + r * np.sin(b) * _UP, _UP, r * np.cos(b))
@@ -77,14 +79,14 @@ def ball(c: Any, r: float, n: int) -> Any:
 
 
 def rod(a: Any, b: Any, radius: float) -> Any:
-    """Circles (C, T, 3) m from ``a`` to ``b``, evenly spaced."""
+    """Return evenly spaced circles (C, T, 3) m from ``a`` to ``b``."""
     return np.array(
         [circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)]
     )
 
 
 def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
-    """A cone's side and base, with a crease between them."""
+    """Return the side and the base of a cone, with a crease between them."""
     base, wide = apex + range_m * axis, range_m * np.tan(half_angle)
     near, rim, middle = (
         circle(c, axis, r, FINE_DISC)
@@ -94,8 +96,9 @@ def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
 
 
 def body(robot: Robot, frames: Any) -> Any:
-    """Centreline (P, 3) m of the links' bodies: joint origins, and the mount axes where links have
-    them.
+    """Return the centreline (P, 3) m of the links' bodies.
+
+    It connects joint origins, and follows the mount axes of links that have them.
     """
     points = [np.zeros(3)]
     for j, T in enumerate(frames):
@@ -107,7 +110,9 @@ def body(robot: Robot, frames: Any) -> Any:
 
 
 def capsule(a: Any, b: Any, radius: float) -> Any:
-    """Circles (C, T, 3) m of the capsule of ``radius`` about the segment from ``a`` to ``b``."""
+    """Return circles (C, T, 3) m of the capsule of ``radius`` m about the segment from ``a`` to
+    ``b``.
+    """
     length = float(np.linalg.norm(b - a))
     axis = (b - a) / length if length > 1e-9 else _UP
     bend = np.pi / 2 * np.linspace(0.02, 1, 7)
@@ -123,8 +128,13 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
 
 
 def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> Any:
-    """Circles (2, T, 3) m of a ring, so wide along its axis, on a robot with ``frames``
-    T_base_frame (F, 4, 4).
+    """Return the two edge circles (2, T, 3) m of a ring.
+
+    Args:
+        robot: robot that carries the ring.
+        frames: T_base_frame (F, 4, 4).
+        ring: ring to draw.
+        width: width of the ring along its axis, m.
     """
     m = robot.mount(ring.link)
     R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
@@ -133,8 +143,9 @@ def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> An
 
 
 def rim_of(cones: Cones, k: int, length: float) -> Any:
-    """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square
-    beam's corners.
+    """Return points (_, 3) m around beam ``k`` at ``length`` m along its axis.
+
+    They form a circle, or the corners of a square beam.
     """
     centre, corners = cones.apex[k] + length * cones.axis[k], cones.corners_across(k, length)
     if len(corners):
@@ -143,8 +154,9 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
 
 
 def lengths_within(cones: Cones, outer: Solid) -> Any:
-    """Length (K,) m at which each cone is drawn: where its axis leaves the target for the last
-    time, at most its range.
+    """Return the length (K,) m at which each cone is drawn.
+
+    It ends where its axis leaves the target for the last time, but not beyond its range.
     """
     share = np.linspace(0, 1, 61)[1:]
     points = (
@@ -155,8 +167,9 @@ def lengths_within(cones: Cones, outer: Solid) -> Any:
 
 
 def faces_within(body: Polyhedron, box: Any) -> Any:
-    """Triangles (N, 3, 3) m of what of a polyhedron lies in the box (2, 3) m; none where that is
-    nothing."""
+    """Return triangles (N, 3, 3) m of the part of a polyhedron inside the box (2, 3) m; may be
+    empty.
+    """
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
@@ -175,8 +188,9 @@ def faces_within(body: Polyhedron, box: Any) -> Any:
 
 
 def convex_pieces(outer: Any) -> list[Any]:
-    """Point sets (_, 3) m whose convex hulls together make a target's outer solid: balls, capsules
-    and a tube.
+    """Return point sets (_, 3) m whose convex hulls together form a target's outer solid.
+
+    They are balls, capsules and a tube.
     """
     if isinstance(outer, Union):
         return convex_pieces(outer.a) + convex_pieces(outer.b)

@@ -1,9 +1,8 @@
-"""Triangles to pixels with a depth buffer, in NumPy: the part of the renderer that knows no camera.
+"""Rasterizer of triangles with a depth buffer, in NumPy; it knows no camera.
 
 Screen coordinates are pixels: x to the right, y up, the centre of the pixel in column i and row j
 at (i + 1/2, j + 1/2). Depth grows towards the eye and is affine over a triangle. A pixel belongs to
-a triangle when its centre lies inside; triangles that share an edge share no pixel and leave no
-gap.
+a triangle if its centre lies inside. Triangles that share an edge share no pixel and leave no gap.
 """
 
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-_MOST = 3_000_000  # pixels of triangles that are handled at once, which bounds the memory
+_MOST = 3_000_000  # pixels processed at once; bounds the memory
 _DEPTH_BITS, _ITEM_BITS = 16, 24
 UNLIT = -1.0
 
@@ -26,7 +25,9 @@ class Triangles:
     colour: Float[np.ndarray, "N 3"]
     """Red, green and blue in [0, 1]."""
     light: Float[np.ndarray, "N 3"]
-    """Light at each corner in [0, 1], between which it is interpolated; ``UNLIT``: none to add."""
+    """Light at each corner in [0, 1], interpolated in between; ``UNLIT`` leaves colours as they
+    are.
+    """
     alpha: Float[np.ndarray, " N"]
     """Opacity in [0, 1]."""
 
@@ -35,7 +36,7 @@ class Triangles:
 
     @staticmethod
     def joined(parts: "list[Triangles]") -> "Triangles":
-        """All triangles of several sets."""
+        """Join several sets of triangles into one."""
         return Triangles(
             *(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Triangles))
         )
@@ -44,7 +45,7 @@ class Triangles:
 def shaded(
     colour: Float[np.ndarray, "N 3"], light: Float[np.ndarray, " N"]
 ) -> Float[np.ndarray, "N 3"]:
-    """Colours (N, 3) under light (N,): half ambient, half diffuse, and a highlight."""
+    """Return colours (N, 3) under light (N,): half ambient, half diffuse, and a highlight."""
     lit = np.clip(light, 0, 1)[:, None]
     square = lit * lit
     bright = colour * (0.5 + 0.5 * lit) + 0.25 * square * square * square
@@ -52,7 +53,11 @@ def shaded(
 
 
 def _expand(count: Int[np.ndarray, " N"]) -> tuple[Int[np.ndarray, " M"], Int[np.ndarray, " M"]]:
-    """Of runs of ``count`` (N,) elements: the run of each element, and its place in the run."""
+    """Expand runs of ``count`` (N,) elements.
+
+    Returns:
+        For each element the index of its run, and its index within the run.
+    """
     run = np.repeat(np.arange(len(count), dtype=np.int32), count)
     first = np.cumsum(count) - count
     return run, np.arange(len(run), dtype=np.int32) - first.astype(np.int32)[run]
@@ -61,7 +66,9 @@ def _expand(count: Int[np.ndarray, " N"]) -> tuple[Int[np.ndarray, " M"], Int[np
 def _planes(
     corners: Float[np.ndarray, "N 3 3"], value: Float[np.ndarray, "N 3"]
 ) -> Float[np.ndarray, "N 3"]:
-    """Coefficients (N, 3) of 1, x and y of the affine function with ``value`` at the corners."""
+    """Return coefficients (N, 3) of 1, x and y of the affine functions with given values at the
+    corners.
+    """
     (x, y), base = np.moveaxis(corners[:, 1:, :2] - corners[:, :1, :2], 2, 0), corners[:, 0]
     area = x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]
     u, v = (value[:, 1:] - value[:, :1]).T
@@ -75,12 +82,12 @@ def _spans(
 ) -> tuple[
     Int[np.ndarray, " S"], Int[np.ndarray, " S"], Int[np.ndarray, " S"], Int[np.ndarray, " S"]
 ]:
-    """The rows of pixels of triangles: triangle, row, first column and number of pixels of each."""
+    """Return the pixel rows of triangles: triangle, row, first column, number of pixels."""
     order = np.argsort(corners[:, :, 1], axis=1, kind="stable")
     (xa, xb, xc), (ya, yb, yc) = (
         np.take_along_axis(corners[:, :, i], order, axis=1).T for i in (0, 1)
     )
-    # from below to above, so that both triangles beside an edge get the same number
+    # upwards, so that both triangles at an edge get the same result
     long, lower, upper = (
         (x1 - x0) / np.where(y1 > y0, y1 - y0, 1.0)
         for x0, y0, x1, y1 in ((xa, ya, xc, yc), (xa, ya, xb, yb), (xb, yb, xc, yc))
@@ -106,8 +113,15 @@ def _spans(
 def _fragments(
     corners: Float[np.ndarray, "N 3 3"], shape: tuple[int, int]
 ) -> Iterator[tuple[Int[np.ndarray, " M"], Int[np.ndarray, " M"], Float[np.ndarray, " M"]]]:
-    """All pixels of triangles in a picture of ``shape`` (rows, columns), part by part: the triangle
-    of each, its pixel, row by row, and its depth there."""
+    """Yield all pixels of triangles in parts.
+
+    Args:
+        corners: x, y and depth of the corners.
+        shape: rows and columns of the picture.
+
+    Yields:
+        For each pixel the index of its triangle, its index in row-major order, and its depth.
+    """
     x, y = corners[:, 1:, 0] - corners[:, :1, 0], corners[:, 1:, 1] - corners[:, :1, 1]
     whole = np.flatnonzero(np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) > 1e-8)
     plane = _planes(corners[whole], corners[whole, :, 2])
@@ -129,8 +143,10 @@ def _fragments(
 
 
 class DepthBuffer:
-    """A picture of rows by columns pixels: at each the nearest triangle, and before it translucent
-    ones. Colours are multiplied by the opacity."""
+    """A picture with the nearest opaque triangle at each pixel, and translucent ones over it.
+
+    Colours are premultiplied by opacity.
+    """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.shape = shape
@@ -140,8 +156,10 @@ class DepthBuffer:
         self.alpha = np.zeros(pixels, np.float32)
 
     def opaque(self, triangles: Triangles) -> None:
-        """Draw triangles: at each pixel the nearest of them and of those before is seen, of equals
-        the last."""
+        """Draw opaque triangles.
+
+        The nearest triangle wins at each pixel, also against earlier calls; the last wins a tie.
+        """
         nearest = np.full(len(self.depth), -1, np.int32)
         for triangle, pixel, depth in _fragments(triangles.corners, self.shape):
             won = self._nearer(pixel, depth)
@@ -168,7 +186,13 @@ class DepthBuffer:
         radius: Float[np.ndarray, " N"],
         colour: Float[np.ndarray, "N 3"],
     ) -> None:
-        """Draw round spots that face the eye: centres (N, 3), pixels and depth; radii, pixels."""
+        """Draw discs that face the eye.
+
+        Args:
+            centre: x and y in pixels, and depth (N, 3).
+            radius: radii (N,), pixels.
+            colour: red, green and blue (N, 3) in [0, 1].
+        """
         reach = int(np.ceil(radius.max(initial=0.0) + 0.5))
         base = np.floor(centre[:, :2]).astype(np.int32)
         at = base[:, None] + np.arange(-reach, reach + 1, dtype=np.int32)[:, None]  # (N, K, 2)
@@ -184,7 +208,9 @@ class DepthBuffer:
     def _nearer(
         self, pixel: Int[np.ndarray, " M"], depth: Float[np.ndarray, " M"]
     ) -> Int[np.ndarray, " W"]:
-        """Enter depths at pixels; which of them are the nearest there, as near as any before."""
+        """Store depths at pixels; return the indices that are nearest there, including ties with
+        earlier ones.
+        """
         some = np.flatnonzero(depth >= self.depth[pixel])
         pixel, depth = pixel[some], depth[some]
         np.maximum.at(self.depth, pixel, depth)
@@ -192,7 +218,7 @@ class DepthBuffer:
         return nearest
 
     def outline(self, step: float, dark: float = 0.35) -> None:
-        """Darken the pixels beside which depth changes by more than ``step``."""
+        """Darken pixels at which depth changes by more than ``step`` to a neighbour."""
         depth = np.where(np.isfinite(self.depth), self.depth, -1e9).reshape(self.shape)
         drop: Bool[np.ndarray, "H W"] = np.zeros(self.shape, bool)
         drop[1:] |= np.abs(depth[1:] - depth[:-1]) > step
@@ -202,8 +228,11 @@ class DepthBuffer:
         self.alpha[edge] = 1.0
 
     def translucent(self, triangles: Triangles) -> None:
-        """Draw translucent triangles over what is opaque, those behind it left out: at each pixel
-        from the nearest to the farthest, in one pass."""
+        """Blend translucent triangles over the opaque ones, from the nearest to the farthest in one
+        pass.
+
+        Triangles behind opaque ones are left out.
+        """
         keys = []
         z = triangles.corners[:, :, 2]
         low, high = (float(z.min()), float(z.max())) if len(z) else (0.0, 1.0)
@@ -227,7 +256,7 @@ class DepthBuffer:
         rest = np.exp(passed[first + count - 1] - start).astype(np.float32)
         passed -= np.repeat(start, count)
         passed -= lost
-        share = np.exp(passed, dtype=np.float32, casting="same_kind")  # of the light that gets by
+        share = np.exp(passed, dtype=np.float32, casting="same_kind")  # share of light that passes
         shown = shaded(triangles.colour, triangles.light.mean(axis=1)) * alpha[:, None]
         under = pixel[first]
         for i in range(3):
@@ -236,8 +265,10 @@ class DepthBuffer:
         self.alpha[under] = 1 - rest * (1 - self.alpha[under])
 
     def image(self, finer: int) -> Float[np.ndarray, "H W 4"]:
-        """The picture (H, W, 4), row 0 at the bottom, each pixel the mean of ``finer`` by ``finer``
-        of the buffer's; colours not multiplied by the opacity."""
+        """Return the picture (H, W, 4), row 0 at the bottom, with colours not premultiplied.
+
+        Each pixel is the mean of ``finer`` by ``finer`` pixels of the buffer.
+        """
         rows, columns = (n // finer for n in self.shape)
         image = np.zeros((rows, columns, 4), np.float32)
         for i in range(finer):

@@ -1,4 +1,4 @@
-"""A robot and its rings on a canvas."""
+"""Robot and rings on a canvas."""
 
 from itertools import pairwise
 from typing import Any
@@ -30,9 +30,14 @@ def add_robot(
     """Add the robot's links, joints and foot, and its rings in the colours of their links.
 
     Args:
+        canvas: canvas to draw on.
+        robot: robot to draw.
         frames: T_base_frame (F, 4, 4) from ``forward``.
-        real: draw the robot's bodies, if it has any, and not a stick along its joints and mounts.
-        width: of a ring along its axis, m.
+        setup: rings to draw.
+        colour: colour by link.
+        real: True to draw the robot's bodies, if it has any, instead of a stick figure along joints
+            and mounts.
+        width: width of a ring along its axis, m.
     """
     if real and robot.bodies:
         _add_bodies(canvas, robot, frames)
@@ -41,7 +46,7 @@ def add_robot(
     for ring in setup.rings:
         rims = band(robot, frames, ring, width)
         canvas.mesh(tube(rims), colour[ring.link])
-        # a ring that is seen from its edge has no other area
+        # a ring seen edge-on has no other visible area
         canvas.lines(loops(rims), 0.8 * rgb(colour[ring.link]), _RIM)
 
 

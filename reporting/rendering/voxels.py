@@ -1,7 +1,7 @@
-"""Voxels on a ``Canvas``: the faces of a set of voxels that an eye at infinity may see.
+"""Voxels on a ``Canvas``: the exposed faces of a set of voxels that face an eye at infinity.
 
-A cube shows an eye at infinity at most three faces, the same three for every voxel, and of those
-only the ones without a neighbour are exposed.
+An eye at infinity sees at most three faces of a cube, the same three for every voxel. Of those,
+only faces without a neighbouring voxel are exposed.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from .canvas import Canvas
 from .meshes import loops
 
-# Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn
-# around the face.
+# Corners of the faces towards +x, +y and +z, in voxels from the lowest corner, in order around
+# the face.
 _FACE = np.array(
     [
         [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
@@ -24,27 +24,26 @@ _FACE = np.array(
         [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
     ]
 )
-_OVER = 0.02  # sides of a voxel, by which its edges lie over its faces
-_FLAT = 1e-9  # share of a face's area that an eye sees of it from its edge, by rounding
+_OVER = 0.02  # sides of a voxel by which edges are drawn in front of faces
+_FLAT = 1e-9  # a face whose visible share is below this is seen edge-on, up to rounding
 
 
 @dataclass(frozen=True)
 class VoxelSkin:
-    """The voxels of a set that show a face to the eye.
-
-    voxel: side, m. numbers (N, 3): on the lattice, a voxel lies between k and k + 1 sides. side
-    (3,): +1 or -1, which of the two faces across each axis looks at the eye, 0 where the eye sees
-    neither. exposed (N, 3): whether that face has no neighbour.
-    """
+    """The voxels of a set with a face towards the eye."""
 
     voxel: float
+    """Side of a voxel, m."""
     numbers: Int[np.ndarray, "N 3"]
+    """Lattice numbers; a voxel lies between k and k + 1 sides."""
     side: Int[np.ndarray, " 3"]
+    """The face across each axis that faces the eye, +1 or -1; 0 if neither does."""
     exposed: Bool[np.ndarray, "N 3"]
+    """True for each face that has no neighbouring voxel."""
 
     @property
     def faces(self) -> int:
-        """How many faces there are to draw."""
+        """Number of faces to draw."""
         return int(np.count_nonzero(self.exposed))
 
     @property
@@ -54,24 +53,27 @@ class VoxelSkin:
 
 
 def voxel_set(voxel: float, numbers: Int[np.ndarray, "N 3"]) -> VoxelSet:
-    """The set of voxels of side ``voxel`` m with the lattice numbers (N, 3), in any order, each
-    once or more.
+    """Return the set of voxels with given lattice numbers.
+
+    Args:
+        voxel: side of a voxel, m.
+        numbers: lattice numbers (N, 3), in any order; duplicates are allowed.
     """
     key = np.unique(encode(numbers + OFFSET))
     return VoxelSet.of_cells(voxel, key, np.ones_like(key))
 
 
 def holds(voxels: VoxelSet, numbers: Int[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Which of the voxels with these lattice numbers (N, 3) belong to the set."""
+    """Return which voxels with these lattice numbers (N, 3) belong to the set."""
     return voxels.count_in(encode(numbers + OFFSET), 1) > 0
 
 
 def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> VoxelSkin:
-    """The voxels that show a face to an eye at infinity.
+    """Return the voxels with a face towards an eye at infinity.
 
     Args:
-        voxels: the set; what is inside it costs little.
-        towards_eye: (3,), of any length.
+        voxels: set of voxels; its interior costs little time.
+        towards_eye: direction of the eye (3,), of any length.
     """
     numbers = np.rint(voxels.centres() / voxels.voxel - 0.5).astype(np.int64)
     side = np.where(np.abs(towards_eye) > _FLAT, np.sign(towards_eye), 0).astype(np.int64)
@@ -84,8 +86,13 @@ def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> VoxelSkin:
 
 
 def cut_open(voxels: VoxelSet, axis: int, at: float, side: float) -> VoxelSet:
-    """The voxels on the far side of a plane across ``axis`` at ``at`` m, as seen from its ``side``,
-    +1 or -1.
+    """Return the voxels behind a plane.
+
+    Args:
+        voxels: set of voxels.
+        axis: axis that the plane is perpendicular to.
+        at: position of the plane on this axis, m.
+        side: side of the plane on which the eye is, +1 or -1.
     """
     centres = voxels.centres()
     kept = centres[side * (at - centres[:, axis]) > 0]
@@ -93,9 +100,11 @@ def cut_open(voxels: VoxelSet, axis: int, at: float, side: float) -> VoxelSet:
 
 
 def openness(skin: VoxelSkin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
-    """How little the voxels near each voxel of the skin close it in, in [0, 1]: 1 on flat and
-    bulging parts, less in corners and grooves. It looks in 26 ways, up to eight voxels off; of a
-    flat face 9 ways are open."""
+    """Return how open the surroundings of each voxel of the skin are, in [0, 1].
+
+    It is 1 on flat and convex parts and lower in corners and grooves. The estimate follows 26
+    directions over up to eight voxels; 9 of them are open above a flat face.
+    """
     ways = np.array([w for w in np.ndindex(3, 3, 3) if w != (1, 1, 1)]) - 1
     steps = (1, 2, 4, 8)
     empty = np.zeros(len(skin.numbers))
@@ -108,8 +117,16 @@ def openness(skin: VoxelSkin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
 def normals(
     solid: Solid, points: Float[np.ndarray, "N 3"], step: float
 ) -> Float[np.ndarray, "N 3"]:
-    """Unit normals (N, 3) of a solid near ``points`` (N, 3) m: the gradient of its implicit
-    function, by differences over ``step`` m to either side; where it has none, straight up."""
+    """Return unit normals (N, 3) of a solid near given points.
+
+    They are gradients of the implicit function by central differences, or straight up where it has
+    no gradient.
+
+    Args:
+        solid: solid with an implicit function.
+        points: points (N, 3) m.
+        step: step of the differences to either side, m.
+    """
     ends = points[:, None, None] + step * np.array([1, -1])[:, None, None] * np.eye(3)
     value = solid(ends.reshape(-1, 3)).reshape(len(points), 2, 3)
     way = value[:, 0] - value[:, 1]
@@ -130,24 +147,24 @@ def add_skin(
     alpha: float = 1.0,
     line: float = 0.0,
 ) -> None:
-    """Add the exposed faces of a set of voxels to a canvas whose eye is at infinity, where ``skin``
-    looked for it.
+    """Add the exposed faces of voxels to a canvas with an eye at infinity, the eye used for
+    ``skin``.
 
     Args:
-        colour: of all voxels, by name or (3,), or of each (N, 3).
-        normal: of the solid at each voxel, by which it is lit as a smooth surface; None: lit as
-            cubes.
-        blend: in [0, 1], how much of the light is the smooth surface's; the rest is that of the
-            cubes.
-        light: on all voxels, or on each, beside which their colours are as lit as the normals say.
+        canvas: canvas to draw on.
+        skin: voxels to draw.
+        colour: one colour for all voxels, by name or (3,), or one for each (N, 3).
+        normal: normal of the solid at each voxel, for smooth shading; None to shade cubes.
+        blend: weight of the smooth shading in [0, 1]; the rest is that of the cubes.
+        light: factor of the light for all voxels, or for each.
         alpha: opacity.
-        line: width in points of the faces' edges, a little darker than the faces; 0: none.
+        line: width of the faces' edges in points, slightly darker than the faces; 0 for none.
 
     Raises:
-        ValueError: if the canvas's eye is near, which may see other faces.
+        ValueError: if the canvas has a near eye, which may see other faces.
     """
     if np.isfinite(canvas.distance):
-        raise ValueError("voxels are drawn for an eye at infinity; this canvas's is near")
+        raise ValueError("voxels need a canvas with an eye at infinity, got a near eye")
     for axis in np.flatnonzero(skin.side):
         mine = skin.exposed[:, axis]
         corners = _FACE[axis].copy()

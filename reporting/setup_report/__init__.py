@@ -1,1 +1,1 @@
-"""The report of a setup: what is counted for it, and its page."""
+"""Report of a setup: the counts and the page."""

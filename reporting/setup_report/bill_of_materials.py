@@ -1,4 +1,4 @@
-"""What a setup is made of: sensors, what they cost and draw, and what they say in a second."""
+"""Bill of materials of a setup: sensors, their power, and their data rates."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -18,12 +18,12 @@ def _supply(sensor: Sensor) -> Supply | None:
 
 
 def rate_hz(sensor: Sensor) -> float | None:
-    """The highest rate of readings, Hz, where the catalogue has one."""
+    """Return the highest rate of readings in Hz, or None if the catalogue has none."""
     return None if sensor.use is None else MODELS[sensor.use.model].rate_hz
 
 
 def distances(sensor: Sensor) -> int:
-    """How many distances one reading has: one for each zone."""
+    """Return the number of distances in one reading, one for each zone."""
     if sensor.use is not None:
         return MODELS[sensor.use.model].zones ** 2
     return sensor.zones**2 if sensor.zoned else 1
@@ -38,8 +38,13 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
 
 
 def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
-    """The bill of materials as lines of Markdown: kinds of sensors, then rings with what each
-    sends; ``length``: bytes of a frame from a ring of so many sensors."""
+    """Return the bill of materials as lines of Markdown: kinds of sensors, then rings with their
+    data.
+
+    Args:
+        setup: setup to list.
+        length: returns the bytes of a frame for a ring with a given number of sensors.
+    """
     kinds = Counter({ring.sensor: 0 for ring in setup.rings})
     for ring in setup.rings:
         kinds[ring.sensor] += ring.count
@@ -54,7 +59,7 @@ def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
         )
         for s, n in kinds.items()
     ]
-    heads = ("sensors", "kind", "range, m", "price", "power of one", "of all", "rate, Hz")
+    heads = ("sensors", "kind", "range, m", "price", "power of one", "power of all", "rate, Hz")
     rings = [
         (str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length))
         for i, r in enumerate(setup.rings)
@@ -67,25 +72,25 @@ def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
     }
     return [
         table(heads, rows, right=(0, 2)),
-        "No price of a sensor is sourced; where power or a rate is not known, the maker's sheet"
-        " has it." + "".join(f" {line}" for line in sorted(sources)),
+        "The catalogue has no prices. Look up unknown powers and rates in the manufacturer's"
+        " datasheet." + "".join(f" {line}" for line in sorted(sources)),
         "",
         table(
             (
                 "ring",
                 "link",
                 "sensors",
-                "distances a reading",
-                "distances a second",
-                "bytes a second",
+                "distances per reading",
+                "distances per second",
+                "bytes per second",
             ),
             rings,
             right=(0, 2, 3, 4, 5),
         ),
         (
-            f"All rings together send {total}. Bytes are those of place-rings' ring protocol, a"
-            " frame of each ring for each reading and, of sensors of many zones, the nearest"
-            " distance of each sensor."
+            f"All rings together send {total}. Bytes are those of the place-rings ring protocol:"
+            " one frame for each ring and reading. For multi-zone sensors a frame holds the"
+            " nearest distance of each sensor only."
         ),
         "",
     ]
@@ -109,11 +114,10 @@ def _total(setup: Setup, length: Callable[[int], int]) -> str:
     if None in rates:
         bytes_: float = sum(length(ring.count) for ring in setup.rings)
         return (
-            f"{each:,} distances with each reading, {bytes_:,} bytes; how many readings a second is"
-            " not known"
+            f"{each:,} distances in each reading, {bytes_:,} bytes; the rate of readings is unknown"
         )
     second = sum(
         hz * r.count * distances(r.sensor) for hz, r in zip(rates, setup.rings, strict=True) if hz
     )
     bytes_ = sum(hz * length(r.count) for hz, r in zip(rates, setup.rings, strict=True) if hz)
-    return f"{second:,.0f} distances and {bytes_:,.0f} bytes a second"
+    return f"{second:,.0f} distances and {bytes_:,.0f} bytes per second"

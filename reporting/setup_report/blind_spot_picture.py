@@ -1,4 +1,4 @@
-"""The picture of blind spots: the largest unseen pieces of a target beside the robot, from two
+"""Picture of blind spots: the largest uncovered pieces of a target beside the robot, from two
 sides.
 """
 
@@ -21,15 +21,16 @@ from ..rendering.meshes import body, faces_within
 from ..rendering.robot import add_robot
 from ..rendering.voxels import add_skin, skin, voxel_set
 
-_MOST = 30_000  # voxels of a piece that are drawn
-_LARGE = 0.1  # m³, from which on a piece is drawn so that one sees through it
+_MOST = 30_000  # largest number of voxels drawn for a piece
+_LARGE = 0.1  # m³, pieces of at least this volume are drawn translucent
 _COLOURS = (*COLOURS[:-1], "#8a6642", "#5b5ea6")
 _RINGS, _OBSTACLE = "#4a525a", "#c9b48c"
 
 
 def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
-    """The same piece in about ``most`` voxels or fewer, as large as it takes: those at least half
-    of which belong to it.
+    """Resample a piece to at most about ``most`` voxels of the smallest sufficient size.
+
+    A coarse voxel is kept if at least half of it belongs to the piece.
     """
     level = max(0, int(np.ceil(np.log2(max(len(voxels), 1) / most) / 3)))
     if level == 0:
@@ -41,8 +42,16 @@ def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
 
 
 def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: int) -> None:
-    """Draw the first ``shown`` blind spots, those at the pose of the first of them, with their
-    numbers: a PNG of 1800 x 900.
+    """Draw the first ``shown`` blind spots, with their numbers: a PNG of 1800 x 900.
+
+    Only those at the pose of the first one are drawn.
+
+    Args:
+        path: file to write.
+        scene: scene of the setup.
+        setup: rings to draw.
+        blind: blind spots of one target, largest first.
+        shown: number of blind spots to draw.
 
     Raises:
         UserError: if the file cannot be written.
@@ -107,7 +116,7 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
         )
     at = f", pose {pose}" if len(scene.poses) > 1 else ""
     title = (
-        f"What stays unseen of {blind.target}:"
+        f"Uncovered parts of {blind.target}:"
         f" {'the largest pieces' if len(spots) > 1 else 'the largest piece'}{at}"
     )
     figure.text(0.5, 0.945, title, ha="center", fontsize=16, color=INK, weight="bold")

@@ -1,4 +1,4 @@
-"""Directions and places in words."""
+"""Directions and places as text."""
 
 import math
 
@@ -9,31 +9,33 @@ from ...objectives.blind_spots import Beside
 from ..pages import escaped
 from ..text import listed
 
-_AROUND = 0.5  # length of a mean direction below which a piece lies on all sides
-_MOST = 0.7  # share of a piece that lies by one body, from which on no other is meant
-_NOTED = 0.35  # component of a unit vector from which on it is named
+_AROUND = 0.5  # a mean direction shorter than this means that a piece lies on all sides
+_MOST = 0.7  # share of a piece next to one body that makes it the only one named
+_NOTED = 0.35  # components of a unit vector of at least this size are named
 
 
 def plain(name: str) -> str:
-    """A name of a link or a body as people read it, safe in Markdown."""
+    """Return a readable name of a link or a body, safe in Markdown."""
     return escaped(name.replace("_", " "))
 
 
 def sides(way: Float[np.ndarray, " 3"]) -> list[str]:
-    """The horizontal axes of the base frame that a unit vector leans to: ``+x``, ``−y``."""
+    """Return the horizontal axes of the base frame that a unit vector leans to: ``+x``, ``−y``."""
     order = sorted((0, 1), key=lambda i: -abs(way[i]))
     return [f"{'+' if way[i] > 0 else '−'}{'xy'[i]}" for i in order if abs(way[i]) >= _NOTED]
 
 
 def heading(way: Float[np.ndarray, " 3"]) -> str:
-    """Where a unit vector points, base frame: ``up``, ``down and towards +x``, ``towards −y``."""
+    """Return a unit vector's direction in the base frame: ``up``, ``down and towards +x``,
+    ``towards −y``.
+    """
     upright = ["up" if way[2] > 0 else "down"] if abs(way[2]) >= _NOTED else []
     towards = [f"towards {listed(found)}"] if (found := sides(way)) else []
     return " and ".join([*upright, *towards])
 
 
 def bearing(way: Float[np.ndarray, " 3"]) -> str:
-    """The same in degrees: azimuth from +x towards +y, and elevation."""
+    """Return a unit vector's azimuth from +x towards +y, and its elevation, in degrees."""
     azimuth, elevation = (
         math.degrees(math.atan2(way[1], way[0])),
         math.degrees(math.asin(float(np.clip(way[2], -1, 1)))),
@@ -42,7 +44,7 @@ def bearing(way: Float[np.ndarray, " 3"]) -> str:
 
 
 def beside(found: Beside | None) -> str:
-    """Where a piece lies beside the robot: ``above the forearm, towards +x``."""
+    """Return the place of a piece relative to the robot: ``above the forearm, towards +x``."""
     if found is None:
         return ""
     body, length = plain(found.body), float(np.linalg.norm(found.way))
@@ -58,5 +60,5 @@ def beside(found: Beside | None) -> str:
 
 
 def metres(point: Float[np.ndarray, " 3"]) -> str:
-    """Three lengths in m."""
+    """Format three lengths in m."""
     return ", ".join(f"{v + 0.0:.2f}" for v in np.round(point, 2))

@@ -1,4 +1,4 @@
-"""All that a report says of a setup, counted: zeta, robustness, blind spots."""
+"""The counts in a report: ζ, robustness, blind spots."""
 
 from dataclasses import dataclass, replace
 
@@ -20,33 +20,42 @@ from ..progress import Progress
 from ..robustness import Robustness, assess
 from ..terminal import Terminal
 
-_SEEN = 3  # sensors that are told apart
-_LOOKED = 8  # poses at which blind spots are sought
+_SEEN = 3  # largest k for which k-coverage is counted
+_LOOKED = 8  # largest number of poses at which blind spots are computed
 
 
 @dataclass(frozen=True)
 class Facts:
-    """A report's numbers. zetas: of the setup, which stands first, and of the paper's, by name,
-    whose ``sensors`` are told beside; robust: goal by goal, over ``robust_poses`` poses; broken:
-    rules of the scene that the setup breaks, and what a real mount would not allow; found: how a
-    search came to it."""
+    """The figures of a report."""
 
     name: str
+    """Name of the setup."""
     setup: Setup
+    """The setup."""
     scene: Scene
+    """Its scene."""
     voxel: float
+    """Side of a voxel, m."""
     seed: int
+    """Random seed of the drawn mountings."""
     sensors: dict[str, int]
+    """Number of sensors of each setup, by name."""
     zetas: list[VerifyResult]
+    """ζ of the setup, which comes first, and of the paper's layouts."""
     robust: list[RobustnessResult]
+    """Redundancy and tolerance for each goal."""
     robust_poses: int
+    """Number of poses over which ``robust`` is computed."""
     blind: list[Blind]
+    """Blind spots for each target."""
     broken: list[str]
+    """Violated rules of the scene, and of a real mount."""
     found: FoundModel | None
+    """Record of the search that found the setup, or None."""
 
     @property
     def own(self) -> list[VerifyResult]:
-        """Zeta of the setup for each goal of the scene."""
+        """ζ of the setup for each goal of the scene."""
         goals = [(g.target.name, g.target.radius) for g in self.scene.goals]
         return [
             r
@@ -57,7 +66,7 @@ class Facts:
 
 
 def standing_for(scene: Scene, poses: int) -> Scene:
-    """``scene`` with so many poses at most, which stand for all."""
+    """Return ``scene`` with at most ``poses`` representative poses."""
     if len(scene.poses) <= poses:
         return scene
     weights = representative(scene.pose_weights, poses, np.random.default_rng(0))
@@ -68,8 +77,8 @@ def standing_for(scene: Scene, poses: int) -> Scene:
 
 
 def looked_at(scene: Scene, worst: int) -> list[int]:
-    """The poses at which blind spots are sought: all, or some spread over the motion and the
-    worst.
+    """Return the poses at which blind spots are computed: all, or some spread over the motion and
+    the worst.
     """
     poses = len(scene.poses)
     if poses <= _LOOKED:
@@ -87,7 +96,7 @@ def gather(
     found: FoundModel | None,
     console: Terminal,
 ) -> Facts:
-    """Count all that a report of ``setup`` says, with progress on ``console``."""
+    """Count everything that the report of ``setup`` states, with progress on ``console``."""
     setups = {name: setup} | {
         paper: one for paper, one in papers(scene).items() if one != setup and paper != name
     }
@@ -102,7 +111,7 @@ def gather(
         name, setup, few, Robustness(_SEEN, voxel, MountingErrors(), draws, seed), console
     )
     worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
-    with console.status("looking for blind spots"):
+    with console.status("computing blind spots"):
         blind = [
             blind_spots(verifier, setup, t, looked_at(scene, worst.get((t.name, t.radius), 0)))
             for t in (goal.target for goal in scene.goals)

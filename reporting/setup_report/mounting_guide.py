@@ -1,4 +1,4 @@
-"""Where each ring is to be mounted, measured from a joint along the link's mount axis."""
+"""Mounting position of each ring, measured from a joint along the link's mount axis."""
 
 import math
 from dataclasses import dataclass
@@ -13,25 +13,30 @@ from ...objectives.scene import Scene
 from ..pages import table
 from .directions import bearing, heading, plain
 
-TCP = "TCP"  # where a mount rides on no joint's frame but on the tool's
-_SHORT = 5e-4  # m, that is not worth a word
+TCP = "TCP"  # for a mount on the tool's frame instead of a joint's
+_SHORT = 5e-4  # m, shorter offsets are not mentioned
 
 
 @dataclass(frozen=True)
 class MountPlace:
-    """A ring's place: the joint whose frame carries its link; along, m, from that joint's origin to
-    the ring's centre along the mount axis, positive towards distal; aside, m, of the axis from the
-    origin; look (3,): where the first sensor looks, base frame, in the scene's first pose."""
+    """Mounting position of a ring."""
 
     ring: Ring
+    """The ring."""
     joint: str
+    """Joint whose frame carries the link."""
     along: float
+    """Distance from the joint's origin to the ring's centre along the mount axis, m, distal
+    positive.
+    """
     aside: float
+    """Distance of the mount axis from the joint's origin, m."""
     look: Float[np.ndarray, " 3"]
+    """Direction of the first sensor in the base frame, in the scene's first pose."""
 
 
 def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
-    """The seats of a setup's rings, in their order."""
+    """Return the mounting positions of a setup's rings, in their order."""
     joints, axis = (
         (*scene.robot.chain.joints, TCP),
         sensor_cones(scene.robot, setup, scene.poses[0].q).axis,
@@ -51,13 +56,13 @@ def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
 
 
 def zero_axis(m: Mount) -> str:
-    """The axis of the link's frame that phase 0 points along, like ``+x``; the nearest of them."""
+    """Return the axis of the link's frame nearest to phase 0, such as ``+x``."""
     i = int(np.argmax(np.abs(m.zero)))
     return f"{'+' if m.zero[i] > 0 else '−'}{'xyz'[i]}"
 
 
 def mounting(scene: Scene, setup: Setup) -> list[str]:
-    """The table of mounting as lines of Markdown, and how to read it."""
+    """Return the mounting table and its explanation as lines of Markdown."""
     rows, seats = [], seat_list(scene, setup)
     for i, s in enumerate(seats):
         r, m = s.ring, scene.robot.mount(s.ring.link)
@@ -66,7 +71,9 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
             if m.length > 0
             else f"fixed, {plain(s.joint)}"
         )
-        aside = f", its axis {1000 * s.aside:.0f} mm beside it" if s.aside > _SHORT else ""
+        aside = (
+            f", with the axis {1000 * s.aside:.0f} mm off its origin" if s.aside > _SHORT else ""
+        )
         phase = round(math.degrees(r.phase), 2) % 360
         rows.append(
             (
@@ -87,15 +94,16 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
         )
     heads = ("ring", "link", "where", "position", "radius, mm", "sensors", "tilt, °", "phase, °")
     return [
-        table((*heads, "first sensor looks, in pose 0"), rows, right=(0, 3, 4, 6)),
+        table((*heads, "direction of the first sensor in pose 0"), rows, right=(0, 3, 4, 6)),
         (
-            "A length is measured from the joint's axis along the link's mount axis to the plane of"
-            " the ring's sensors, positive towards the tool; position is the same as a share of the"
-            " mount, 0 proximal to 1 distal. Radius is that of the circle of sensors. A positive"
-            " tilt leans the sensors towards the distal end. Phase is the angle of the first sensor"
-            " about the mount axis, from the named axis of the link's frame, right-handed from"
-            " proximal to distal; the others follow the same way, evenly. Azimuth is counted from"
-            " +x of the base frame towards +y, elevation from the horizontal."
+            "Distances run from the joint's axis along the link's mount axis to the plane of the"
+            " ring's sensors, positive towards the tool. Position is the same as a share of the"
+            " mount: 0 is proximal, 1 is distal. Radius is that of the circle of sensors. A"
+            " positive tilt leans the sensors towards the distal end. Phase is the angle of the"
+            " first sensor about the mount axis, measured from the named axis of the link's frame,"
+            " right-handed from proximal to distal. The other sensors follow at equal angles in"
+            " the same direction. Azimuth is measured from +x of the base frame towards +y,"
+            " elevation from the horizontal."
         ),
         "",
     ]

@@ -1,4 +1,4 @@
-"""The report of a setup as Markdown."""
+"""Report of a setup as Markdown."""
 
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -29,24 +29,24 @@ PICTURE = "placement.png"
 # of report, or to be said again
 _ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")
 _UNDER = {
-    "ignore": "the robot's body stands in nobody's way, as in the paper",
-    "shadow": "the body throws shadows, as for sensors of many zones",
-    "blind": "the body blinds whom it stands before, as for sensors of one zone",
+    "ignore": "beams pass through the robot, as in the paper",
+    "shadow": "points behind the body are not covered, as for multi-zone sensors",
+    "blind": "the body blocks any sensor whose beam it enters, as for one-zone sensors",
 }
 _DISTANT = {
-    "blind": "past a body that blinds",
-    "shadow": "past the body's shadows",
-    "ignore": "were the body not in the way",
+    "blind": "under `blind`",
+    "shadow": "under `shadow`",
+    "ignore": "under `ignore`",
 }
 
 
 def blind_name(number: int) -> str:
-    """The file of the picture of a target's blind spots."""
+    """Return the file name of the picture of a target's blind spots."""
     return f"blind_{number}.png"
 
 
 def listed_spots(blind: Blind) -> int:
-    """How many of the blind spots are large enough to be told."""
+    """Return the number of blind spots that are large enough to list."""
     return sum(spot.volume >= LEAST for spot in blind.spots)
 
 
@@ -57,10 +57,14 @@ def page(
     created: str,
     frame_length: Callable[[int], int],
 ) -> str:
-    """The whole report.
+    """Return the whole report.
 
-    ``words``, ``versions``, ``created``: of the command line, of what made it, and when.
-    ``frame_length``: how many bytes a ring of so many sensors sends at once.
+    Args:
+        f: counts of the setup.
+        words: words of the command line.
+        versions: versions of the programs.
+        created: time of creation.
+        frame_length: returns the bytes that a ring with a given number of sensors sends at once.
     """
     parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
     lines = [line for part in parts for line in part]
@@ -71,7 +75,7 @@ def page(
 
 
 def answer(f: Facts) -> str:
-    """What the setup sees, in one sentence."""
+    """Return the coverage of the setup in one sentence."""
     what = f"{counted(f.setup.sensors, 'sensor')} on {counted(len(f.setup.rings), 'ring')}"
     each = []
     for r in f.own:
@@ -82,27 +86,27 @@ def answer(f: Facts) -> str:
         )
     floors = [(g, r) for g, r in zip(f.scene.goals, f.own, strict=True) if g.at_least > 0]
     missed = [
-        f"{100 * g.at_least - r.zeta_percent:.2f} points of {g.target}"
+        f"{100 * g.at_least - r.zeta_percent:.2f} points for {g.target}"
         for g, r in floors
         if r.zeta_percent < 100 * g.at_least
     ]
     kept = (
         ""
         if not floors
-        else f"; the floors are missed by {listed(missed)}"
+        else f"; the required coverage is missed by {listed(missed)}"
         if missed
-        else "; the floors are kept"
+        else "; the required coverage is reached"
     )
-    return f"{what} see {listed(each)}{kept}."
+    return f"{what} cover {listed(each)}{kept}."
 
 
 def _head(f: Facts, versions: Mapping[str, str], created: str) -> Iterator[str]:
     yield f"# Placement report: {escaped(Path(f.name).name)}\n"
     yield f"> {answer(f)}\n"
-    yield f"Made {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
+    yield f"Created {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
     yield (
-        "![The setup from two sides: what the sensors see of the target, and what stays"
-        f" unseen]({PICTURE})\n"
+        "![The setup from two sides: sensors, beams, and the uncovered part of the"
+        f" target]({PICTURE})\n"
     )
 
 
@@ -114,21 +118,18 @@ def _asked(f: Facts) -> Iterator[str]:
         goals.append(
             part + (f", at least {100 * goal.at_least:.2f} %" if goal.at_least > 0 else "")
         )
-    yield "## What was asked\n"
+    yield "## Scene\n"
     yield (
         f"- Robot: {escaped(scene.robot.name)}, {len(scene.robot.chain)} joints, reach"
         f" {scene.robot.reach:.2f} m."
     )
     yield f"- {_poses(scene)}"
-    yield f"- To be seen: {'; '.join(goals)}. {_meaning(scene)}"
+    yield f"- Targets: {'; '.join(goals)}. {_meaning(scene)}"
     yield (
         "- Sensors:"
         f" {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
     )
-    yield (
-        f"- In the way: `occlusion = {scene.occlusion}`, {_UNDER[scene.occlusion]};"
-        f" {_obstacles(scene)}."
-    )
+    yield f"- Occlusion: `{scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
     mounts = "with bodies, as on a real mount" if scene.real else "without bodies, as in the paper"
     yield f"- Rings: {mounts}.\n"
 
@@ -138,8 +139,8 @@ def _poses(scene: Scene) -> str:
         return f"Poses: {escaped(line)}"
     if len(scene.poses) > 1:
         return (
-            f"Poses: {len(scene.poses)},"
-            f" {'the worst' if scene.over_poses == 'worst' else 'their weighted mean'} is meant."
+            f"Poses: {len(scene.poses)}; coverage is"
+            f" {'that of the worst' if scene.over_poses == 'worst' else 'their weighted mean'}."
         )
     return f"Pose: {', '.join(f'{v + 0.0:.1f}' for v in np.degrees(scene.poses[0].q).round(1))}°."
 
@@ -147,15 +148,15 @@ def _poses(scene: Scene) -> str:
 def _meaning(scene: Scene) -> str:
     words = {
         "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the base",
-        "V_T": f"V_T that of {scene.shape.tcp_range:g} m about the tool",
-        "V_OT": "V_OT the union of the balls about base and tool",
-        "V_S": "V_S(r) the shell of all points that lie within r m of the robot's curve",
-        "V_P": "V_P what is nearer to a part of the robot than its separation distance",
+        "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
+        "V_OT": "V_OT is the union of the balls about base and tool",
+        "V_S": "V_S(r) is the shell of all points within r m of the robot's curve",
+        "V_P": "V_P is the space within the separation distance of a part of the robot",
     }
     names = [words[n] for n in dict.fromkeys(g.target.name for g in scene.goals)]
     return (
-        f"{listed(names)}; {scene.shape.robot_radius:g} m about the curve, the robot's own volume,"
-        " are no part of it."
+        f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
+        " curve, is excluded."
     )
 
 
@@ -164,24 +165,24 @@ def _obstacles(scene: Scene) -> str:
     return (
         f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}"
         if names
-        else "no obstacles in the cell"
+        else "the cell has no obstacles"
     )
 
 
 def _coverage(f: Facts) -> Iterator[str]:
-    yield "## What is seen\n"
+    yield "## Coverage\n"
     many = f", the mean over {len(f.scene.poses)} poses" if len(f.scene.poses) > 1 else ""
     yield (
-        f"ζ in percent of each target{many}, exact by rule `centre`, voxels of {f.voxel:g} m; the"
-        " paper's configurations"
+        f"ζ, the covered share of each target, in percent{many}, counted by rule `centre` with"
+        f" voxels of {f.voxel:g} m;"
     )
-    yield "beside, with this scene's sensor.\n"
+    yield "the paper's layouts use this scene's sensor.\n"
     labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
     models: list[Occlusion] = [
         m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
     ]
     for model in models or [f.scene.occlusion]:
-        asked = " (what was asked)" if model == f.scene.occlusion else ""
+        asked = " (the scene's model)" if model == f.scene.occlusion else ""
         yield f"### {model}: {_UNDER[model]}{asked}\n"
         rows = []
         for name, sensors in f.sensors.items():
@@ -212,7 +213,7 @@ def _coverage(f: Facts) -> Iterator[str]:
 
 
 def _blind(f: Facts) -> Iterator[str]:
-    yield "## Where the blind spots are\n"
+    yield "## Blind spots\n"
     several = len(f.scene.poses) > 1
     for n, blind in enumerate(f.blind):
         shown = listed_spots(blind)
@@ -223,19 +224,19 @@ def _blind(f: Facts) -> Iterator[str]:
             for p, v, k in at
         ]
         yield (
-            f"Unseen under `{f.scene.occlusion}`: {'; '.join(amounts)}. What hangs together by"
-            " voxels' faces is one piece."
+            f"Uncovered under `{f.scene.occlusion}`: {'; '.join(amounts)}. Voxels that share a"
+            " face belong to one piece."
         )
         if not shown:
-            yield "None is as large as 0.1 litre.\n"
+            yield "All are smaller than 0.1 litre.\n"
             continue
         yield (
-            "The largest, of 0.1 litre and more, in the base"
-            f" frame{', each told once' if several else ''}:\n"
+            "Pieces of at least 0.1 litre, largest first, in the base"
+            f" frame{', each listed once' if several else ''}:\n"
         )
         yield table(*_spots(blind, shown, several), right=(0, 1))
         yield (
-            f"![The largest unseen pieces of {blind.target} beside the robot, from two"
+            f"![The largest uncovered pieces of {blind.target} beside the robot, from two"
             f" sides]({blind_name(n)})\n"
         )
 
@@ -244,17 +245,11 @@ def _spots(blind: Blind, shown: int, several: bool) -> tuple[list[str], list[lis
     rows = []
     for i, spot in enumerate(blind.spots[:shown]):
         near = spot.beside
-        gap = (
-            "–"
-            if near is None
-            else "touches it"
-            if near.gap <= blind.voxel
-            else f"{near.gap:.2f} m"
-        )
+        gap = "–" if near is None else "none" if near.gap <= blind.voxel else f"{near.gap:.2f} m"
         row = [str(i + 1), f"{1000 * spot.volume:,.1f}", beside(near) or "–", gap]
         row += [metres(spot.centre), " × ".join(f"{v:.2f}" for v in spot.high - spot.low)]
         rows.append(row + ([", ".join(str(p) for p in spot.poses)] if several else []))
-    heads = ["", "litres", "where", "from the robot", "centre x, y, z, m", "extent x × y × z, m"]
+    heads = ["", "litres", "where", "gap to the robot", "centre x, y, z, m", "extent x × y × z, m"]
     return heads + (["in poses"] if several else []), rows
 
 
@@ -263,7 +258,7 @@ def _robust(f: Facts) -> Iterator[str]:
     over = (
         ""
         if f.robust_poses == len(f.scene.poses)
-        else f" over {f.robust_poses} poses that stand for all"
+        else f" over {f.robust_poses} representative poses"
     )
     yield f"In percent of each target{over}, under `{f.scene.occlusion}`.\n"
     labels = [target_label(r) for r in f.robust]
@@ -276,7 +271,7 @@ def _robust(f: Facts) -> Iterator[str]:
 
 def _faults(f: Facts) -> Iterator[str]:
     if f.broken:
-        yield "What stands against it, by the scene's rules or on a real mount:\n"
+        yield "Violated rules of the scene or of a real mount:\n"
         yield "\n".join(f"- {escaped(line)}" for line in f.broken) + "\n"
 
 
@@ -290,16 +285,16 @@ def _listed_versions(versions: Mapping[str, str]) -> str:
 
 
 def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> Iterator[str]:
-    yield "## How to make this again\n"
+    yield "## Reproduce\n"
     if f.found is not None:
         yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
         yield f"{_listed_versions(f.found.versions)}:\n"
         yield code(f.found.command)
-    yield f"This report, with seed {f.seed} for its draws, by"
+    yield f"This report, with seed {f.seed} for its random draws, was created by"
     yield f"{_listed_versions(versions)}:\n"
     yield code(shlex.join(["place-rings", *words]))
-    yield "Any of its ζ, to be counted again, or proved:\n"
+    yield "To prove a ζ, as a guaranteed interval:\n"
     target = f.scene.goals[0].target
     radius = "" if target.radius is None else f":{target.radius:g}"
     say = [
@@ -313,7 +308,7 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
 
 
 def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
-    """The words of a command line less those options and their values."""
+    """Yield the words of a command line without the given options and their values."""
     left = iter(words)
     for word in left:
         option, together, _ = word.partition("=")
@@ -327,23 +322,23 @@ def _limits(f: Facts) -> Iterator[str]:
     yield "## Limits\n"
     yield f"- {DISCLAIMER}"
     yield (
-        "- Coverage is geometry: how much of a volume lies in the sensors' nominal beams. What a"
-        " sensor reports of a small"
+        "- Coverage is geometry: the share of a volume inside the sensors' nominal beams. A sensor"
+        " sees a small or dark"
     )
-    yield "  or dark thing in strong light is less."
+    yield "  object in strong light less far."
     if f.scene.robot.bodies:
         yield f"- {ADVICE}"
     yield (
-        "- The robot is the capsules of its bodies, an obstacle its convex hull; cables and holders"
-        " are not in it."
+        "- The model contains the robot's capsules and the obstacles' convex hulls, but no cables"
+        " or holders."
     )
-    yield "- Poses are those of the scene; what happens on the way between them is not looked at."
+    yield "- Only the poses of the scene are evaluated, not the motion between them."
     yield (
-        f"- Blind spots are made of voxels of {f.voxel:g} m: a seen sheet thinner than that does"
-        " not part them."
+        f"- Blind spots are made of voxels of {f.voxel:g} m: a covered sheet thinner than that"
+        " does not separate them."
     )
-    luck = f"{f.robust[0].errors.draws} drawn mountings"
+    mountings = counted(f.robust[0].errors.draws, "drawn mounting")
     yield (
-        f"- The figures under errors of mounting have the luck of {luck}; all others are exact"
-        " counts.\n"
+        f"- The figures under mounting errors have the Monte Carlo error of {mountings}; all"
+        " others are exact counts.\n"
     )

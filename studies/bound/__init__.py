@@ -1,1 +1,1 @@
-"""How far from the best the search may be."""
+"""Upper bounds on the best layout, compared with the search."""

@@ -1,15 +1,14 @@
-"""Maximum coverage under a budget: the best choice of candidates is bounded from above, and
-approached from below.
+"""Maximum coverage under a budget: upper bounds, and good choices of candidates.
 
-Given candidates that each cover some points and cost some sensors, which of them cover most within
-a budget? Exactly that is an integer programme: x_c says whether c is taken, y_p whether point p is
-covered,
+Each candidate covers some points and costs some sensors. The problem asks for the choice within a
+budget that covers most. As an integer programme, x_c says whether candidate c is taken and y_p
+whether point p is covered:
 
-    maximise sum w_p y_p,  y_p <= sum of x_c over the c that cover p,  y_p <= 1,  sum cost_c x_c <=
-        budget,
+        maximise sum w_p y_p,  y_p <= sum of x_c over the c that cover p,  y_p <= 1,
+        sum cost_c x_c <= budget,
 
-and of some sets of candidates only so many may be taken. With x in [0, 1] it is a linear programme,
-whose value no choice exceeds (Nemhauser, Wolsey and Fisher 1978).
+and at most a given number of candidates may be taken from some sets. With x in [0, 1] it is a
+linear programme, whose value no choice exceeds (Nemhauser, Wolsey and Fisher 1978).
 """
 
 from dataclasses import dataclass
@@ -19,35 +18,38 @@ from jaxtyping import Bool, Float, Int
 from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 
-_OPTIMAL = 0  # SciPy's status
+_OPTIMAL = 0  # SciPy's status code
 
 
 @dataclass(frozen=True)
 class CoverProblem:
-    """C candidates over M groups of points that the same candidates cover.
-
-    covers (C, M); weight (M,): share of all points in each group; cost (C,) sensors; budget;
-    limits: of the candidates with these numbers at most so many.
-    """
+    """C candidates, and M groups of points that are covered by the same candidates."""
 
     covers: Bool[np.ndarray, "C M"]
+    """Whether a candidate covers a group."""
     weight: Float[np.ndarray, " M"]
+    """Share of all points in each group."""
     cost: Int[np.ndarray, " C"]
+    """Number of sensors of each candidate."""
     budget: int
+    """Largest total cost."""
     limits: tuple[tuple[Int[np.ndarray, " _"], int], ...] = ()
+    """Sets of candidates (indices), and how many of each set may be taken."""
 
     def share(self, taken: Int[np.ndarray, " _"]) -> float:
-        """Share of all points that the candidates with these numbers cover."""
+        """Return the share of all points that these candidates (indices) cover."""
         return float(self.weight[self.covers[taken].any(axis=0)].sum()) if len(taken) else 0.0
 
     def allowed(self, taken: Int[np.ndarray, " _"]) -> bool:
-        """Do these candidates keep the budget and every limit?"""
+        """Return whether these candidates keep the budget and every limit."""
         return bool(self.cost[taken].sum() <= self.budget) and all(
             np.isin(taken, some).sum() <= most for some, most in self.limits
         )
 
     def constraints(self) -> tuple[sparse.csr_matrix, np.ndarray]:
-        """A and b of A (x, y) <= b: a row for each group, the budget, and a row for each limit."""
+        """Return A and b of A (x, y) <= b: a row for each group, the budget, and a row for each
+        limit.
+        """
         c, m = self.covers.shape
         rules = np.zeros((1 + len(self.limits), c))
         rules[0] = self.cost
@@ -67,8 +69,8 @@ class CoverProblem:
 def grouped(
     covers: Bool[np.ndarray, "C N"],
 ) -> tuple[Bool[np.ndarray, "C M"], Float[np.ndarray, " M"]]:
-    """Points that the same candidates cover made one, with its share of all points; those that none
-    covers are left out.
+    """Merge points that the same candidates cover; return the groups and their shares of all
+    points.
     """
     packed, times = np.unique(np.packbits(covers, axis=0), axis=1, return_counts=True)
     found = np.unpackbits(packed, axis=0, count=len(covers)).astype(bool)
@@ -77,12 +79,15 @@ def grouped(
 
 
 def greedy(choice: CoverProblem) -> Int[np.ndarray, " _"]:
-    """Numbers of the candidates taken one by one, each the one that adds most for its cost, or the
-    best single one.
+    """Choose candidates one by one, each with the largest gain for its cost; or the best single
+    one.
 
-    Were there candidates of one cost and no limits, this would reach 1 - 1/e of the best choice
-    (Nemhauser, Wolsey and Fisher 1978); with costs, half of that (Khuller, Moss and Naor 1999);
-    with limits it is no more than a lower bound.
+    For candidates of equal cost and without limits, this reaches 1 - 1/e of the best choice
+    (Nemhauser, Wolsey and Fisher 1978); with costs, half of that (Khuller, Moss and Naor 1999).
+    With limits it is only a lower bound.
+
+    Returns:
+        Indices of the candidates.
     """
     free = np.ones(choice.covers.shape[1], bool)
     taken: list[int] = []
@@ -104,13 +109,14 @@ def greedy(choice: CoverProblem) -> Int[np.ndarray, " _"]:
 def certificate(
     choice: CoverProblem, pull: Float[np.ndarray, " M"], prices: Float[np.ndarray, " _"]
 ) -> float:
-    """An upper bound of any choice's share, whatever multipliers are given: so no solver's
-    tolerance can spoil it.
+    """Return an upper bound of any choice's share from given multipliers.
+
+    It holds for all multipliers, so it does not depend on a solver's tolerance.
 
     Args:
-        choice: what may be chosen.
-        pull: (M,) of y <= sum x for each group; clipped to 0 and the group's weight.
-        prices: of the budget and of each limit, clipped at 0.
+        choice: problem.
+        pull: multipliers (M,) of y <= sum x for each group; clipped to 0 and the group's weight.
+        prices: multipliers of the budget and of each limit, clipped at 0.
     """
     pull, prices = np.clip(pull, 0, choice.weight), np.maximum(prices, 0)
     worth = choice.covers @ pull - prices[0] * choice.cost
@@ -123,8 +129,9 @@ def certificate(
 
 
 def relaxed(choice: CoverProblem, seconds: float) -> float:
-    """The linear programme's upper bound, recomputed from its multipliers; a weaker one if the time
-    was too short.
+    """Return the linear programme's upper bound, recomputed from its multipliers.
+
+    It is weaker if the solver ran out of time.
     """
     c, m = choice.covers.shape
     a, b = choice.constraints()
@@ -139,16 +146,18 @@ def relaxed(choice: CoverProblem, seconds: float) -> float:
 
 @dataclass(frozen=True)
 class CoverSolution:
-    """What the integer programme gave in its time: the best choice it met (numbers of candidates),
-    an upper bound of any choice's share, and whether the two meet."""
+    """Result of the integer programme."""
 
     taken: Int[np.ndarray, " _"]
+    """Indices of the best known choice."""
     bound: float
+    """Upper bound of any choice's share."""
     optimal: bool
+    """True if the best known choice reaches the bound."""
 
 
 def solved(choice: CoverProblem, seconds: float) -> CoverSolution:
-    """The integer programme, for so many seconds at most."""
+    """Solve the integer programme within at most ``seconds`` seconds."""
     c, m = choice.covers.shape
     a, b = choice.constraints()
     found = milp(

@@ -1,4 +1,4 @@
-"""What the bound study shows: a picture and a page."""
+"""Figure and page of the bound study."""
 
 from pathlib import Path
 
@@ -10,14 +10,14 @@ from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
 from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, BoundRow
 
 _WAYS = (
-    ("search_percent", "the search", "o", COLOURS[0]),
-    ("chosen_percent", "best setup of the grid met", "s", COLOURS[1]),
+    ("search_percent", "search", "o", COLOURS[0]),
+    ("chosen_percent", "best known setup of the grid", "s", COLOURS[1]),
     ("greedy_percent", "greedy on the grid", "^", COLOURS[2]),
 )
 
 
 def picture(rows: list[BoundRow], file: Path) -> None:
-    """Draw for each target what was found and what no setup of the grid exceeds, by the number of
+    """Plot for each target the covered share and the bounds of the grid against the number of
     sensors.
     """
     names = list(dict.fromkeys(row.target for row in rows))
@@ -41,27 +41,27 @@ def picture(rows: list[BoundRow], file: Path) -> None:
     ]
     handles += [
         Line2D([], [], color=INK, lw=1.6, label="upper bound of the grid"),
-        Line2D([], [], color=INK, lw=1, ls=":", label="by the linear programme alone"),
-        Patch(color=GREY, alpha=0.25, lw=0, label="no setup of the grid"),
+        Line2D([], [], color=INK, lw=1, ls=":", label="by the linear programme only"),
+        Patch(color=GREY, alpha=0.25, lw=0, label="above any setup of the grid"),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=3, frameon=False, fontsize=9)
     save(figure, file)
 
 
 def page(rows: list[BoundRow], command: str) -> str:
-    """The study in words and tables (Markdown)."""
+    """Return the study as Markdown."""
     lines = [
-        "# How good is it, really",
+        "# How far is the search from the best layout?",
         "",
         f"`{command}`; the measurements are in `data.csv`.",
         "",
     ]
     lines += [
-        "![Found and bounded coverage by the number of sensors](bound.png)",
+        "![Coverage of the search and bounds of the grid](bound.png)",
         "",
         *_what_is_bounded(rows),
     ]
-    found = ("search", "± on the points", "greedy", "best met on the grid")
+    found = ("search", "± on the points", "greedy", "best known of the grid")
     heads = ("target", "sensors", *found, "bound, integer", "solved", "bound, linear", "gap")
     body = [
         (
@@ -85,72 +85,56 @@ def _what_is_bounded(rows: list[BoundRow]) -> list[str]:
     counts = ", ".join(map(str, COUNTS))
     return [
         (
-            f"The grid: {rows[0].rings} rings, at {GRID['positions']} positions of each link (one"
-            f" on the tool), {GRID['tilts']} tilts, {counts} sensors and {GRID['phases']} phases;"
-            " at one place one ring, as the rules ask."
+            f"- **Grid**: {rows[0].rings} rings at {GRID['positions']} positions on each link (one"
+            f" on the tool), {GRID['tilts']} tilts, {counts} sensors and {GRID['phases']} phases."
+            " The rules allow one ring at each position."
         ),
         (
-            f"The points: {POINTS}, drawn in the target; those that the same rings cover are one"
-            " row of the programme."
+            f"- **Points**: {POINTS} random points in the target. Points that are covered by the"
+            " same rings share one row of the programme."
         ),
         (
-            "The search chooses freely: any positions, tilts, phases and counts that the rules"
-            " allow, on the same budget."
+            "- **Search**: any positions, tilts, phases and counts that the rules allow, with the"
+            " same budget."
         ),
-        "Percents are of the same points for all columns; in brackets the search's exact count.",
         "",
         (
-            "**What a bound proves.** No setup made of the grid's rings, within the budget and the"
-            " spacing, covers a larger"
+            "All columns are in percent of the same points; the number in brackets is the search's"
+            " exact count of voxels. *Gap* is the lower bound minus the search, in points."
         ),
-        (
-            "share of these points. The linear programme's bound is recomputed from its"
-            " multipliers, so that no solver's"
-        ),
-        (
-            "tolerance enters; the integer programme's is HiGHS's dual bound after at most"
-            f" {SECONDS:g} s, and where it is"
-        ),
-        "solved, the best setup of the grid is known.",
         "",
         (
-            "**What it does not prove.** It is no bound of setups between the grid's places: these"
-            " may cover more, and where"
+            "**What a bound proves.** No setup of rings from the grid, within the budget and the"
+            " spacing, covers a larger share of these points. The linear programme's bound is"
+            " recomputed from its multipliers and does not depend on the solver's tolerance. The"
+            f" integer programme's bound is HiGHS's dual bound after at most {SECONDS:g} s; where"
+            " it is solved, the best setup of the grid is known."
         ),
+        "",
         (
-            "the gap is negative the search's did. Nor is it one of the target's volume: points are"
-            " a sample, so a share of"
-        ),
-        (
-            "them is off by the standard error beside it (as if they were independent; these are"
-            " quasi-random and do better),"
-        ),
-        (
-            "and the best choice for a sample looks better on it than it is. Greedy would reach 1 -"
-            " 1/e (63 %) of the best were"
-        ),
-        (
-            "all rings of one cost and free to combine; with costs and limits it is no more than a"
-            " lower bound."
+            "**What it does not prove.** It does not bound setups between the grid's positions,"
+            " which may cover more; where the gap is negative, the search's setup does. It does not"
+            " bound the share of the volume either: the points are a sample, and their share has"
+            " the standard error beside it (for independent points; these are quasi-random and more"
+            " accurate). The best choice for a sample looks better on the sample than on the"
+            " volume. Greedy would reach 1 - 1/e (63 %) of the best if all rings had the same cost"
+            " and no limits; with costs and limits it is only a lower bound."
         ),
         "",
     ]
 
 
 def _verdict(rows: list[BoundRow]) -> list[str]:
-    """What the rows say together."""
+    """Summarise the rows."""
     beaten = sum(row.gap < 0 for row in rows)
     below = sum(row.search_percent < row.chosen_percent for row in rows)
     close = sum(0 <= row.gap <= 3 for row in rows)
     vague = sum(row.bound_percent > 99.9 for row in rows)
     return [
         (
-            f"Of {len(rows)} rows, in {beaten} the search covers more than any setup of the grid"
-            f" can, in {close} it lies"
+            f"In {beaten} of {len(rows)} rows the search covers more than any setup of the grid"
+            f" can. In {close} it is within 3 points of the bound. In {vague} the bound is about"
+            f" 100 % and gives no information. In {below} the grid holds a setup that covers more"
+            " of these points than the search's."
         ),
-        (
-            f"within 3 points of the bound, and in {vague} the bound is about 100 % and says"
-            f" nothing. In {below} the grid holds"
-        ),
-        "a setup that is better on these points than what the search found.",
     ]

@@ -1,4 +1,4 @@
-"""A grid of rings, what each covers of points in a target, and which of them do not go together."""
+"""A grid of rings, the points that each ring covers, and rings that exclude each other."""
 
 import itertools
 import math
@@ -20,16 +20,19 @@ _CLOSE = 1e-9  # m
 
 @dataclass(frozen=True)
 class RingGrid:
-    """Rings at so many positions along each link and tilts (ends of their limits included), with
-    these counts, and at so many phases within the spacing of their sensors."""
+    """Rings on a regular grid, the ends of their limits included."""
 
     positions: int = 7
+    """Number of positions along each link."""
     tilts: int = 11
+    """Number of tilts."""
     counts: tuple[int, ...] = (8, 16, 24)
+    """Numbers of sensors on a ring."""
     phases: int = 2
+    """Number of phases within the angle between two sensors."""
 
     def rings(self, scene: Scene) -> list[Ring]:
-        """All rings of the grid, link by link and place by place."""
+        """Return all rings of the grid, ordered by link and position."""
         found = []
         for mount in scene.robot.mounts:
             limits = scene.limits_of(mount.link)
@@ -45,8 +48,10 @@ class RingGrid:
 
 
 def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
-    """Which rings exclude each other: of those nearer than the rules' spacing one, of a link as
-    many as the rules allow.
+    """Return sets of rings that exclude each other, with the number that may be taken from each.
+
+    Of rings closer than the rules' spacing one may be taken; of the rings on a link, as many as the
+    rules allow.
     """
     found = []
     for mount in scene.robot.mounts:
@@ -70,19 +75,21 @@ def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...
 
 
 def points_in(scene: Scene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
-    """Points (N, 3) m drawn in the target at the scene's first pose."""
+    """Draw points (N, 3) m in the target at the scene's first pose."""
     return sample(scene.solid(target, 0), count, seed)
 
 
 def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Which of ``points`` (N, 3) m a setup covers at the scene's first pose."""
+    """Return which ``points`` (N, 3) m a setup covers at the scene's first pose."""
     return np.asarray(sensor_cones(scene.robot, setup, scene.poses[0].q)(points) <= 0)
 
 
 def choice(
     scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
 ) -> tuple[list[Ring], CoverProblem]:
-    """The grid's rings, and the problem of choosing among them within a budget of sensors."""
+    """Return the grid's rings, and the problem of choosing among them within a budget of
+    sensors.
+    """
     rings = grid.rings(scene)
     covers, weight = grouped(np.stack([covered(scene, Setup((ring,)), points) for ring in rings]))
     return rings, CoverProblem(
@@ -93,9 +100,22 @@ def choice(
 def bounded(
     scene: Scene, target: Target, budget: int, grid: RingGrid, count: int, seed: int, seconds: float
 ) -> dict[str, Any]:
-    """Percents of ``count`` points: greedy, the best choice met, the integer and the linear
-    programme's upper bounds; whether the integer programme was solved in its ``seconds``; rings of
-    the grid, and groups of points."""
+    """Solve the problem for random points.
+
+    Args:
+        scene: robot, pose, rules.
+        target: target of the points.
+        budget: number of sensors.
+        grid: candidates.
+        count: number of points.
+        seed: random seed of the points.
+        seconds: time limit of each programme.
+
+    Returns:
+        Percent of the points for greedy, the best known choice, and the upper bounds of the integer
+            and the linear programme; whether the integer programme was solved; the numbers of rings
+            in the grid and of groups of points.
+    """
     rings, asked = choice(scene, grid, points_in(scene, target, count, seed), budget)
     first = asked.share(greedy(asked))
     linear, best = relaxed(asked, seconds), solved(asked, seconds)

@@ -1,8 +1,7 @@
-"""How far from the best is the search? Upper bounds of what any setup of a grid covers, beside what
-the search found.
+"""Upper bounds on the coverage of setups from a grid, compared with the search.
 
-Both are counted on the same points. A bound holds for setups of the grid on these points, and for
-nothing else: between the grid's places a setup may cover more, and points are a sample.
+Both are counted on the same points. A bound holds only for setups of the grid on these points:
+between the grid's positions a setup may cover more, and the points are a sample.
 """
 
 import math
@@ -19,7 +18,7 @@ from . import tasks  # noqa: F401  (they are registered)
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 BUDGETS = (48, 80, 112)
 POINTS = 1500
-SECONDS = 240.0  # on the wall, for each programme
+SECONDS = 240.0  # wall time for each programme
 COUNTS = (8, 16, 24)
 GRID = {"positions": 7, "tilts": 11, "counts": COUNTS, "phases": 2}
 
@@ -28,24 +27,30 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class BoundRow:
-    """One target and budget; percents of the same points, but for ``search_exact_percent``, which
-    is counted.
-
-    ``optimal``: whether the integer programme was solved, so that its best choice is the grid's
-    best.
-    """
+    """One target and budget; percentages are of the same points unless stated."""
 
     target: str
+    """Label of the target."""
     sensors: int
+    """Budget of sensors."""
     search_exact_percent: float
+    """ζ of the search's setup, counted by voxels."""
     search_percent: float
+    """Share that the search's setup covers."""
     greedy_percent: float
+    """Share that the greedy choice covers."""
     chosen_percent: float
+    """Share that the best known choice of the grid covers."""
     integer_bound_percent: float
+    """Upper bound of the integer programme."""
     linear_bound_percent: float
+    """Upper bound of the linear programme."""
     optimal: bool
+    """True if the integer programme was solved: its best choice is the grid's best."""
     rings: int
+    """Number of rings in the grid."""
     groups: int
+    """Number of groups of points."""
 
     @property
     def bound_percent(self) -> float:
@@ -54,22 +59,20 @@ class BoundRow:
 
     @property
     def gap(self) -> float:
-        """How far the search lies under the bound at most, in points; below 0 where it beats every
-        setup of the grid.
+        """The bound minus the search, in points; below 0 where the search beats every setup of
+        the grid.
         """
         return self.bound_percent - self.search_percent
 
     @property
     def error(self) -> float:
-        """Standard error of the search's share on the points, in points, as if they were
-        independent.
-        """
+        """Standard error of the search's share, in points, for independent points."""
         share = self.search_percent / 100
         return 100 * math.sqrt(share * (1 - share) / POINTS)
 
 
 def plan(seed: int) -> list[tuple[Target, int, Cell, Cell]]:
-    """Target, budget, the search and the bound of each."""
+    """Return target, budget, and the cells of the search and of the bound for each row."""
     found = []
     for target in TARGETS:
         where = {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
@@ -81,7 +84,12 @@ def plan(seed: int) -> list[tuple[Target, int, Cell, Cell]]:
 
 
 def measure(run: Measure, seed: int = 0) -> list[BoundRow]:
-    """All rows, where ``run`` measures cells under a heading; ``seed``: of searches and points."""
+    """Return all rows.
+
+    Args:
+        run: measures cells under a heading.
+        seed: random seed of the searches and the points.
+    """
     wanted = plan(seed)
     searched: list[Rings] = run("searching setups", [search for *_, search, _ in wanted])
     bounds = run("bounding all setups of the grid", [bound for *_, bound in wanted])

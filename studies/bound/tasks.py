@@ -1,4 +1,4 @@
-"""The tasks of the study of bounds."""
+"""Tasks of the study of bounds."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,8 +12,9 @@ from .ring_grid import RingGrid, bounded, covered, points_in
 def share_of_points(
     scene: Mapping[str, object], setup: str | Rings, points: int, seed: int
 ) -> float:
-    """Percent of the points drawn in the scene's first target that a setup covers, at its first
-    pose.
+    """Return the percentage of random points in the scene's first target that a setup covers.
+
+    Points and coverage are those of the scene's first pose.
     """
     where = scene_from(scene)
     drawn = points_in(where, where.goals[0].target, points, seed)
@@ -29,8 +30,8 @@ def bound(
     grid: Mapping[str, Any],
     limit: float,
 ) -> dict[str, Any]:
-    """Upper bounds of what setups of a grid cover of such points, and what some do: see
-    ``ring_grid`` and ``max_cover``.
+    """Bound the coverage of setups from a grid on such points; see ``ring_grid`` and
+    ``max_cover``.
     """
     where = scene_from(scene)
     return bounded(where, where.goals[0].target, sensors, RingGrid(**grid), points, seed, limit)

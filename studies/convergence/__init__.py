@@ -1,1 +1,1 @@
-"""Zeta against the side of the voxels."""
+"""ζ against the side of the voxels."""

@@ -1,5 +1,5 @@
-"""The convergence study: zeta of the paper's setups against the side of the voxels, under each
-rule, on both chains.
+"""Convergence study: ζ of the paper's layouts against the voxel, under each rule, on both
+chains.
 """
 
 import itertools
@@ -18,35 +18,42 @@ from ..engine.store import Cell
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 VOXELS = (0.2, 0.1, 0.05, 0.025, 0.0125)  # m
-TOUCH_FROM = 0.025  # m: below this a probed count takes long
-TRUTH_WIDTH = 5e-4  # of the guaranteed interval that stands for the truth
-_FINE = 0.1  # m, from where on an order is fitted: larger voxels are as large as what they count
+TOUCH_FROM = 0.025  # m, rule ``touch`` is slow below this
+TRUTH_WIDTH = 5e-4  # width of the guaranteed interval used as reference, as a share
+_FINE = 0.1  # m, largest voxel in the fit of an order; larger ones are as large as the features
 
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points;
-    percents; voxel in m.
-    """
+    """One measurement."""
 
     robot: str
+    """Chain."""
     setup: str
+    """Name of the layout."""
     target: str
+    """Label of the target."""
     rule: str
+    """Rule of the count, or ``truth`` for an interval of 0.05 points."""
     voxel: float
+    """Side of a voxel, m."""
     zeta_percent: float
+    """ζ in percent."""
     low_percent: float
+    """Lower bound in percent."""
     high_percent: float
+    """Upper bound in percent."""
     seconds: float
+    """Time of the measurement."""
 
     @property
     def key(self) -> tuple[str, str, str, str, float]:
-        """What was measured."""
+        """Identity of the measurement."""
         return self.robot, self.setup, self.target, self.rule, self.voxel
 
 
 def plan() -> list[tuple[str, str, Target, str, float]]:
-    """All measurements, the quick ones of each scene first."""
+    """Return all measurements, the fast ones of each scene first."""
     scenes = list(itertools.product(PAPER_ROBOTS, TARGETS))
     return [
         (robot, setup, target, rule, voxel)
@@ -59,7 +66,7 @@ def plan() -> list[tuple[str, str, Target, str, float]]:
 
 
 def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
-    """All measurements of the plan, where ``run`` measures cells."""
+    """Measure everything in the plan; ``run`` measures cells."""
     wanted = plan()
     results = run([_cell(*measurement) for measurement in wanted])
     return [_row(*measurement, result) for measurement, result in zip(wanted, results, strict=True)]
@@ -89,8 +96,12 @@ def _row(
 def errors(
     rows: list[ConvergenceRow], rule: str
 ) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
-    """For each robot, setup and target: voxels, and how far zeta lies from the truth, in points;
-    when certified, how wide the interval is."""
+    """Return the errors under a rule for each robot, setup and target.
+
+    Returns:
+        Voxels in m, and distances from the reference in points; for ``certified`` the width of the
+            interval.
+    """
     truth = {row.key[:3]: row.zeta_percent for row in rows if row.rule == "truth"}
     found: dict[tuple[str, str, str], tuple[list[float], list[float]]] = {}
     for row in rows:
@@ -107,9 +118,7 @@ def errors(
 
 
 def order(rows: list[ConvergenceRow], rule: str, target: str) -> float:
-    """Exponent p of an error that falls as voxel^p: slope of the mean logarithm over all setups and
-    robots.
-    """
+    """Return the exponent p of an error that falls as voxel^p: the slope of its mean logarithm."""
     fine = [
         (np.log(v), np.log(max(e, 1e-4)))
         for key, (voxels, off) in errors(rows, rule).items()

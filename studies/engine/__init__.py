@@ -1,1 +1,1 @@
-"""What runs a study: its tasks, the cells that are finished, one process or a cluster."""
+"""Engine of the studies: tasks, finished cells, and execution on one process or a cluster."""

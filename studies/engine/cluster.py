@@ -1,14 +1,14 @@
-"""Runs the cells of a study on many processes of dask.distributed: of this machine, or of a
-scheduler that runs already.
+"""Execution of a study's cells on many processes of dask.distributed, local or of a running
+scheduler.
 
-The one process that has the study's file hands out batches of cells that share costly preparation.
-A worker tells of each cell as soon as it is finished, so that it can be kept at once. What goes to
-a worker is text: the names of tasks, which it looks up in its own table, the modules of the studies
-that register them, and their arguments as JSON.
+The process that holds the study's file hands out batches of cells that share costly preparation. A
+worker reports each cell as soon as it is finished, so that the result is stored at once. Workers
+receive text only: names of tasks, which they look up in their own table, names of the modules that
+register them, and arguments as JSON.
 
-Yet dask's own messages carry Python objects: whoever reaches a scheduler can run code on all its
-machines. So the local cluster listens on 127.0.0.1 only, under a certificate of its own that nobody
-else has; and a scheduler that is joined must be one that is trusted.
+Dask's own messages carry Python objects, however: whoever reaches a scheduler can run code on all
+its machines. The local cluster therefore listens on 127.0.0.1 only, with a private certificate.
+Join only a scheduler that you trust.
 """
 
 import asyncio
@@ -39,16 +39,17 @@ from .store import Cell, Store
 from .tasks import TASKS, shared
 
 _STUDIES = f"{__package__.rpartition('.')[0]}."
-_GONE = "the scheduler is gone; what is measured is kept, run again to go on"
-_LOSSES = 3  # workers that a cell may take with it
-_ALONE = 120.0  # s without any worker, until a study gives up
-_LOOK = 1.0  # s, between looks at how many workers there are
-_SPLIT = 4  # batches for each worker, at least, where there are enough cells
+_GONE = "lost the scheduler; finished cells are kept, run again to resume"
+_LOSSES = 3  # a cell is given up after it has ended this many workers
+_ALONE = 120.0  # s, a study gives up after this time without workers
+_LOOK = 1.0  # s, interval between checks of the number of workers
+_SPLIT = 4  # at least this many batches per worker, if there are enough cells
 
 
 def _required(cells: Sequence[Cell], works: Mapping[str, Work]) -> list[Any]:
-    """What a worker must have to measure these cells: by their tasks the version of the program,
-    and the modules that register the tasks.
+    """Return the requirements on workers for these cells.
+
+    They are the version of the program by task, and the modules that register the tasks.
     """
     tasks = {name: works[name] for name in sorted({cell.work for cell in cells})}
     modules = {task.__module__ for task in tasks.values()}
@@ -57,16 +58,18 @@ def _required(cells: Sequence[Cell], works: Mapping[str, Work]) -> list[Any]:
 
 @cache
 def _own_versions(tasks: tuple[str, ...], modules: tuple[str, ...]) -> dict[str, str]:
-    """On a worker: by these tasks the version of its own program; none where it lacks the task."""
-    with suppress(ImportError):  # then this is another program
+    """On a worker: return the version of its own program by task; tasks that it lacks are left
+    out.
+    """
+    with suppress(ImportError):  # the worker runs another version of the program
         for module in modules:
             import_module(module)
     return programs({name: TASKS[name] for name in tasks if name in TASKS})
 
 
 def _measure(required: Sequence[Any], topic: str, keys: list[str]) -> None:
-    """On a worker: measure the cells of these keys by the program required, and report each when
-    it is finished.
+    """On a worker: measure the cells of these keys with the required program and report each
+    result.
     """
     worker = get_worker()
     versions, modules = required
@@ -74,8 +77,8 @@ def _measure(required: Sequence[Any], topic: str, keys: list[str]) -> None:
     for task, version in versions.items():
         if own.get(task) != version:
             raise UserError(
-                f"{worker.address}: found a worker whose {task!r} is of place-rings"
-                f" {own.get(task)}, allowed: {version}, as here"
+                f"{worker.address}: task {task!r} is from place-rings {own.get(task)}, but this"
+                f" machine has {version}; install the same version"
             )
     for key in keys:
         work, arguments = json.loads(key)
@@ -85,13 +88,13 @@ def _measure(required: Sequence[Any], topic: str, keys: list[str]) -> None:
 
 
 class _Study:
-    """The cells still waiting, the batches they are in, and those that are out."""
+    """Waiting cells, their batches, and the batches handed out."""
 
     def __init__(self, client: Client, cells: Sequence[Cell], required: list[Any]) -> None:
         self.client, self.required = client, required
         self.topic = f"place-rings-{uuid.uuid4()}"
         self.waiting = {cell.key: cell for cell in cells}
-        # of finished cells, as text, and of ended batches
+        # messages: finished cells as text, and ended batches
         self.news: SimpleQueue[str | Future[Any]] = SimpleQueue()
         self.out: dict[Future[Any], list[str]] = {}
         self.losses: Counter[str] = Counter()
@@ -111,15 +114,16 @@ class _Study:
             raise UserError(_GONE) from error
 
     def hand_out(self) -> None:
-        """As many batches as there are workers: one that waited behind another would be lost with
-        it.
+        """Hand out as many batches as there are workers.
+
+        A batch that waited behind another one would be lost with its worker.
         """
         if time.monotonic() - self.looked > _LOOK:
             self.workers, self.looked = self._count(), time.monotonic()
             self.met = self.looked if self.workers else self.met
             if self.looked - self.met > _ALONE:
                 raise UserError(
-                    f"no workers for {_ALONE:g} s; what is measured is kept, run again to go on"
+                    f"no workers for {_ALONE:g} s; finished cells are kept, run again to resume"
                 )
         while self.batches and len(self.out) < self.workers:
             keys = self.batches.popleft()
@@ -128,10 +132,10 @@ class _Study:
             future.add_done_callback(self.news.put)
 
     def ended(self, future: "Future[Any]") -> None:
-        """Raise what a batch ended by; put back what a lost worker left."""
+        """Raise a batch's exception, or put back the cells that a lost worker left."""
         rest = [key for key in self.out.pop(future) if key in self.waiting]
         status, error = future.status, future.exception() if future.status == "error" else None
-        future.release()  # else it is measured again where its worker is lost now
+        future.release()  # otherwise losing its worker now would repeat the measurement
         self.looked = 0.0
         if error is not None:
             if not isinstance(error, KilledWorker):
@@ -141,10 +145,9 @@ class _Study:
             self.losses[rest[0]] += 1
             if self.losses[rest[0]] >= _LOSSES:
                 raise UserError(
-                    f"{rest[0]}: found to end its worker, {_LOSSES} times, allowed: cells that can"
-                    " be measured"
+                    f"{rest[0]}: this cell ended its worker {_LOSSES} times and cannot be measured"
                 )
-            # the one suspected now alone
+            # the suspected cell gets a batch of its own
             self.batches.extendleft([rest[1:], rest[:1]] if rest[1:] else [rest])
         elif status != "finished":
             raise UserError(_GONE)
@@ -159,14 +162,20 @@ def run(
     store: Store,
     tell: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Any]:
-    """The results of ``cells`` in their order, measured by the workers of ``client``; else like
-    ``runner.run``.
+    """Return the results of ``cells`` in their order, measured by the workers of ``client``.
 
     A cell whose worker is lost is measured again.
 
+    Args:
+        client: client of the cluster.
+        cells: see ``runner.run``.
+        works: see ``runner.run``.
+        store: see ``runner.run``.
+        tell: see ``runner.run``.
+
     Raises:
-        UserError: if a cell ends its worker again and again, a worker has another program, or the
-            scheduler is gone.
+        UserError: if a cell repeatedly ends its worker, a worker has another version of the
+            program, or the scheduler is lost.
     """
     found = {cell.key: store.get(cell) for cell in cells}
     waiting = [cell for cell in cells if found[cell.key] is None]
@@ -198,18 +207,18 @@ def run(
 
 
 _NEEDED = f"{__package__}.cluster"
-_ANSWER, _WORKER = 30.0, 30.0  # s, for a scheduler to answer, and then to have a worker
-_START = 300.0  # s, for a worker to start, on a machine however busy
+_ANSWER, _WORKER = 30.0, 30.0  # s, timeouts for a scheduler's answer and for its first worker
+_START = 300.0  # s, for a worker to start on a busy machine
 _GRACE = 1.0  # s, for a worker to end
 _LOCAL = {
     "distributed.worker.multiprocessing-method": "spawn",  # JAX's threads do not survive a fork
     "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ": (
         {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")} | {"NPROC": "1"}
-    ),  # XLA's name for it
-    # who was lost is seen here, where it is known what was finished
+    ),  # XLA's name of the option
+    # this process handles losses, as it knows which cells are finished
     "distributed.scheduler.allowed-failures": 0,
-    # a worker is started again, however long that takes
+    # restart a worker, however long that takes
     "distributed.deploy.lost-worker-timeout": "365 days",
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
@@ -219,8 +228,8 @@ _LOCAL = {
 
 @contextmanager
 def here(workers: int) -> Iterator[Client]:
-    """A cluster of that many processes on this machine. They end with this process, however it
-    ends.
+    """Yield a cluster of ``workers`` local processes, which end with this process in every
+    case.
     """
     environment = set(os.environ)
     with dask.config.set(_LOCAL):
@@ -247,17 +256,20 @@ def here(workers: int) -> Iterator[Client]:
                 cluster.sync(_close, cluster)
                 client.close()
                 cluster.close()
-                for name in set(os.environ) - environment:  # set for the workers
+                for name in (
+                    set(os.environ) - environment
+                ):  # variables that were set for the workers
                     del os.environ[name]
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[list[int]]:
-    """Ctrl-C is only noted, as half a cluster cannot be closed; threads and processes that start
-    here never see it.
+    """Only record Ctrl-C, as half a cluster cannot be closed.
+
+    Threads and processes that start in this context never receive it.
     """
     pressed: list[int] = []
-    resource_tracker.ensure_running()  # else it is started below, and unblocks what is blocked
+    resource_tracker.ensure_running()  # started below, it would unblock the signals
     handler = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -268,40 +280,38 @@ def _uninterrupted() -> Iterator[list[int]]:
 
 
 async def _close(cluster: LocalCluster) -> None:
-    """End the workers without waiting for what they still measure, which nobody wants."""
+    """End the workers without waiting for their current cells."""
     with suppress(TimeoutError):
         await asyncio.gather(*(nanny.close(timeout=_GRACE) for nanny in cluster.workers.values()))
 
 
 @contextmanager
 def there(scheduler: str) -> Iterator[Client]:
-    """The cluster of a scheduler that runs already.
+    """Yield the cluster of a running scheduler.
 
     Raises:
-        UserError: if there is none at that address, or one without workers, or without place-rings.
+        UserError: if there is no scheduler at that address, or it has no workers, or no
+            place-rings.
     """
-    # what goes wrong is told in a line
+    # errors are reported in one line
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         client = Client(scheduler, timeout=_ANSWER, set_as_default=False)
     except OSError as error:
-        raise UserError(
-            f"--scheduler: found {scheduler}, where none answers, allowed: a running one"
-        ) from error
+        raise UserError(f"--scheduler: no scheduler answers at {scheduler}") from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_WORKER)
         except TimeoutError as error:
-            raise UserError(
-                f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some"
-            ) from error
+            raise UserError(f"--scheduler: {scheduler} has no workers") from error
         _check(client)
         yield client
 
 
 def _check(client: Client) -> None:
-    """See that the scheduler and its workers have the program, as a message with a name that they
-    lack would end them.
+    """Check that the scheduler and its workers have the program.
+
+    A message with a name that they lack would end them.
     """
     try:
         found = [
@@ -312,6 +322,5 @@ def _check(client: Client) -> None:
         found = [None]
     if not all(found):
         raise UserError(
-            f"--scheduler: found a process without {_NEEDED}, allowed: all with place-rings"
-            " installed as here"
+            f"--scheduler: a process lacks {_NEEDED}; install place-rings as here on all machines"
         )

@@ -1,4 +1,4 @@
-"""The tasks that count: exact zeta of a setup, and its sensors that see next to nothing."""
+"""Tasks that count: exact ζ of a setup, and its sensors that are almost fully blocked."""
 
 import json
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from .tasks import register
 
 @lru_cache(maxsize=2)
 def _verifier(scene: str, rule: Rule, voxel: float | None, width: float) -> Verifier:
-    """The last ones are kept, with the voxels of their targets: cells side by side share them."""
+    """Return a verifier; the latest ones are cached with their voxels for neighbouring cells."""
     return Verifier(scene_from(json.loads(scene)), voxel, rule, width)
 
 
@@ -29,12 +29,14 @@ def zeta(
     voxel: float | None,
     width: float = 0.0,
 ) -> dict[str, Any]:
-    """Exact zeta of a setup for one target, in percent with its bounds, the voxels counted, and the
-    seconds it took.
+    """Count ζ of a setup for one target.
+
+    Returns:
+        ζ in percent with its bounds, the number of voxels, and the time in seconds.
 
     Raises:
-        KeyboardInterrupt: also where Ctrl-C left an interval wider than was asked for: a study must
-            not keep that.
+        KeyboardInterrupt: also if Ctrl-C left an interval wider than ``width``, which a study must
+            not store.
     """
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
     found = verifier.verify(setup_from(setup, verifier.scene), Target(target, radius))
@@ -50,8 +52,8 @@ def zeta(
 
 @register("unseeing sensors")
 def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings) -> int:
-    """How many sensors of a setup see next to nothing at a pose, as the scene's occlusion has
-    it.
+    """Return how many sensors are almost fully blocked at some pose, under the scene's
+    occlusion.
     """
     where = scene_from(scene)
     return len({(u.ring, u.sensor) for u in unseeing(where, setup_from(setup, where))})

@@ -1,13 +1,12 @@
-"""The version of the program that measures a task: a digest of the code that the task can reach.
+"""Version of the program that measures a task: a digest of the code that the task can reach.
 
-That code is the *import closure* of the task: its module, the modules of ours that this one names
-in its import statements, also in functions, those that these name, and so on. Each counts by its
-normal form, the syntax tree without comments, docstrings, positions and layout; so a cell is
-measured again if a statement changed that may bear on it, and only then. Libraries count by their
-versions.
+That code is the *import closure* of the task: its module, the project modules that it imports, also
+inside functions, and so on recursively. A module counts by its normal form, the syntax tree without
+comments, docstrings, positions and layout. A cell is therefore measured again exactly if a
+statement changed that may affect it. Libraries count by their versions.
 
-``place_rings`` itself only forwards names: it counts only where a module imports it, and stands
-for all of ours there.
+``place_rings`` itself only forwards names. It counts only where a module imports it, and then
+stands for all modules of the project.
 """
 
 import ast
@@ -20,31 +19,33 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]  # the folder of the rooms, in a checkout and installed
+ROOT = Path(__file__).resolve().parents[2]  # folder of the rooms, in a checkout and installed
 _PACKAGE = "place_rings"
-_FACADE = "api"  # the folder of a checkout that is installed as the package itself
-# They annotate, read files and look at processes; any other library may decide a number.
+_FACADE = "api"  # folder of a checkout that is installed as the package itself
+# They annotate, read files and query processes; any other library may affect a number.
 _DECIDE_NO_NUMBER = frozenset({"jaxtyping", "psutil", "pydantic", "pydantic_core"})
-_COMPILED_PARTS = {"jax": "jaxlib"}  # in distributions of their own
-_LAYOUT = frozenset({"ctx", "kind", "type_comment", "type_ignores"})  # fields that add no meaning
+_COMPILED_PARTS = {"jax": "jaxlib"}  # parts in separate distributions
+_LAYOUT = frozenset({"ctx", "kind", "type_comment", "type_ignores"})  # fields without meaning
 
 
 def programs(tasks: Mapping[str, Callable[..., Any]]) -> dict[str, str]:
-    """The version of the program that measures each task, by the tasks' names."""
+    """Return the version of the program that measures each task, by the tasks' names."""
     return {name: program(task) for name, task in tasks.items()}
 
 
 def program(task: Callable[..., Any]) -> str:
-    """The version of the program that measures a task: that of place-rings, and a digest."""
+    """Return the version of the program that measures a task: that of place-rings, and a
+    digest.
+    """
     return f"{version('place-rings')}+{digest(Path(inspect.getfile(task)))}"
 
 
 def digest(file: Path, root: Path = ROOT) -> str:
-    """16 hexadecimal digits for the import closure of a module: its code and its libraries.
+    """Return 16 hexadecimal digits for the import closure of a module: its code and its libraries.
 
     Args:
-        file: of the module.
-        root: the folder in which the rooms lie.
+        file: file of the module.
+        root: folder of the rooms.
     """
     forms, libraries = [], set[str]()
     for module in import_closure([file], root):
@@ -59,7 +60,7 @@ def _sha256(text: str) -> str:
 
 
 def import_closure(files: Iterable[Path], root: Path = ROOT) -> set[Path]:
-    """These files, those of ours that they import, those that these import, and so on."""
+    """Return these files and the project files that they import, recursively."""
     closure: set[Path] = set()
     waiting = {file.resolve() for file in files}
     while waiting:
@@ -70,7 +71,9 @@ def import_closure(files: Iterable[Path], root: Path = ROOT) -> set[Path]:
 
 
 def _imported(file: Path, root: Path) -> Iterator[Path]:
-    """The files of ours that one file loads: what it names, and the packages that hold it."""
+    """Yield the project files that one file loads: imported modules and the packages that hold
+    them.
+    """
     yield from _packages(file.parent, root)
     for level, dotted, names in _read(file.read_bytes())[1]:
         parts = dotted.split(".") if dotted else []
@@ -90,12 +93,12 @@ def _imported(file: Path, root: Path) -> Iterator[Path]:
 
 
 def _is_facade(module: Path, root: Path) -> bool:
-    """Is it the package itself, or a name in it that is no room?"""
+    """Return whether a path is the package itself, or a name in it that is no room."""
     return module == root or (module.parent == root and not _in_room(module, root))
 
 
 def _in_room(path: Path, root: Path) -> bool:
-    """Does a path lie in a room, or is it one?"""
+    """Return whether a path is a room or inside one."""
     if root not in path.parents:
         return False
     room = path.relative_to(root).parts[0]
@@ -103,7 +106,7 @@ def _in_room(path: Path, root: Path) -> bool:
 
 
 def _files(module: Path) -> list[Path]:
-    """The file of a module, or the ``__init__.py`` of a package; none where it is neither."""
+    """Return the file of a module, or the ``__init__.py`` of a package; empty for neither."""
     return [
         file
         for file in (module.with_name(f"{module.name}.py"), module / "__init__.py")
@@ -112,7 +115,7 @@ def _files(module: Path) -> list[Path]:
 
 
 def _packages(folder: Path, root: Path) -> Iterator[Path]:
-    """The ``__init__.py`` of a room's folder and of those around it, which run first."""
+    """Yield the ``__init__.py`` of a room's folder and of its parents, which run first."""
     while _in_room(folder, root):
         if (file := folder / "__init__.py").is_file():
             yield file
@@ -120,7 +123,7 @@ def _packages(folder: Path, root: Path) -> Iterator[Path]:
 
 
 def _everything(root: Path) -> Iterator[Path]:
-    """All modules of all rooms, and those of the package itself."""
+    """Yield all modules of all rooms, and those of the package itself."""
     for folder in root.iterdir():
         if _in_room(folder, root):
             yield from folder.rglob("*.py")
@@ -129,7 +132,9 @@ def _everything(root: Path) -> Iterator[Path]:
 
 
 def _name(file: Path, root: Path) -> str:
-    """What a module is called wherever it is installed; one of somebody else's by its file."""
+    """Return a module's name independent of its installation; for foreign modules the file
+    name.
+    """
     if not (_in_room(file, root) or file.parent == root):
         return file.name
     parts = file.relative_to(root).parts
@@ -137,7 +142,7 @@ def _name(file: Path, root: Path) -> str:
 
 
 def _versions(libraries: Iterable[str]) -> Iterator[str]:
-    """The name and version of each library that may decide a number."""
+    """Yield the name and version of each library that may affect a number."""
     theirs = set(libraries) - sys.stdlib_module_names - _DECIDE_NO_NUMBER - {_PACKAGE}
     for name in sorted(theirs | {_COMPILED_PARTS[name] for name in theirs & set(_COMPILED_PARTS)}):
         try:
@@ -151,15 +156,15 @@ Import = tuple[int, str, tuple[str, ...]]  # level, module, names
 
 @cache
 def _read(source: bytes) -> tuple[str, tuple[Import, ...]]:
-    """A digest of a module's normal form, and all its import statements."""
+    """Return a digest of a module's normal form, and all its import statements."""
     tree = ast.parse(source)
     return _sha256(repr(_normal(tree))), tuple(_imports(tree))
 
 
 def _normal(node: object) -> object:
-    """A syntax tree as nested tuples, the same by every version of Python.
+    """Return a syntax tree as nested tuples, the same for every version of Python.
 
-    Statements that do nothing go: docstrings, the text under a field, ``pass`` and ``...``.
+    Statements without effect are left out: docstrings, field docstrings, ``pass`` and ``...``.
     """
     match node:
         case ast.AST():
@@ -176,14 +181,14 @@ def _normal(node: object) -> object:
 
 
 def _idle(item: object) -> bool:
-    """Is it a statement that does nothing?"""
+    """Return whether a statement has no effect."""
     return isinstance(item, ast.Pass) or (
         isinstance(item, ast.Expr) and isinstance(item.value, ast.Constant)
     )
 
 
 def _imports(node: ast.AST) -> Iterator[Import]:
-    """The import statements in a tree, but for those that only a type checker reads."""
+    """Yield the import statements in a tree, except those for type checkers."""
     for child in ast.iter_child_nodes(node):
         match child:
             case ast.Import():

@@ -1,4 +1,4 @@
-"""Runs the cells of a study, each once."""
+"""Execution of a study's cells in one process."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,14 +15,14 @@ def run(
     store: Store,
     tell: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Any]:
-    """The results of ``cells`` in their order; what ``store`` holds is not measured again.
+    """Return the results of ``cells`` in their order; results in ``store`` are not measured again.
 
     Args:
-        cells: what to measure; cells that share costly preparation best stand side by side.
-        works: the functions that cells name; each takes a cell's arguments by keyword and returns
-            what JSON can hold.
-        store: gives and keeps results.
-        tell: is given how many cells are done, of how many.
+        cells: cells to measure; put cells that share costly preparation next to each other.
+        works: task functions by name; each takes a cell's arguments by keyword and returns JSON
+            data.
+        store: loads and stores results.
+        tell: receives the number of finished cells and of all cells.
     """
     found = []
     for done, cell in enumerate(cells):

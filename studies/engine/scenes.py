@@ -1,4 +1,4 @@
-"""Scenes and setups from what a cell can hold."""
+"""Scenes and setups from the JSON data of a cell."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,14 +12,14 @@ Rings = list[dict[str, Any]]
 
 
 def scene_from(scene: Mapping[str, Any]) -> Scene:
-    """A scene from the keys in which it differs from the reference scene, as a scene's file has
-    them.
+    """Return a scene from the keys in which it differs from the reference scene, as in a scene
+    file.
     """
     return SceneModel.model_validate(dict(scene)).to_domain()
 
 
 def setup_from(setup: str | Rings, scene: Scene) -> Setup:
-    """A setup from the paper's name or from rings as a proposal's file has them."""
+    """Return a setup from the paper's name, or from rings as in a proposal file."""
     if isinstance(setup, str):
         return named_setup(setup, scene.sensor, scene.ring_radius)
     return setup_of(

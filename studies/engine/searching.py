@@ -1,4 +1,4 @@
-"""The tasks that search: a setup by its layout or its sensors, to the end or for some time."""
+"""Tasks that search a setup by layout or number of sensors, completely or within a time limit."""
 
 import math
 import time
@@ -15,7 +15,7 @@ from ...placement.search.search import search as searching
 from .scenes import Rings, scene_from, setup_from
 from .tasks import register
 
-_COUNTING = 0.2  # of a search's time, kept for the exact count of its finalists
+_COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
 
 
 def _searched(
@@ -28,7 +28,7 @@ def _searched(
     short: bool = False,
     processor_time: float = math.inf,
 ) -> tuple[Rings, Outcome]:
-    """The rings of a searched setup, as a proposal lists them, and how the search ended: see
+    """Return the rings of a searched setup, as in a proposal, and how the search ended; see
     ``place``.
     """
     asked = scene_from(scene)
@@ -49,12 +49,13 @@ def _searched(
 
 @register("place")
 def place(scene: Mapping[str, Any], seed: int, **asked: Any) -> Rings:
-    """The rings of a searched setup, as a proposal lists them: of a layout (``rings_per_link``,
-    ``sensors_per_ring``), or where ``sensors`` are given of any rings; from the ``known`` setups
-    too, by a ``short`` schedule where these are good.
+    """Search a setup and return its rings as in a proposal.
+
+    The search uses a layout (``rings_per_link``, ``sensors_per_ring``), or any rings if ``sensors``
+    is given. It also starts from the ``known`` setups, with a ``short`` schedule if these are good.
 
     Raises:
-        KeyboardInterrupt: also where Ctrl-C left the best so far: a study must not keep that.
+        KeyboardInterrupt: also if Ctrl-C left a partial result, which a study must not store.
     """
     return _searched(scene, seed, **asked)[0]
 
@@ -63,12 +64,15 @@ def place(scene: Mapping[str, Any], seed: int, **asked: Any) -> Rings:
 def place_in_time(
     scene: Mapping[str, Any], seed: int, sensors: int, seconds: float
 ) -> dict[str, Any]:
-    """The same within so many seconds of processors, all together, of which a machine's other jobs
-    take nothing: the rings, the seconds taken, of processors and on the wall, and whether the
-    search came to its end.
+    """Search within a limit of processor seconds, which other jobs of the machine do not consume.
 
-    The climbs are stopped while there is time left to count the finalists exactly. Raises
-    KeyboardInterrupt like ``place``.
+    The local searches stop early enough to count the finalists exactly.
+
+    Returns:
+        The rings, the processor and wall seconds, and whether the search completed.
+
+    Raises:
+        KeyboardInterrupt: see ``place``.
     """
     wall, processor = time.monotonic(), time.process_time()
     rings, outcome = _searched(

@@ -1,10 +1,8 @@
-"""Finished cells of a study, kept in an SQLite file, so that a study that was stopped goes on where
-it was.
+"""Finished cells of a study in an SQLite file, so that an interrupted study resumes.
 
-A cell is one measurement: the name of a work and its arguments, both of which JSON can hold. Each
-is stored at once when it is finished; a kill loses only what was being measured. One process at a
-time has the file: the lock is the database's own, so that it ends with the process, however that
-ends.
+A cell is one measurement: the name of a task and its arguments, both JSON data. Each result is
+stored at once; a kill loses only the current measurement. One process at a time holds the file by
+the database's own lock, which ends with the process in every case.
 """
 
 import json
@@ -16,37 +14,37 @@ from typing import Any, Self
 
 from ...formats.errors import UserError
 
-_FORM = 1  # of the table; a file of another form is refused
+_FORM = 1  # version of the table; files of other versions are rejected
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One measurement: ``work`` names a function, ``arguments`` (JSON) is what it is called
-    with.
-    """
+    """One measurement."""
 
     work: str
+    """Name of the task's function."""
     arguments: Mapping[str, Any]
+    """Arguments of the function, as JSON data."""
 
     @property
     def key(self) -> str:
-        """The cell as a line of JSON, the same for the same measurement."""
+        """The cell as a line of JSON, unique for the measurement."""
         return json.dumps([self.work, self.arguments], sort_keys=True, separators=(",", ":"))
 
 
 class Store:
-    """A file of results by cell, and by the version of the program that measured them."""
+    """A file of results by cell and by the version of the program that measured them."""
 
     def __init__(self, file: Path, version: str | Mapping[str, str]) -> None:
-        """Open or make ``file``, and keep others out of it.
+        """Open or create the file and lock it.
 
         Args:
             file: the database.
-            version: of the program, for all cells or by work; what another version measured is
+            version: version of the program, for all cells or by task; results of other versions are
                 measured again.
 
         Raises:
-            UserError: if it is not such a file, or another process has it.
+            UserError: if the file is no such database, or another process holds it.
         """
         self.file, self._version = file, version
         try:
@@ -68,7 +66,8 @@ class Store:
         except sqlite3.Error as error:
             if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
                 raise UserError(
-                    f"{file}: found another study running into this folder, allowed: one at a time"
+                    f"{file}: another study is running in this folder; wait for it, or choose"
+                    " another folder"
                 ) from error
             raise UserError(
                 f"{file}: found a file that is no database of cells ({error}), allowed: one, or no"
@@ -82,13 +81,13 @@ class Store:
         self._base.close()
 
     def get(self, cell: Cell) -> Any:
-        """The result of a cell, as JSON gives it back; None where there is none."""
+        """Return the result of a cell as JSON data, or None."""
         question = "SELECT result FROM cells WHERE key = ? AND version = ?"
         found = self._base.execute(question, (cell.key, self._of(cell))).fetchone()
         return json.loads(found[0]) if found else None
 
     def put(self, cell: Cell, result: object, seconds: float) -> None:
-        """Keep the result of a cell; where there is one already, that one stays."""
+        """Store the result of a cell, unless there is one already."""
         text = json.dumps(result, allow_nan=False)
         self._base.execute(
             "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
@@ -96,5 +95,5 @@ class Store:
         )
 
     def _of(self, cell: Cell) -> str:
-        """The version of the program that measures a cell."""
+        """Return the version of the program that measures a cell."""
         return self._version if isinstance(self._version, str) else self._version[cell.work]

@@ -1,6 +1,6 @@
-"""The table of tasks: functions of what JSON can hold, returning what JSON can hold.
+"""Table of tasks: functions from JSON data to JSON data.
 
-A module with tasks registers them here when it is imported; a study imports those it needs.
+A module registers its tasks when it is imported; a study imports the modules that it needs.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ TASKS: dict[str, Callable[..., Any]] = {}
 
 
 def register(name: str) -> Callable[[_Task], _Task]:
-    """Make a function a task that cells name so.
+    """Register a function as a task under a name.
 
     Raises:
         ValueError: if another function has that name already.
@@ -22,14 +22,16 @@ def register(name: str) -> Callable[[_Task], _Task]:
 
     def add(function: _Task) -> _Task:
         if TASKS.setdefault(name, function) is not function:
-            raise ValueError(f"found two tasks called {name!r}")
+            raise ValueError(f"two tasks have the name {name!r}")
         return function
 
     return add
 
 
 def shared(cell: Cell) -> str:
-    """What cells with costly preparation in common have in common: everything but the setup."""
+    """Return what cells with the same costly preparation have in common: everything except the
+    setup.
+    """
     return Cell(
         cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}
     ).key

@@ -1,1 +1,1 @@
-"""The paper measured anew."""
+"""Reproduction of the paper."""

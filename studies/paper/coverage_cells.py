@@ -1,9 +1,8 @@
-"""What the paper measured of coverage, and what it leaves open: the cells of the study and their
-results as rows.
+"""Cells and rows of the paper's coverage measurements, and of the choices that it does not state.
 
-Every zeta is counted under `centre` at 1 cm, which has no bias, and under `touch` at 10 cm, which
-is how the published numbers can have come about; on both UR10 chains, as the paper does not say
-which frames it used.
+Every ζ is counted under `centre` at 1 cm, which has no bias, and under `touch` at 10 cm, which may
+be how the published numbers were counted. Both UR10 chains are used, as the paper does not state
+its frames.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -22,8 +21,8 @@ from ..engine.scenes import Rings
 from ..engine.store import Cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
-THETAS = tuple(range(0, 61, 5))  # degrees, of n2_16_theta
-RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, of the shell
+THETAS = tuple(range(0, 61, 5))  # degrees, theta of n2_16_theta
+RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, radii of the shell
 SHELLS = tuple(Target("V_S", r) for r in RADII)
 NEAR, FAR = SHELLS[0], SHELLS[-1]
 TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
@@ -38,18 +37,26 @@ ALONG = 25  # poses along one cycle of the task
 
 @dataclass(frozen=True)
 class CoverageRow:
-    """One zeta: table and variant it belongs to, chain, setup, target, rule, voxel in m, percent;
-    ``at`` is what the table sweeps: an angle in degrees, a time in s."""
+    """One ζ."""
 
     table: str
+    """Table of the row."""
     chain: str
+    """UR10 chain."""
     variant: str
+    """Variant of the open choices."""
     at: float
+    """Swept value of the table: an angle in degrees or a time in s."""
     setup: str
+    """Name of the setup."""
     target: str
+    """Label of the target."""
     rule: str
+    """Rule of the count."""
     voxel: float
+    """Side of a voxel, m."""
     zeta_percent: float = float("nan")
+    """ζ in percent."""
 
 
 Question = tuple[CoverageRow, Cell]
@@ -57,14 +64,14 @@ Question = tuple[CoverageRow, Cell]
 
 @cache
 def task(chain: str) -> tuple[TaskMotion, int]:
-    """The task's motion, and its sample of highest TCP speed."""
+    """Return the task's motion, and its sample of the highest TCP speed."""
     robot = ROBOTS[chain]
     motion = pick_and_place(robot)
     return motion, fastest(robot, motion)
 
 
 def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> dict[str, Any]:
-    """The keys of a scene at a pose (J,) rad, by default that of highest TCP speed."""
+    """Return the keys of a scene at a pose (J,) rad, by default that of the highest TCP speed."""
     motion, top = task(chain)
     angles = np.round(np.degrees(motion.q[top] if q is None else q), 6).tolist()
     return {"robot": chain, "poses": [{"q_deg": angles}], **keys}
@@ -73,7 +80,7 @@ def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> 
 def question(
     row: CoverageRow, where: Mapping[str, object], setup: str | Rings, target: Target
 ) -> Question:
-    """A row and the cell that fills it."""
+    """Return a row and the cell that fills it."""
     arguments = {
         "setup": setup,
         "target": target.name,
@@ -85,7 +92,9 @@ def question(
 
 
 def searches(seed: int = 0) -> dict[str, Cell]:
-    """The searched setups by name, like ``both 80``: for each goal and budget of the paper."""
+    """Return the cells of the searched setups by name, such as ``both 80``, for each goal and
+    budget.
+    """
     cells = {}
     for goal, targets in GOALS.items():
         wanted = [{"name": t.name, "radius": t.radius, "weight": 1 / len(targets)} for t in targets]
@@ -101,8 +110,9 @@ def searches(seed: int = 0) -> dict[str, Cell]:
 
 
 def configurations(searched: Mapping[str, Rings]) -> list[Question]:
-    """The paper's bar chart: its six setups on both chains, and the searched ones on the chain they
-    were searched for.
+    """Return the rows of the paper's bar chart.
+
+    They are its six setups on both chains, and the searched ones on the chain of their search.
     """
     return [
         question(
@@ -121,7 +131,7 @@ def configurations(searched: Mapping[str, Rings]) -> list[Question]:
 
 
 def tilts() -> list[Question]:
-    """The sweeps of theta for n2_16_theta: over all targets, and over the shell's radii."""
+    """Return the sweeps of theta for n2_16_theta: over all targets, and over the shell's radii."""
     targets = dict.fromkeys([*TARGETS, *SHELLS])
     return [
         question(
@@ -138,7 +148,7 @@ def tilts() -> list[Question]:
 
 
 def cycle(searched: Mapping[str, Rings]) -> list[Question]:
-    """Coverage along the cycle of a product that holds the fastest swing."""
+    """Return the rows along the cycle of a product that contains the fastest movement."""
     motion, top = task("ur10")
     starts = np.flatnonzero(np.diff(motion.swing.astype(int)) > 0)
     middle = int(np.searchsorted(starts, top)) - 1
@@ -171,7 +181,7 @@ def cycle(searched: Mapping[str, Rings]) -> list[Question]:
 def answer(
     questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]
 ) -> list[CoverageRow]:
-    """The rows with their zeta, where ``run`` measures cells."""
+    """Return the rows with ζ; ``run`` measures cells."""
     asked = list(questions)
     results = run([cell for _, cell in asked])
     return [
@@ -181,5 +191,5 @@ def answer(
 
 
 def records(rows: Iterable[CoverageRow]) -> list[dict[str, Any]]:
-    """Rows for a CSV."""
+    """Return rows for a CSV file."""
     return [asdict(row) for row in rows]

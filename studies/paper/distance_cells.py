@@ -1,6 +1,4 @@
-"""The paper's last figure and what it names as its next step: the minimum distance as the rings
-make it, cell by cell.
-"""
+"""Cells of the minimum distance measured by the rings, the paper's last figure and next step."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -20,19 +18,19 @@ from . import tasks  # noqa: F401  (they are registered)
 from .coverage_cells import SETUPS, task
 from .statements import Statement, Verdict
 
-PATHS = 8  # seeded paths of each thing
+PATHS = 8  # random paths of each target
 RATE, DURATION = 10.0, 60.0  # Hz, s
 APPROACHED = ("n2_16_25", "n2_16_55", "n3_16_55", "both 112")
-BALLS = (0.05, 0.10)  # m, radii: a fist and a head
+BALLS = (0.05, 0.10)  # m, radii of a fist and a head
 GROWTH = ("n1_8_0", "n1_16_0", "n2_16_25", "n3_16_55")  # more sensors per ring, then more rings
-TOLD = ("n1_8_0", "n3_16_55", "both 112")  # setups of the time line
+TOLD = ("n1_8_0", "n3_16_55", "both 112")  # setups in the figure over time
 
-Key = tuple[str, str, str]  # setup, mode, thing
+Key = tuple[str, str, str]  # setup, mode, target
 Results = dict[Key, list[Table]]
 
 
 def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, int], Cell]:
-    """A cell for every setup, mode, thing and path."""
+    """Return a cell for every setup, mode, target and path."""
     setups: dict[str, str | Rings] = {name: name for name in SETUPS} | dict(searched)
     found: dict[tuple[Key, int], Cell] = {}
     for name, setup in setups.items():
@@ -52,7 +50,9 @@ def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, i
 
 
 def approaches(searched: Mapping[str, Rings]) -> dict[str, Cell]:
-    """The unseen approach at the pose of highest TCP speed, for some setups."""
+    """Return cells of undetected approaches at the pose of the highest TCP speed, for some
+    setups.
+    """
     motion, top = task("ur10")
     q_deg = np.round(np.degrees(motion.q[top]), 6).tolist()
     setups = {name: searched.get(name, name) for name in APPROACHED}
@@ -66,7 +66,7 @@ def approaches(searched: Mapping[str, Rings]) -> dict[str, Cell]:
 
 
 def gathered(cells: Mapping[tuple[Key, int], Cell], results: Sequence[Any]) -> Results:
-    """Tables of all paths by setup, mode and thing."""
+    """Return tables of all paths by setup, mode and target."""
     found: Results = {}
     for (key, _), result in zip(cells, results, strict=True):
         found.setdefault(key, []).append(result)
@@ -74,19 +74,19 @@ def gathered(cells: Mapping[tuple[Key, int], Cell], results: Sequence[Any]) -> R
 
 
 def approach_of(result: Sequence[Mapping[str, Any]]) -> list[Approach]:
-    """Approaches as the store gives them back."""
+    """Return approaches from the data in the store."""
     return [Approach(a["radius"], a["gap_m"], np.array(a["path"])) for a in result]
 
 
 def built(name: str, searched: Mapping[str, Rings]) -> Any:
-    """The setup of that name."""
+    """Return the setup with that name."""
     if name in searched:
         return setup_of([RingModel.model_validate(ring) for ring in searched[name]], PAPER_SENSOR)
     return named_setup(name)
 
 
 def time_line(searched: Mapping[str, Rings], seed: int) -> dict[str, Series]:
-    """One human path beside some setups, the robot hiding what is behind it."""
+    """Return the series of one human path for some setups, with self-occlusion."""
     motion = task("ur10")[0].every(20.0)
     keep = motion.time_s <= DURATION
     return {
@@ -104,7 +104,7 @@ def time_line(searched: Mapping[str, Rings], seed: int) -> dict[str, Series]:
 
 
 def records(results: Results) -> list[dict[str, Any]]:
-    """All tables as lines of a CSV."""
+    """Return all tables as lines of a CSV file."""
     return [
         {"setup": setup, "mode": mode, "thing": thing, "path": path} | table
         for (setup, mode, thing), tables in results.items()
@@ -115,8 +115,18 @@ def records(results: Results) -> list[dict[str, Any]]:
 def gain(
     results: Results, before: str, after: str, mode: str, thing: str = "human", key: str = "rmse_m"
 ) -> tuple[float, float]:
-    """Mean and half width of the 95 % interval of the difference between two setups on the same
-    paths.
+    """Compare two setups on the same paths.
+
+    Args:
+        results: tables of all paths.
+        before: first setup.
+        after: second setup.
+        mode: mode of the simulation.
+        thing: moving target.
+        key: column to compare.
+
+    Returns:
+        Mean and half width of the 95 % interval of the difference.
     """
     pairs = zip(results[before, mode, thing], results[after, mode, thing], strict=True)
     differences = [
@@ -126,7 +136,7 @@ def gain(
 
 
 def statement(results: Results) -> Statement:
-    """Does the error fall as sensors and rings grow?"""
+    """Test whether the error falls as sensors and rings grow."""
     parts, sure, falls = [], [], []
     for mode in MODES:
         steps = [gain(results, a, b, mode) for a, b in pairwise(GROWTH)]
@@ -143,8 +153,8 @@ def statement(results: Results) -> Statement:
         verdict,
         f"Paired differences over {PATHS} paths with 95 % intervals. "
         + (
-            "Every step is a sure gain."
+            "Every step is a significant gain."
             if all(sure)
-            else "Not every step is a gain that these paths make sure of."
+            else "Not every step is a significant gain on these paths."
         ),
     )

@@ -1,4 +1,4 @@
-"""The figures of the paper's coverage measurements, the searched setups beside them."""
+"""Figures of the paper's coverage measurements, with the searched setups."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ COUNT_NAMES = {"centre": "unbiased (centre, 1 cm)", "touch": "touched voxels of 
 
 
 def value(rows: Iterable[CoverageRow], **keys: object) -> float:
-    """Zeta of the one row that has all these values; KeyError where there is none."""
+    """Return ζ of the one row that has all these values; KeyError if there is none."""
     for row in rows:
         if all(getattr(row, key) == wanted for key, wanted in keys.items()):
             return row.zeta_percent
@@ -37,7 +37,7 @@ def value(rows: Iterable[CoverageRow], **keys: object) -> float:
 
 
 def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
-    """Bars: every setup over all targets, under both rules, on `ur10`."""
+    """Draw bars of every setup for all targets, under both rules, on `ur10`."""
     searched = [f"{goal} {n}" for n in BUDGETS for goal in GOALS]
     names = [*SETUPS, *searched]
     figure = sheet(14, 8.5)
@@ -62,7 +62,7 @@ def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
     at = [*range(len(SETUPS)), *(len(SETUPS) + 0.25 + k for k in range(len(searched)))]
     axes[-1].set_xticks(at, [*SETUPS, *(name.replace(" ", "\n") for name in searched)])
     axes[-1].set_xlabel(
-        "setups of the paper, and setups searched for near, far or both with 48, 80 or 112 sensors"
+        "the paper's layouts, and setups searched for near, far or both with 48, 80 or 112 sensors"
     )
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=6, frameon=False)
@@ -70,7 +70,7 @@ def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
 
 
 def _best(rows: Sequence[CoverageRow], rule: str, target: str) -> float:
-    """The best that a searched setup of 80 sensors reaches; NaN where none was counted."""
+    """Return the best ζ of a searched setup of 80 sensors, or NaN if none was counted."""
     found = [
         r.zeta_percent for r in rows if (r.rule, r.target) == (rule, target) and r.setup in _EIGHTY
     ]
@@ -78,7 +78,7 @@ def _best(rows: Sequence[CoverageRow], rule: str, target: str) -> float:
 
 
 def _searched(ax: Axes, levels: dict[str, tuple[float, str]]) -> None:
-    """Marks at the right edge for what a searched setup of 80 sensors reaches."""
+    """Mark the best ζ of the searched setups of 80 sensors at the right edge."""
     for level, colour in levels.values():
         ax.plot(
             [1.0, 1.025],
@@ -96,8 +96,9 @@ def tilts(
     targets: Sequence[str],
     file: Path,
 ) -> None:
-    """Lines: n2_16_theta over theta, both rules and chains; the searched setup of 80 sensors as
-    marks at the right.
+    """Plot n2_16_theta against theta for both rules and chains.
+
+    Marks on the right show the searched setup of 80 sensors.
     """
     figure = sheet(12, 8.4)
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
@@ -128,7 +129,7 @@ def tilts(
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(targets), frameon=False)
     figure.supxlabel(
-        "bars at the right edge of the upper panels: the best of the searched setups of 80 sensors",
+        "bars at the right edge of the upper panels: the best searched setup of 80 sensors",
         fontsize=9,
         color=GREY,
     )
@@ -136,12 +137,12 @@ def tilts(
 
 
 def sweep(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], file: Path) -> None:
-    """Coverage of all targets over theta."""
+    """Plot coverage of all targets against theta."""
     tilts(rows, configurations, [str(t) for t in TARGETS], file)
 
 
 def shells(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], file: Path) -> None:
-    """Coverage of the shell over theta, for each radius."""
+    """Plot coverage of the shell against theta, for each radius."""
     tilts(rows, configurations, [f"V_S({r:g})" for r in RADII], file)
 
 
@@ -151,7 +152,14 @@ def cycle(
     speed: Float[np.ndarray, " T"],
     file: Path,
 ) -> None:
-    """Coverage along one cycle of the task, and the TCP's speed (time in s, speed in m/s)."""
+    """Plot coverage and TCP speed along one cycle of the task.
+
+    Args:
+        rows: coverage along the cycle.
+        time: time, s.
+        speed: speed of the TCP, m/s.
+        file: PNG to write.
+    """
     figure = sheet(11, 8)
     axes = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.6))
     for ax, target in zip(axes[:2], (str(NEAR), str(FAR)), strict=True):
@@ -170,7 +178,7 @@ def cycle(
 
 
 def openness(rows: Sequence[CoverageRow], file: Path) -> None:
-    """Dots: how far each open choice moves zeta from what was chosen, in points, under `centre`."""
+    """Plot how much each open choice changes ζ under `centre`, in points."""
     variants = [v for v in dict.fromkeys(r.variant for r in rows) if v != AS_CHOSEN]
     targets = list(dict.fromkeys(r.target for r in rows))
     figure = sheet(13, 7.6)

@@ -1,6 +1,4 @@
-"""The octree pictures: a setup's volumes and their voxels, shells of several radii, and one cone at
-several voxel sizes.
-"""
+"""Octree pictures: volumes of a setup as voxels, shells of several radii, and one cone."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,22 +31,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
-PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3: the paper's cone, by its formula and by its octree
+PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3, the paper's cone by formula and by octree
 _RULES: dict[Rule, tuple[str, str]] = {
     "centre": ("#0072B2", "its centre is inside"),
     "touch": ("#D55E00", "any part is inside"),
 }
-# m from the lattice, on each axis: an apex on it would touch more than others do
+# m, offset from the lattice on each axis: an apex on the lattice touches extra voxels
 _OFF = CONE_VOXELS[-1] / 3
-PLACES = 100  # of a cone on the lattice, over which a volume is averaged
-_DISCS, _METAL = 0.1, "#aab3bc"  # m between the discs of a cone; its colour
+PLACES = 100  # positions of a cone on the lattice, over which a volume is averaged
+_DISCS, _METAL = 0.1, "#aab3bc"  # m, distance between the discs of a cone; their colour
 _DPI = 150
 
 
 def _axes(
     size: tuple[float, float], rows: int, columns: int, **space: float
 ) -> "tuple[Figure, list[Axes]]":
-    """A figure of ``size`` in inches and its axes, row by row."""
+    """Return a figure of ``size`` inches and its axes, row by row."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
@@ -81,8 +79,9 @@ def _title(ax: "Axes", name: str, text: str) -> None:
 
 
 def _fit(canvases: Sequence[Canvas], alike: bool) -> None:
-    """Zoom to what is drawn, on all canvases ``alike`` or on each, and draw scales below it: alike
-    ones once, and the base frame's axes once."""
+    """Zoom to the drawings, equally on all canvases if ``alike``, and draw scales and axes
+    below.
+    """
     limits = np.array([(s.ax.dataLim.min, s.ax.dataLim.max) for s in canvases])
     if alike:
         limits[:] = limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)
@@ -100,16 +99,16 @@ def _fit(canvases: Sequence[Canvas], alike: bool) -> None:
 
 
 def _key(figure: "Figure", view: OctreeView, *more: tuple[Any, str]) -> None:
-    """Say below what the colours of the voxels mean."""
+    """Draw the legend of the voxels' colours below the panels."""
     from matplotlib.patches import Patch
 
     seen = [
-        (view.colours[link], f"seen from the {link.replace('_', ' ')}")
+        (view.colours[link], f"covered from the {link.replace('_', ' ')}")
         for link in dict.fromkeys(view.links)
     ]
     patches = [
         Patch(fc=colour, label=label)
-        for colour, label in (*seen, (SHELL_COLOUR, "V_S, unseen"), *more)
+        for colour, label in (*seen, (SHELL_COLOUR, "V_S, uncovered"), *more)
     ]
     figure.legend(
         handles=patches,
@@ -124,17 +123,17 @@ def _key(figure: "Figure", view: OctreeView, *more: tuple[Any, str]) -> None:
 def four_panels(
     file: Path, scene: Scene, setup_name: str, radius: float, voxel: float
 ) -> dict[str, float]:
-    """Draw V_S as it is swept, V_FOV, the voxels of both and the voxels of V_S that no sensor sees.
+    """Draw V_S as it is swept, V_FOV, the voxels of both, and the uncovered voxels of V_S.
 
     Args:
-        file: the PNG; its folder exists.
-        scene: of which the first pose is drawn.
-        setup_name: such as n2_16_25.
-        radius: of V_S, m.
+        file: PNG to write; its folder exists.
+        scene: scene whose first pose is drawn.
+        setup_name: name such as n2_16_25.
+        radius: radius of V_S, m.
         voxel: side of the voxels, which count by their centres, m.
 
     Returns:
-        What is drawn: radius, voxel, shell_voxels, fov_voxels, covered_voxels, left_voxels,
+        The drawn numbers: radius, voxel, shell_voxels, fov_voxels, covered_voxels, left_voxels,
             shell_m3, fov_m3 and zeta_percent.
     """
     view = OctreeView.of(scene, setup_name, radius, voxel)
@@ -148,8 +147,8 @@ def four_panels(
         f" {scene.sensor.range_m:g} m"
     )
     drawings = (
-        (draw_discs, "(a)  V_S", "the discs that sweep it: bends grey, straight parts coloured"),
-        (draw_cones, "(b)  V_FOV", f"{optics}; those towards the eye in outline"),
+        (draw_discs, "(a)  V_S", "swept discs: bends grey, straight parts coloured"),
+        (draw_cones, "(b)  V_FOV", f"{optics}; outlines only towards the eye"),
         (draw_both, "(c)  Ω(V_S) and Ω(V_FOV), cut open", f"{counts}; pale: outside V_S"),
         (
             draw_left,
@@ -163,11 +162,11 @@ def four_panels(
         _title(canvas.ax, name, text)
     _fit(canvases, alike=False)
     share = (
-        f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels seen: ζ ="
+        f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels covered: ζ ="
         f" {found['zeta_percent']:.1f} %"
     )
     _head(figure, f"{setup_name}, shell V_S of {radius:g} m", share)
-    _key(figure, view, (UNSEEN_COLOUR, "left over (d)"))
+    _key(figure, view, (UNSEEN_COLOUR, "uncovered (d)"))
     write_png(file, figure)
     return found
 
@@ -175,10 +174,17 @@ def four_panels(
 def shells(
     file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], voxel: float
 ) -> list[dict[str, float]]:
-    """Draw the voxels of V_S and V_FOV, cut open, for shells of several radii in m, all to one
-    scale.
+    """Draw the voxels of V_S and V_FOV, cut open, for shells of several radii at one scale.
 
-    The other arguments and what each of the dictionaries holds: see ``four_panels``.
+    Args:
+        file: PNG to write; its folder exists.
+        scene: scene whose first pose is drawn.
+        setup_name: name such as n2_16_25.
+        radii: radii of V_S, m.
+        voxel: side of the voxels, m.
+
+    Returns:
+        The numbers of each shell; see ``four_panels``.
     """
     views = [OctreeView.of(scene, setup_name, radius, voxel) for radius in radii]
     found = [view.numbers() for view in views]
@@ -190,7 +196,7 @@ def shells(
     for letter, canvas, view, shown in zip("abcdefgh", canvases, views, found, strict=False):
         draw_both(canvas, view)
         share = (
-            f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels seen: ζ ="
+            f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels covered: ζ ="
             f" {shown['zeta_percent']:.1f} %"
         )
         _title(canvas.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
@@ -200,14 +206,14 @@ def shells(
         f"{setup_name}, shells V_S of several radii",
         f"voxels of {100 * voxel:g} cm, cut open",
     )
-    _key(figure, views[0], (paler(GREY, 0.55), "paler: seen, outside V_S"))
+    _key(figure, views[0], (paler(GREY, 0.55), "paler: covered, outside V_S"))
     write_png(file, figure)
     return found
 
 
 def _anywhere(cones: Cones, voxel: float, rule: Rule) -> tuple[float, float]:
-    """Mean and standard deviation, m^3, of the volume by count over drawn places of the cones on
-    the lattice.
+    """Return mean and standard deviation of the counted volume over random positions on the
+    lattice, m^3.
     """
     moved = np.random.default_rng(0).uniform(0, voxel, (PLACES, 1, 3)) + cones.apex
     counts = [
@@ -218,12 +224,11 @@ def _anywhere(cones: Cones, voxel: float, rule: Rule) -> tuple[float, float]:
 
 
 def one_cone(file: Path) -> list[dict[str, float | str]]:
-    """Draw the paper's cone, the discs it is cut into, and its voxels of several sizes under the
-    rules centre and touch.
+    """Draw the paper's cone, its discs, and its voxels of several sizes under centre and touch.
 
     Returns:
         For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and
-            over drawn places of the cone on the lattice mean_m3 and deviation_m3.
+            over random positions on the lattice mean_m3 and deviation_m3.
     """
     axis, apex = np.array([0.0, 0.0, 1.0]), np.full(3, _OFF)
     half, height, truth = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m, PAPER_SENSOR.volume
@@ -283,7 +288,7 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
     for canvas in canvases:
         canvas.draw()
     _fit(canvases, alike=True)
-    places = f"{PLACES} places: mean ± deviation over drawn places on the lattice, m³"
+    places = f"{PLACES} places: mean ± standard deviation over random positions on the lattice, m³"
     rules = "; ".join(f"{rule}: a voxel counts when {when}" for rule, (_, when) in _RULES.items())
     _head(
         figure,

@@ -1,6 +1,4 @@
-"""A setup and a shell around a robot, drawn four ways: discs, cones, the voxels of both, and the
-voxels left over.
-"""
+"""Four drawings of a setup and a shell: discs, cones, the voxels of both, uncovered voxels."""
 
 from dataclasses import dataclass
 from itertools import cycle
@@ -29,13 +27,13 @@ if TYPE_CHECKING:
 EYE = (-62.0, 20.0)  # azimuth and elevation, degrees
 SHELL_COLOUR, BEND_COLOUR = "#c9bbe6", "#7f878f"
 _STRAIGHT = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
-_TOWARDS = 0.2  # cosine of the angle to the eye, above which a cone would hide the robot
-_SECTION = 1.25  # light of the faces of a cut, beside that of the rest
+_TOWARDS = 0.2  # cosine of the angle to the eye above which a cone would hide the robot
+_SECTION = 1.25  # light on the faces of a cut, relative to the rest
 
 
 @dataclass(frozen=True)
 class OctreeView:
-    """A setup in a scene's first pose and a shell V_S around it: solids, and the voxels of each."""
+    """A setup in a scene's first pose and a shell V_S: solids, and the voxels of each."""
 
     scene: Scene
     setup: Setup
@@ -47,8 +45,14 @@ class OctreeView:
 
     @staticmethod
     def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
-        """Of the paper's setup of that name, a shell of ``radius`` m and voxels of side ``voxel`` m
-        that count by their centres."""
+        """Build the view of one of the paper's setups.
+
+        Args:
+            scene: scene whose first pose is drawn.
+            setup_name: name of the setup.
+            radius: radius of the shell, m.
+            voxel: side of the voxels, which count by their centres, m.
+        """
         q, setup = scene.poses[0].q, named_setup(setup_name, scene.sensor, scene.ring_radius)
         target = Target("V_S", radius)
         shell, cones = scene.solid(target, 0), sensor_cones(scene.robot, setup, q)
@@ -68,16 +72,16 @@ class OctreeView:
 
     @property
     def colours(self) -> dict[str, str]:
-        """Of each link."""
+        """Colour of each link."""
         return dict(zip(self.scene.robot.links, cycle(LINK_COLOURS), strict=False))
 
     @property
     def links(self) -> list[str]:
-        """The link of each cone (K,)."""
+        """Link of each cone (K,)."""
         return [ring.link for ring in self.setup.rings for _ in range(ring.count)]
 
     def numbers(self) -> dict[str, float]:
-        """What the pictures show."""
+        """Numbers in the pictures."""
         covered = self.wanted & self.seen
         return {
             "radius": self.target.radius or 0.0,
@@ -93,7 +97,7 @@ class OctreeView:
         }
 
     def colour_at(self, points: Any) -> Any:
-        """Colours (N, 3) of the links whose cones hold the points (N, 3) m the deepest."""
+        """Return colours (N, 3) of the links whose cones contain points (N, 3) m most deeply."""
         c, links = self.cones, np.array(self.links)
         parts = {name: np.flatnonzero(links == name) for name in dict.fromkeys(self.links)}
         depth = [
@@ -104,7 +108,7 @@ class OctreeView:
 
 
 def canvas_of(ax: "Axes", view: OctreeView) -> Canvas:
-    """A canvas for the drawings below, seen from infinity."""
+    """Return a canvas for the drawings below, with an eye at infinity."""
     ax.set_aspect("equal")
     ax.axis("off")
     return Canvas(ax, view.shell.bounds(), *EYE)
@@ -115,8 +119,8 @@ def _add_robot(canvas: Canvas, view: OctreeView) -> None:
 
 
 def draw_discs(canvas: Canvas, view: OctreeView) -> None:
-    """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is
-    straight.
+    """Draw the discs that sweep V_S: grey at bends of the pose curve, coloured on straight
+    parts.
     """
     radius, shape, shades = view.target.radius or 0.0, view.scene.shape, cycle(_STRAIGHT)
     for piece in robot_curve(view.scene.robot, view.scene.poses[0].q, shape).pieces:
@@ -134,8 +138,8 @@ def draw_discs(canvas: Canvas, view: OctreeView) -> None:
 
 
 def draw_cones(canvas: Canvas, view: OctreeView) -> None:
-    """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that
-    the robot is seen.
+    """Draw the cones of V_FOV in the colours of their links; outlines only for cones towards
+    the eye.
     """
     from matplotlib.collections import PolyCollection
 
@@ -161,12 +165,12 @@ def draw_cones(canvas: Canvas, view: OctreeView) -> None:
 
 
 def _section(canvas: Canvas, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
-    """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the
-    robot's own V_R.
+    """Draw a set of voxels cut open upright along the arm, without the near half and the
+    robot's V_R.
     """
     axis = int(np.argmax(np.abs(canvas.rotation[2, :2])))
     line = body(view.scene.robot, view.frames)[:, axis]
-    at = round((line.min() + line.max()) / 2 / kept.voxel)  # a plane of the lattice
+    at = round((line.min() + line.max()) / 2 / kept.voxel)  # a lattice plane
     side = np.sign(canvas.rotation[2, axis])
     rest = cut_open(kept, axis, at * kept.voxel, side)
     s = skin(rest, canvas.rotation[2])
@@ -176,13 +180,14 @@ def _section(canvas: Canvas, view: OctreeView, kept: VoxelSet, solid: Solid, col
     light = (0.5 + 0.5 * openness(s, rest)) * np.where(cut, _SECTION, 1.0)
     add_skin(canvas, s, colour(s), normal, 0.6, light)
     canvas.draw()
-    _add_robot(canvas, view)  # over the voxels, of which those in its own volume are away
+    _add_robot(canvas, view)  # over the voxels; those in its own volume are removed
     canvas.draw(zorder=3)
 
 
 def draw_both(canvas: Canvas, view: OctreeView) -> None:
-    """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where
-    it is not in V_S.
+    """Draw the voxels of V_S and V_FOV, cut open.
+
+    Covered voxels have the colours of the links, paler outside V_S.
     """
     both = Union(view.cones, view.shell.a)
     body_voxels = voxels(view.shell.b, view.seen.voxel)
@@ -202,7 +207,7 @@ def draw_both(canvas: Canvas, view: OctreeView) -> None:
 
 
 def draw_left(canvas: Canvas, view: OctreeView) -> None:
-    """Omega(V_S) less Omega(V_FOV), cut open."""
+    """Draw the uncovered voxels of V_S, cut open."""
     left = Difference(view.shell, view.cones)
     _section(
         canvas,

@@ -1,4 +1,4 @@
-"""What the paper leaves open, and how far each choice moves the coverage."""
+"""Choices that the paper does not state, and their effect on coverage."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -25,21 +25,29 @@ POSES_DEG = {
 
 @dataclass(frozen=True)
 class Variant:
-    """One choice made otherwise: keys of the scene, changes of the rings, and a factor on the side
-    of the voxels.
-    """
+    """One choice made differently."""
 
     name: str
+    """Name of the variant."""
     keys: dict[str, Any] = field(default_factory=dict)
+    """Changed keys of the scene."""
     rings: dict[str, float] = field(default_factory=dict)
+    """Changed arguments of ``rings``."""
     voxels: float = 1.0
+    """Factor on the side of the voxels."""
 
 
 def rings(
     name: str, radius: float = RING_RADIUS, phase_deg: float = 0.0, inset: float = 0.0
 ) -> Rings:
-    """The paper's setup with other rings: their radius m, their phase, and how far the ends' rings
-    stand inside, as a share of the link."""
+    """Return the paper's setup with other rings.
+
+    Args:
+        name: name of the setup.
+        radius: radius of the rings, m.
+        phase_deg: phase of the rings, degrees.
+        inset: distance of the end rings from the ends of the link, as a share of the link.
+    """
     setup = named_setup(name, radius=radius)
     moved = [
         replace(
@@ -56,7 +64,7 @@ def rings(
 
 
 def variants() -> list[Variant]:
-    """Each choice varied on its own, the chosen one first."""
+    """Return each choice varied on its own, after the chosen values."""
     return [
         Variant(AS_CHOSEN),
         Variant("chain: ur10_dh", {"robot": "ur10_dh"}),
@@ -74,7 +82,7 @@ def variants() -> list[Variant]:
 
 
 def openness() -> list[Question]:
-    """The sensitivity study: zeta of some setups under every variant."""
+    """Return the sensitivity study: ζ of some setups under every variant."""
     found = []
     for variant in variants():
         where = scene(variant.keys.get("robot", "ur10")) | variant.keys

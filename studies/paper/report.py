@@ -1,6 +1,4 @@
-"""The page of the reproduced paper: statements and verdicts, tables, figures, and what was
-chosen.
-"""
+"""Page of the reproduced paper: statements and verdicts, tables, figures, and open choices."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -26,7 +24,7 @@ from .statements import Statement, coverage
 from .study import Findings
 
 _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
-SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # of the octree pictures, m
+SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # m, in the octree pictures
 
 CHOICES = (
     (
@@ -36,7 +34,10 @@ CHOICES = (
             " (`ur10_dh`)"
         ),
     ),
-    ("pose", "that of the highest TCP speed in the task below; the paper's is not given"),
+    (
+        "pose",
+        "the pose of the highest TCP speed in the task below; the paper does not state its pose",
+    ),
     (
         "task",
         (
@@ -46,12 +47,12 @@ CHOICES = (
         ),
     ),
     ("rings", "radius 8 cm, phase 0, at 0, 0.5 and 1 of the link; the tool's at the flange"),
-    ("pose curve", "bends blended over half of the segments beside them, 20 points a bend"),
+    ("pose curve", "bends blended over half of the adjacent segments, 20 points per bend"),
     (
         "voxel",
         (
-            "1 cm counted at the centre (unbiased); 10 cm counted when touched at any quarter of a"
-            " side, faces included"
+            "1 cm by rule `centre` (unbiased); 10 cm by rule `touch`, probed at every quarter of"
+            " a side including the faces"
         ),
     ),
 )
@@ -86,7 +87,7 @@ def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
 
 
 def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Draw the octree pictures; the counts of one cone, and those of setups in shells."""
+    """Draw the octree pictures; return the counts of one cone, and those of setups in shells."""
     where = scene_from(paper.scene("ur10"))
     found = [
         {"setup": name, "radius": SHOWN_RADIUS}
@@ -102,7 +103,7 @@ def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
 
 
 def _distances(f: Findings, folder: Path) -> None:
-    """Draw the minimum distance and the unseen approaches."""
+    """Draw the figures of the minimum distance and of the undetected approaches."""
     distance_figures.errors(f.distances, folder / "distance.png")
     distance_figures.zones(f.distances, folder / "zones.png")
     distance_figures.monitoring(f.distances, folder / "monitoring.png")
@@ -124,27 +125,18 @@ def _page(
 ) -> Iterator[str]:
     yield "# The paper, reproduced\n"
     yield (
-        f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it."
-        " The paper is Kumar"
+        f"`{command}` creates this page and its figures; the numbers are in the CSV files in this"
+        " folder. The paper is Kumar and Sahin, *Sensing Volume Coverage of Robot Workspace using"
+        " On-Robot Time-of-Flight Sensor Arrays* (IEEE SMC 2019). The pose is that of the highest"
+        " TCP speed in the paper's task, not the pose of the README, so figures differ slightly.\n"
     )
+    yield "## The paper's statements and our measurements\n"
     yield (
-        "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight"
-        " Sensor Arrays*"
+        "Every statement on coverage is tested in four ways: on both UR10 chains, each counted"
+        " without bias and by rule `touch` with voxels of 10 cm. ✗ marks a test that fails. The"
+        " verdict is *agrees* if all four tests pass, *differs* if none passes, and *cannot be"
+        " decided* otherwise.\n"
     )
-    yield (
-        "(IEEE SMC 2019). The pose is that of the highest TCP speed in its task, not README's:"
-        " figures differ a little.\n"
-    )
-    yield "## What it says, and what is found here\n"
-    yield (
-        "Every statement on coverage is put to four readings: both UR10 chains, counted without"
-        " bias and by touched voxels"
-    )
-    yield (
-        "of 10 cm; ✗ marks a reading in which it does not hold. It agrees when it holds in all"
-        " four, differs when"
-    )
-    yield "in none.\n"
     whys = [
         "As above." if s.why in [o.why for o in statements[:i]] else s.why
         for i, s in enumerate(statements)
@@ -153,63 +145,61 @@ def _page(
         [s.said, f"**{s.verdict.value}**", s.found, why]
         for s, why in zip(statements, whys, strict=True)
     )
-    yield table(("published", "verdict", "here", "why"), rows)
+    yield table(("published", "verdict", "measured here", "reason"), rows)
     yield "## One cone, and octrees\n"
-    yield "![one cone in voxels](cone.png)\n"
-    yield "The count at one place, and its mean over 100 places on the lattice, in m³:\n"
-    heads = ("rule", "voxel, m", "voxels", "volume", "mean", "deviation")
+    yield "![One cone in voxels](cone.png)\n"
+    yield (
+        "The volume of one cone by counting voxels, in m³. Mean and standard deviation are over"
+        " 100 random positions on the lattice.\n"
+    )
+    heads = ("rule", "voxel, m", "voxels", "volume", "mean", "standard deviation")
     keys = ("rule", "voxel", "voxels", "volume_m3", "mean_m3", "deviation_m3")
     yield table(heads, ([_short(row[key]) for key in keys] for row in cones))
     for name in SHOWN:
-        yield f"![V_S, V_FOV, their octrees and what is left over, for {name}](octree_{name}.png)\n"
-    yield "![the shell at three radii](octree_shells.png)\n"
+        yield f"![V_S, V_FOV, their octrees and what is uncovered: {name}](octree_{name}.png)\n"
+    yield "![The shell at three radii](octree_shells.png)\n"
     yield "## Configurations\n"
-    yield "![coverage of every setup over all targets](configurations.png)\n"
+    yield "![Coverage of every setup over all targets](configurations.png)\n"
     yield from _configurations(f)
     yield "## The tilt of n2_16_θ\n"
-    yield "![coverage of all targets over the tilt](tilts.png)\n"
-    yield "![coverage of the shell over the tilt, for five radii](shells.png)\n"
+    yield "![Coverage of all targets against the tilt](tilts.png)\n"
+    yield "![Coverage of the shell against the tilt, for five radii](shells.png)\n"
     yield "## Along the task\n"
     yield (
-        "A swing of the base alone turns robot, beams and shell together, so that coverage changes"
-        " only while the other"
+        "Coverage does not change while only the base moves, because robot, beams and shell rotate"
+        " together. It changes while other joints move: down to a product, up again, and over to"
+        " the other row.\n"
     )
-    yield "joints move: down to a product, up again, and over to the other row.\n"
-    yield "![coverage along one cycle of the task](task.png)\n"
+    yield "![Coverage along one cycle of the task](task.png)\n"
     yield from _monitored(f)
-    yield "## What the paper leaves open\n"
-    yield table(("open", "chosen here"), CHOICES)
-    yield "Varied one at a time, on `ur10`, from what was chosen; unbiased counts:\n"
-    yield "![change of coverage by each choice](open.png)\n"
+    yield "## What the paper does not state\n"
+    yield table(("not stated", "chosen here"), CHOICES)
+    yield "Each choice was varied on its own, on `ur10`; unbiased counts:\n"
+    yield "![Change of coverage by each choice](open.png)\n"
     yield from _open(f.open)
 
 
 def _monitored(f: Findings) -> Iterator[str]:
-    """The minimum distance in words and tables."""
+    """Yield the section on the minimum distance."""
     yield "## Minimum distance\n"
-    yield f"A human of jointed capsules walks and reaches on {paper_distance.PATHS} seeded paths of"
     yield (
-        f"{paper_distance.DURATION:g} s while the robot does its task. Every sensor reads the"
-        " nearest point of the human"
+        "A human of articulated capsules walks and reaches on"
+        f" {paper_distance.PATHS} random paths of {paper_distance.DURATION:g} s while the robot"
+        " does its task. Every sensor measures the nearest point of the human in its beam. The"
+        " system assumes that the point lies on the beam's axis at this distance, and that the"
+        " human is at the sensors' range if no sensor measures anything. Errors count while the"
+        " human is within that range. An engineering aid: none of these numbers is a safety"
+        " rating.\n"
     )
-    yield (
-        "in its beam; the system takes the point at that distance on the beam's axis, and believes"
-        " the sensors' range"
-    )
-    yield (
-        "where none reads anything. Errors count while the human is within that range. An"
-        " engineering aid: none of these"
-    )
-    yield "numbers is a safety rating.\n"
-    yield "![error of the minimum distance, setup by setup](distance.png)\n"
+    yield "![Error of the minimum distance of each setup](distance.png)\n"
     heads = (
         "setup",
         "RMSE, m",
         "largest error, m",
-        "speed to base, m/s",
-        "speed to TCP, m/s",
-        "unseen, %",
-        "nearest unseen, m",
+        "closing speed to base, RMSE, m/s",
+        "closing speed to TCP, RMSE, m/s",
+        "undetected, % of time",
+        "nearest undetected, m",
     )
     keys = (
         "rmse_m",
@@ -228,21 +218,20 @@ def _monitored(f: Findings) -> Iterator[str]:
         ]
 
     setups = dict.fromkeys(setup for setup, _, _ in f.distances)
-    yield "Human, the robot hiding what is behind it; means over paths with 95 % intervals:\n"
+    yield "Human, with self-occlusion; means over paths with 95 % intervals:\n"
     yield table(heads, ([_name(setup), *line(setup)] for setup in setups))
-    yield "![true and believed distance over time](timeline.png)\n"
-    yield "![error by zone, for a human, a rod, a ball and a parcel](zones.png)\n"
+    yield "![True and estimated distance over time](timeline.png)\n"
+    yield "![Error by zone, for a human, a rod, a ball and a parcel](zones.png)\n"
     yield (
-        "The rod, the ball and the parcel ride along the robot at distances of 3 cm to 1.25 m, near"
-        " the base too, which no"
+        "The rod, the ball and the parcel move along the robot at distances of 3 cm to 1.25 m. They"
+        " also come near the base, which no ring covers; hence their large errors.\n"
     )
-    yield "ring looks at: hence their large errors.\n"
-    yield "![closing speeds, and how long and how near a human goes unseen](monitoring.png)\n"
+    yield "![Closing speeds, and duration and distance of undetected humans](monitoring.png)\n"
     yield (
-        "How near a ball comes to the moving arm on a way that no beam meets, at the pose of"
-        " highest TCP speed:\n"
+        "Final distance between a ball and the moving arm on a path that no beam meets, at the pose"
+        " of the highest TCP speed:\n"
     )
-    names = ["setup", *(f"ball of {200 * r:g} cm ends, cm off" for r in paper_distance.BALLS)]
+    names = ["setup", *(f"ball of {200 * r:g} cm, distance in cm" for r in paper_distance.BALLS)]
     yield table(
         names,
         (
@@ -250,7 +239,7 @@ def _monitored(f: Findings) -> Iterator[str]:
             for name, found in f.approaches.items()
         ),
     )
-    yield "![the unseen approaches](approach.png)\n"
+    yield "![The undetected approaches](approach.png)\n"
 
 
 def _short(number: object) -> str:
@@ -258,7 +247,7 @@ def _short(number: object) -> str:
 
 
 def _configurations(f: Findings) -> Iterator[str]:
-    """Zeta of all setups as tables, one for each chain."""
+    """Yield ζ of all setups as tables, one for each chain."""
     names = [str(t) for t in TARGETS]
     for chain in CHAINS:
         setups = [*SETUPS, *(f.searched if chain == "ur10" else ())]
@@ -271,7 +260,8 @@ def _configurations(f: Findings) -> Iterator[str]:
             return f"{found[0]:.1f} ({found[1]:.1f})"
 
         yield (
-            f"Percent on `{chain}`: {COUNT_NAMES['centre']}, in brackets {COUNT_NAMES['touch']}.\n"
+            f"ζ in percent on `{chain}`: {COUNT_NAMES['centre']}, in brackets"
+            f" {COUNT_NAMES['touch']}.\n"
         )
         yield table(("setup", *names), ([_name(s), *(cell(s, t) for t in names)] for s in setups))
 
@@ -282,7 +272,7 @@ def _name(setup: str) -> str:
 
 
 def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
-    """The spread of zeta over all open choices."""
+    """Yield the range of ζ over all open choices."""
     names = [str(t) for t in OPEN_TARGETS]
 
     def cell(setup: str, target: str, rule: str) -> str:
@@ -293,8 +283,8 @@ def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
 
     heads = [f"{t}, {rule}" for rule, _ in COUNTS for t in names]
     yield (
-        "As chosen, and the least and the greatest over all variants (voxels of half and twice the"
-        " side among them):\n"
+        "ζ in percent as chosen, then its minimum and maximum over all variants, which include"
+        " voxels of half and twice the side:\n"
     )
     yield table(
         ("setup", *heads),

@@ -1,9 +1,9 @@
-"""What the paper says, beside what is measured here, and whether the two agree.
+"""The paper's statements, the measurements here, and whether the two agree.
 
-The paper leaves open which frames, pose and voxels it used. So every statement is put to four
-readings: both UR10 chains, each counted without bias (`centre`, 1 cm) and by touched voxels of 10
-cm. It *agrees* when it holds in all of them, *differs* when in none; where only some make it true,
-the paper's words cannot decide it, and the reason says which do.
+The paper does not state its frames, pose and voxels. Every statement is therefore tested in four
+ways: on both UR10 chains, each counted without bias (`centre`, 1 cm) and by touched voxels of 10
+cm. It *agrees* if all tests pass and *differs* if none passes. Otherwise it *cannot be decided*,
+and the reason names the tests that pass.
 """
 
 import math
@@ -21,7 +21,7 @@ from .figures import value
 
 
 class Verdict(Enum):
-    """The verdict's text is what a reader sees."""
+    """Verdict on a statement; its value is the text on the page."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
@@ -30,18 +30,22 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Statement:
-    """What was published, what is found here, the verdict and its reason."""
+    """A statement of the paper with its verdict."""
 
     said: str
+    """The published statement."""
     found: str
+    """The measurements here."""
     verdict: Verdict
+    """Whether they agree."""
     why: str
+    """Reason of the verdict."""
 
 
 RULE_NAMES = {"centre": "unbiased", "touch": "touched"}
 OVER_ALL = 65.0  # percent, n3_16_55 for every target
 _NEAR_SAME = 5.0  # points: "similar", "equivalent"
-_TOGETHER = 0.7  # rank correlation from which on one thing is said to grow with another
+_TOGETHER = 0.7  # rank correlation of at least this counts as growth
 
 Reading = tuple[str, str]  # chain, rule
 
@@ -52,8 +56,13 @@ def judged(
     why: dict[Verdict, str],
     readings: Sequence[Reading] | None = None,
 ) -> Statement:
-    """Put a statement to all readings; ``test`` gives what is found in one, and whether that
-    agrees.
+    """Test a statement in all readings.
+
+    Args:
+        said: the published statement.
+        test: returns for a reading the measurement as text, and whether it agrees.
+        why: reasons by verdict.
+        readings: chains and rules to test; all four by default.
     """
     asked = readings or [(chain, rule) for rule, _ in COUNTS for chain in CHAINS]
     answers = {reading: test(reading) for reading in asked}
@@ -73,7 +82,7 @@ def judged(
 
 
 def _line(rows: Sequence[CoverageRow], reading: Reading, target: Target) -> np.ndarray:
-    """Zeta of n2_16_theta over theta."""
+    """Return ζ of n2_16_theta for each theta."""
     chain, rule = reading
     return np.array(
         [value(rows, chain=chain, rule=rule, target=str(target), at=theta) for theta in THETAS]
@@ -81,15 +90,16 @@ def _line(rows: Sequence[CoverageRow], reading: Reading, target: Target) -> np.n
 
 
 _INFLATED = (
-    "Only touched voxels of about 10 cm give such a number: they count a voxel as covered as soon"
-    " as a beam touches it, which inflates ζ by about ten points. The unbiased coverage is lower."
+    "Only rule `touch` with voxels of about 10 cm gives such a number. It counts a voxel as"
+    " covered as soon as a beam touches it, which inflates ζ by about ten points. The unbiased"
+    " coverage is lower."
 )
 
 
 def coverage(
     configurations: Sequence[CoverageRow], tilts: Sequence[CoverageRow]
 ) -> Iterator[Statement]:
-    """The statements on coverage."""
+    """Yield the statements on coverage."""
 
     def zeta(setup: str, target: Target, reading: Reading) -> float:
         return value(
@@ -114,19 +124,19 @@ def coverage(
     def over_all(reading: Reading) -> tuple[str, bool]:
         least = min(TARGETS, key=lambda t: zeta("n3_16_55", t, reading))
         found = zeta("n3_16_55", least, reading)
-        return f"least {found:.1f} ({least})", found > OVER_ALL
+        return f"minimum {found:.1f} ({least})", found > OVER_ALL
 
     def grows(reading: Reading) -> tuple[str, bool]:
         chain = ["n1_8_0", "n1_16_0", "n2_16_25", "n3_16_55"]
         steps = [np.diff([zeta(s, t, reading) for s in chain]).min() for t in TARGETS]
-        return f"least step {min(steps):+.1f}", min(steps) > 0
+        return f"smallest step {min(steps):+.1f}", min(steps) > 0
 
     def every_two(reading: Reading) -> tuple[str, bool]:
         names = ("n2_16_10", "n2_16_25", "n2_16_55")
         gain = min(
             zeta(s, t, reading) - zeta("n1_16_0", t, reading) for s in names for t in TARGETS
         )
-        return f"least gain over n1_16_0 {gain:+.1f}", gain > 0
+        return f"smallest gain over n1_16_0 {gain:+.1f}", gain > 0
 
     def alike(reading: Reading) -> tuple[str, bool]:
         off = [zeta("n2_16_10", t, reading) - zeta("n1_16_0", t, reading) for t in TARGETS]
@@ -145,7 +155,7 @@ def coverage(
             float(line[THETAS.index(10)] - max(line[0], line[THETAS.index(25)])) for line in lines
         ]
         return (
-            f"10° against the better of 0° and 25°: {min(deep):+.1f} to {max(deep):+.1f}",
+            f"10° minus the better of 0° and 25°: {min(deep):+.1f} to {max(deep):+.1f}",
             max(deep) < 0,
         )
 
@@ -180,11 +190,12 @@ def coverage(
     exact = math.pi / 3 * PAPER_SENSOR.range_m**3 * math.tan(half) ** 2
     yield Statement(
         "One sensor's cone holds 0.173 m³, by octree 0.17 m³.",
-        f"{exact:.4f} m³ by the closed form; counts in the table of one cone below",
+        f"{exact:.4f} m³ by the closed form; voxel counts in the table below",
         Verdict.AGREES if abs(exact - 0.173) < 1e-3 else Verdict.DIFFERS,
-        "The closed form is π/3 h³ tan²(12.5°), and the unbiased count agrees at every voxel up to"
-        " 10 cm. Touched voxels of 10 cm would give twice as much: this one figure speaks against"
-        " them, unless it was counted in smaller voxels than the coverage; the paper does not say.",
+        "The closed form is π/3 h³ tan²(12.5°), and the unbiased count agrees for every voxel up"
+        " to 10 cm. Rule `touch` with voxels of 10 cm would give twice as much. This figure"
+        " contradicts that rule, unless the paper used smaller voxels for it than for coverage;"
+        " the paper does not say.",
     )
     yield judged(
         f"n3_16_55 covers {PUBLISHED[str(NEAR)]:.2f} % of V_S(0.5).",
@@ -225,9 +236,10 @@ def coverage(
         alike,
         {
             Verdict.DIFFERS: (
-                "The cones of its two rings overlap in part only, and it has 80 sensors against 48."
+                "The cones of its two rings overlap only partly, and it has 80 sensors"
+                " instead of 48."
             ),
-            Verdict.UNDECIDED: f"Within {_NEAR_SAME:g} points only where not marked.",
+            Verdict.UNDECIDED: f"Within {_NEAR_SAME:g} points except where marked.",
         },
     )
     yield judged(
@@ -235,7 +247,7 @@ def coverage(
         dip,
         {
             Verdict.AGREES: "For every target.",
-            Verdict.UNDECIDED: "For every target only where not marked: near, the dip is flat.",
+            Verdict.UNDECIDED: "For every target except where marked: the dip of V_S(0.5) is flat.",
         },
     )
     yield judged(
@@ -243,11 +255,12 @@ def coverage(
         lowest,
         {
             Verdict.DIFFERS: (
-                "There is a dip between 0° and 25° in every line, nearest to 15°; but V_S(1.5)"
-                " falls below it at the steepest tilts, where beams look along the arm."
+                "Every curve has a dip between 0° and 25°, closest to 15°. But V_S(1.5) falls"
+                " below it at the steepest tilts, where beams point along the arm."
             ),
             Verdict.UNDECIDED: (
-                "There is a dip between 0° and 25°; whether it is the lowest depends on the target."
+                "There is a dip between 0° and 25°; whether it is the minimum depends on the"
+                " target."
             ),
         },
     )
@@ -255,11 +268,9 @@ def coverage(
         "The far zone is covered best at 0° and 25°.",
         far_best,
         {
-            Verdict.AGREES: (
-                "V_S(1.5) has its highest value at 0° and a second peak within 5° of 25°."
-            ),
+            Verdict.AGREES: ("V_S(1.5) has its maximum at 0° and a second peak within 5° of 25°."),
             Verdict.UNDECIDED: (
-                "V_S(1.5) is highest at 0° or nearly so; its second peak is broad, and lies at 30°"
+                "V_S(1.5) has its maximum at or near 0°. Its second peak is broad and lies at 30°"
                 " to 35°."
             ),
             Verdict.DIFFERS: "The second peak of V_S(1.5) lies elsewhere.",
@@ -269,10 +280,10 @@ def coverage(
         "Near coverage grows with θ.",
         near_grows,
         {
-            Verdict.AGREES: "It falls a little from 0° to the dip, then grows.",
+            Verdict.AGREES: "It falls slightly from 0° to the dip, then grows.",
             Verdict.UNDECIDED: (
-                "It falls a little from 0° to the dip, then grows; by touched voxels it turns at"
-                " 55°."
+                "It falls slightly from 0° to the dip, then grows; by rule `touch` it falls again"
+                " from 55°."
             ),
         },
     )
@@ -281,9 +292,9 @@ def coverage(
         near_best,
         {
             Verdict.DIFFERS: (
-                "For the far region see above. For the near region the paper's own trend says"
-                " otherwise, and so do all readings: near coverage is best at the steepest tilts,"
-                " and 25° is far below."
+                "For the far region see above. For the near region the paper's own trend"
+                " contradicts this, and so do all tests: near coverage is best at the steepest"
+                " tilts, and 25° is far below."
             ),
         },
     )
@@ -291,5 +302,5 @@ def coverage(
         "A beam projected on a white board is round, so a cone models it.",
         "not measured",
         Verdict.UNDECIDED,
-        "A physical test of one sensor; the toolkit takes the cone as given.",
+        "This is a physical test of one sensor; the toolkit assumes the cone.",
     )

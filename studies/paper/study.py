@@ -1,4 +1,4 @@
-"""The paper measured anew: searches, coverage, distances."""
+"""Reproduction of the paper: searches, coverage, distances."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,19 +18,31 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class Findings:
-    """What was measured: searched setups by name, and the rows of each table."""
+    """Measurements of the study."""
 
     searched: dict[str, Rings]
+    """Searched setups by name."""
     configurations: list[CoverageRow]
+    """Rows of the bar chart."""
     tilts: list[CoverageRow]
+    """Rows of the sweeps of the tilt."""
     cycle: list[CoverageRow]
+    """Rows along the task."""
     open: list[CoverageRow]
+    """Rows of the open choices."""
     distances: Results
+    """Tables of the minimum distance."""
     approaches: dict[str, Any]
+    """Undetected approaches by setup."""
 
 
 def measure(run: Measure, seed: int = 0) -> Findings:
-    """Everything, where ``run`` measures cells under a heading; ``seed``: of searches and paths."""
+    """Measure everything.
+
+    Args:
+        run: measures cells under a heading.
+        seed: random seed of the searches and the paths.
+    """
     asked = paper.searches(seed)
     searched = dict(zip(asked, run("searching setups", list(asked.values())), strict=True))
 
@@ -43,7 +55,7 @@ def measure(run: Measure, seed: int = 0) -> Findings:
         rows("configurations", paper.configurations(searched)),
         rows("sweeps of the tilt", paper.tilts()),
         rows("along the task", paper.cycle(searched)),
-        rows("what the paper leaves open", paper_open.openness()),
+        rows("choices that the paper does not state", paper_open.openness()),
         paper_distance.gathered(cells, run("minimum distance", list(cells.values()))),
-        dict(zip(ways, run("unseen approaches", list(ways.values())), strict=True)),
+        dict(zip(ways, run("undetected approaches", list(ways.values())), strict=True)),
     )

@@ -1,4 +1,4 @@
-"""The tasks of the reproduced paper: distances and approaches that stay unseen."""
+"""Tasks of the reproduced paper: minimum distances and undetected approaches."""
 
 from functools import cache
 from typing import Any
@@ -16,7 +16,7 @@ from ..engine.tasks import register
 
 @cache
 def _task(robot: str, rate: float, duration: float) -> TaskMotion:
-    """The paper's task, again and again for so many seconds."""
+    """Return the paper's task, repeated for ``duration`` seconds."""
     once = pick_and_place(ROBOTS[robot]).every(rate)
     time_s, q = repeated(once.time_s, once.q, duration)
     return TaskMotion(time_s, q, np.zeros(len(q), bool))
@@ -26,8 +26,9 @@ def _task(robot: str, rate: float, duration: float) -> TaskMotion:
 def minimum_distance(
     robot: str, setup: str | Rings, thing: str, seed: int, mode: str, rate: float, duration: float
 ) -> dict[str, float | None]:
-    """What rings make of the distance of a human or a thing while the robot does the paper's task:
-    ``distance.cell``.
+    """Simulate how rings measure the distance of a human or an object during the paper's task.
+
+    See ``distance.cell``.
     """
     motion = _task(robot, rate, duration)
     where = scene_from({"robot": robot})
@@ -40,8 +41,9 @@ def minimum_distance(
 def unseen_approach(
     robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]
 ) -> list[dict[str, Any]]:
-    """The ways of balls that come nearest to the robot's moving parts without being seen: see
-    ``approach``.
+    """Return paths on which balls come closest to the robot's moving parts without being detected.
+
+    See ``approach``.
     """
     where = scene_from({"robot": robot})
     found = unseen_approaches(

@@ -1,1 +1,1 @@
-"""Fronts of two targets."""
+"""Pareto fronts of two targets."""

@@ -1,4 +1,4 @@
-"""What a study of fronts shows: a plot, a table, and each point as a proposal."""
+"""Page of a study of Pareto fronts: a plot, tables, and each point as a proposal."""
 
 import re
 from collections.abc import Collection, Iterator, Sequence
@@ -17,7 +17,7 @@ _POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")
 
 
 def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
-    """The fronts by number of sensors, and the paper's setups."""
+    """Plot the fronts by number of sensors, and the paper's layouts."""
     figure = sheet(10, 7.5)
     ax = figure.subplots()
     searched = front([p for p in points if not is_papers(p)])
@@ -47,7 +47,7 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
             fontsize=9,
             color=INK,
         )
-    ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's setups (sensors)")
+    ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's layouts (sensors)")
     plain(ax, "", f"coverage of {names[1]}, percent", f"coverage of {names[0]}, percent")
     ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
     save(figure, file)
@@ -77,14 +77,15 @@ def write(
     files = {
         _POINTS: csv_text(lines),
         "README.md": text,
-        "report.html": html(text, folder, "Fronts of two targets"),
+        "report.html": html(text, folder, "Pareto fronts of two targets"),
     }
     return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
 
 
 def leftovers(folder: Path, files: Collection[str]) -> list[Path]:
-    """Proposals that the table of an older front in ``folder`` names and that are not among the new
-    ``files``.
+    """Return proposals of an earlier front in ``folder`` that are not among the new ``files``.
+
+    They are read from the table of the earlier front.
     """
     older = folder / _POINTS
     named = set(_POINT.findall(older.read_text(errors="replace"))) if older.is_file() else set()
@@ -109,14 +110,12 @@ def _page(
 ) -> Iterator[str]:
     yield f"# {names[0]} against {names[1]}\n"
     yield (
-        f"`{command}`; every point is counted exactly (rule `centre`, voxels of 1 cm), and none of"
-        " a front is dominated by"
+        f"`{command}` searches the Pareto fronts of two targets, one front for each number of"
+        " sensors. Every point is counted exactly (rule `centre`, voxels of 1 cm), and no point of"
+        " a front is dominated by another with the same number of sensors. The numbers are in"
+        " `points.csv`; each point of a front is a proposal in this folder.\n"
     )
-    yield (
-        "another with as many sensors. The numbers are in `points.csv`; each point of a front is a"
-        " proposal beside it.\n"
-    )
-    yield f"![fronts of {names[0]} against {names[1]}](front.png)\n"
+    yield f"![Pareto fronts of {names[0]} against {names[1]}](front.png)\n"
     papers = [p for p in points if is_papers(p)]
     rows = []
     for p in papers:
@@ -127,23 +126,23 @@ def _page(
         rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
     if rows:
         yield (
-            "The paper's setups, and the point of a front with no more sensors that is better for"
-            " both by most:\n"
+            "The paper's layouts, and for each the point of a front with no more sensors that has"
+            " the largest minimum gain over both targets. ζ is in percent:\n"
         )
         yield table(
-            ("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)),
+            ("setup", "sensors", ", ".join(names), "dominated", "by, sensors", ", ".join(names)),
             rows,
         )
-    yield "Area under each front, as a share of the square:\n"
+    yield "Hypervolume of each front: the dominated area as a share of the unit square.\n"
     budgets = sorted({p.sensors for p in kept})
     areas = [hypervolume([(p.first, p.second) for p in kept if p.sensors == n]) for n in budgets]
     count = [sum(p.sensors == n for p in kept) for n in budgets]
     yield table(
-        ("sensors", "points", "area"),
+        ("sensors", "points", "hypervolume"),
         ([f"{n}", f"{c}", f"{a:.4f}"] for n, c, a in zip(budgets, count, areas, strict=True)),
     )
-    yield "All points of the fronts:\n"
-    heads = ("sensors", "found as", *names, "rings", "file")
+    yield "All points of the fronts, with ζ in percent:\n"
+    heads = ("sensors", "search", *names, "rings", "file")
     yield table(
         heads,
         (

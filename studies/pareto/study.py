@@ -1,9 +1,9 @@
-"""Fronts of two targets: setups with as many sensors of which none is better for both.
+"""Pareto fronts of two targets: for a number of sensors, setups of which none is better for both.
 
-The ends of a front are the best for the first target alone and for the second alone. Between them
-it is filled round by round, where it has its widest gaps: one target is made as high as possible
-while the other keeps a floor in the middle of the gap, from the gap's two sides on. So a front need
-not be convex, and its points are spread. Each search is a cell.
+The ends of a front are the best setups for each target alone. Rounds of searches fill the front
+where its gaps are widest: a search maximises one target while the other must stay above the middle
+of the gap, starting from both sides of the gap. A front therefore need not be convex, and its
+points are spread. Each search is a cell.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,9 +18,9 @@ from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
 from ..paper.coverage_cells import SETUPS
 
-POINTS = 24  # searches between the ends of the front that was asked for
-FEWER = 8  # of the other fronts
-ROUNDS = 8  # in which these are spent
+POINTS = 24  # searches between the ends of the requested front
+FEWER = 8  # searches between the ends of the other fronts
+ROUNDS = 8  # rounds over which these are spread
 VOXEL = 0.01  # m
 
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -28,20 +28,24 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class Point:
-    """A setup: sensors, name (of the paper's, or how it was found), its rings, zeta of both targets
-    in percent.
-    """
+    """A setup on or near a front."""
 
     sensors: int
+    """Number of sensors."""
     name: str
+    """Name of the paper's layout, or description of the search."""
     rings: Rings
+    """Rings as in a proposal."""
     first: float
+    """ζ of the first target in percent."""
     second: float
+    """ζ of the second target in percent."""
 
 
 def dominated(point: Point, others: Sequence[Point]) -> bool:
-    """Is another setup with no more sensors at least as good for both targets, and better for
-    one?
+    """Return whether a setup with no more sensors dominates a point.
+
+    It is at least as good for both targets, and better for one.
     """
     return any(
         o.sensors <= point.sensors
@@ -53,8 +57,9 @@ def dominated(point: Point, others: Sequence[Point]) -> bool:
 
 
 def front(points: Sequence[Point]) -> list[Point]:
-    """The points of each number of sensors that none of the same number dominates, by the first
-    target; twins once.
+    """Return the points that no point with the same number of sensors dominates.
+
+    They are ordered by number of sensors and by the first target, without duplicates.
     """
     kept: list[Point] = []
     for p in sorted(points, key=lambda p: (p.sensors, -p.first, -p.second)):
@@ -67,7 +72,9 @@ def front(points: Sequence[Point]) -> list[Point]:
 
 
 def hypervolume(points: Sequence[tuple[float, float]]) -> float:
-    """Area in [0, 1]^2 of what is dominated by points in percent, seen from the origin."""
+    """Return the area in [0, 1]^2 that points in percent dominate, with the origin as
+    reference.
+    """
     area, height = 0.0, 0.0
     for first, second in sorted(points, reverse=True):
         if second > height:
@@ -83,7 +90,7 @@ def _place(
     seed: int,
     known: Sequence[Rings] = (),
 ) -> Cell:
-    """A search with as many sensors; from what is known it needs less."""
+    """Return a search with ``sensors`` sensors; it is shorter if it starts from known setups."""
     arguments = {
         "scene": where | {"targets": goals},
         "sensors": sensors,
@@ -104,14 +111,14 @@ def measure(
     budgets: dict[int, int],
     seed: int,
 ) -> list[Point]:
-    """Everything that was searched, and the paper's setups, counted exactly.
+    """Return all searched setups and the paper's, counted exactly.
 
     Args:
         run: measures cells under a heading.
         where: keys of the scene that differ from the reference scene's.
-        targets: the first and the second.
-        budgets: how many searches to spend between the ends, by number of sensors.
-        seed: of all searches.
+        targets: the first and the second target.
+        budgets: number of searches between the ends, by number of sensors.
+        seed: random seed of all searches.
     """
     first, second = targets
     ends = {
@@ -144,16 +151,16 @@ def measure(
 
 @dataclass(frozen=True)
 class Gap:
-    """Two neighbours on a front, the better one for the first target first, and which target keeps
-    a floor between them.
-    """
+    """Two neighbours on a front."""
 
     sides: tuple[Point, Point]
+    """The better point for the first target, then the other."""
     floor: int
+    """Index of the target that gets a lower limit between them."""
 
     @property
     def width(self) -> float:
-        """In points of the target that keeps the floor."""
+        """Width in points of the target with the lower limit."""
         a, b = self.sides
         return a.first - b.first if self.floor == 0 else b.second - a.second
 
@@ -162,7 +169,7 @@ class Gap:
 
 
 def _widest(points: Sequence[Point], count: int, tried: set[Gap]) -> list[Gap]:
-    """The widest gaps of one front, each once, that were not tried."""
+    """Return the widest gaps of one front that were not tried yet."""
     kept = sorted(front(points), key=lambda p: -p.first)
     gaps = [Gap(sides, floor) for sides in pairwise(kept) for floor in (0, 1)]
     found: dict[tuple[float, float], Gap] = {}
@@ -172,7 +179,7 @@ def _widest(points: Sequence[Point], count: int, tried: set[Gap]) -> list[Gap]:
 
 
 def _between(gap: Gap, targets: tuple[Target, Target]) -> tuple[list[dict[str, Any]], str]:
-    """Goals of a search between a gap's sides, and its name."""
+    """Return the goals of a search between a gap's sides, and its name."""
     a, b = gap.sides
     floor = round((a.first + b.first) / 2 if gap.floor == 0 else (a.second + b.second) / 2, 2)
     goals = [
@@ -216,7 +223,7 @@ def _counted(
 
 
 def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Target]) -> list[Point]:
-    """The paper's setups at the same scene; none where its robot lacks one of their links."""
+    """Return the paper's setups in the same scene; empty if its robot lacks one of their links."""
     scene = scene_from(where)
     setups = []
     for name in (
@@ -231,12 +238,12 @@ def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Targe
 
 
 def is_papers(point: Point) -> bool:
-    """Is it one of the paper's setups?"""
+    """Return whether a point is one of the paper's setups."""
     return point.name in SETUPS
 
 
 def setup_of_point(point: Point, where: dict[str, object]) -> Any:
-    """The setup that a point stands for."""
+    """Return the setup of a point."""
     scene = scene_from(where)
     return setup_of(
         [RingModel.model_validate(ring) for ring in point.rings], scene.sensor, scene.ring_radius

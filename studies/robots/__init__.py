@@ -1,1 +1,1 @@
-"""What ignoring the robot's body costs, robot by robot."""
+"""Cost of ignoring the robot's body, for several robots."""

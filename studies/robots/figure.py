@@ -1,5 +1,4 @@
-"""The picture of the study of robots: each robot with the rings that were found for a real mount,
-and what each setup sees under each model of occlusion."""
+"""Figure of the study of robots: rings found for real mounts, and coverage under each model."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -19,7 +18,7 @@ from ...reporting.rendering.robot import add_robot
 from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where
 
-SHOWN = "shadow"  # the search whose rings are drawn
+SHOWN = "shadow"  # search whose rings are drawn
 LABELS = {
     "ignore": "searched under ignore",
     "ignore_mounted": "… on a real mount",
@@ -27,8 +26,8 @@ LABELS = {
     "blind": "searched under blind",
 }
 _HANDS = {
-    "n2_16_25": "n2_16_25, by hand",
-    "n2_16_55": "n2_16_55, by hand",
+    "n2_16_25": "n2_16_25, the paper's",
+    "n2_16_55": "n2_16_55, the paper's",
     "n3_16_55": "n3_16_55, 112 sensors",
 }
 _LOOKS = {
@@ -37,13 +36,13 @@ _LOOKS = {
     "blind": ("D", COLOURS[1], COLOURS[1]),
 }
 _EYE = (-68.0, 14.0)
-_WIDTH = 0.02  # m, of a ring
-_UNDER = 0.09  # m, from a robot to the ruler under it
+_WIDTH = 0.02  # m, width of a ring
+_UNDER = 0.09  # m, distance of the ruler below a robot
 _COLUMNS = 2
 
 
 def picture(rows: Sequence[RobotRow], file: Path) -> None:
-    """Draw the robots to one scale, and beside each what its setups see."""
+    """Draw the robots at one scale, and the coverage of their setups beside them."""
     names = list(dict.fromkeys(row.robot for row in rows))
     lines = -(-len(names) // _COLUMNS)
     figure = sheet(7.9 * _COLUMNS, 3.1 * lines + 0.9)
@@ -69,9 +68,11 @@ def picture(rows: Sequence[RobotRow], file: Path) -> None:
 
 
 def _keys() -> list[Line2D]:
-    """A model and a link by turns, which a legend of so many columns sets one under the other."""
+    """Return models and links alternately, which the legend's columns stack in pairs."""
     models = [
-        Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, ms=8, label=f"seen under {model}")
+        Line2D(
+            [], [], ls="", marker=marker, mfc=face, mec=edge, ms=8, label=f"counted under {model}"
+        )
         for model, (marker, face, edge) in _LOOKS.items()
     ]
     links = [
@@ -85,7 +86,7 @@ def _keys() -> list[Line2D]:
 
 
 def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
-    """The robot with the rings of ``row``; returns its corners (2, 2) m in the axes."""
+    """Draw a robot with the rings of ``row``; return its corners (2, 2) m in the axes."""
     scene = scene_from(where(name, {}))
     robot, frames = scene.robot, forward(scene.robot.chain, scene.poses[0].q)
     bodies = robot_capsules(robot, frames)
@@ -104,7 +105,7 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
 
 
 def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
-    """Zeta of each setup under the three models."""
+    """Plot ζ of each setup under the three models."""
     shown = [
         (row, LABELS.get(row.name) or _HANDS[row.name])
         for row in rows
@@ -146,4 +147,4 @@ def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
     ax.spines[["top", "right", "left"]].set_visible(False)
     ax.tick_params(axis="y", length=0, colors=INK)
     ax.tick_params(axis="x", labelsize=8.5, colors=GREY)
-    ax.set_xlabel("V_S(0.5) seen, percent", fontsize=9, color=GREY)
+    ax.set_xlabel("coverage of V_S(0.5), percent", fontsize=9, color=GREY)

@@ -1,4 +1,4 @@
-"""What the study of robots shows: tables, a picture, and each searched setup as a proposal."""
+"""Page of the study of robots: tables, a figure, and each searched setup as a proposal."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ _SAID = {
 
 
 def write(rows: Sequence[RobotRow], folder: Path, command: str) -> dict[str, str]:
-    """Draw the picture into ``folder`` and return the texts of the other files by name."""
+    """Draw the figure into ``folder`` and return the texts of the other files by name."""
     picture(rows, folder / "robots.png")
     text = "\n".join(_page(rows, command))
     searched = [row for row in rows if row.searched]
@@ -48,10 +48,10 @@ def _record(row: RobotRow) -> dict[str, object]:
 
 
 def _proposal(row: RobotRow) -> str:
-    seen = ", ".join(f"{model} {getattr(row, model):.2f} %" for model in OCCLUSIONS)
+    covered = ", ".join(f"{model} {getattr(row, model):.2f} %" for model in OCCLUSIONS)
     heading = (
-        f"{TARGET} of {row.robot}, {_SAID[row.name].replace('`', '')}: {seen} (rule centre, voxels"
-        " of 1 cm)."
+        f"{TARGET} of {row.robot}, {_SAID[row.name].replace('`', '')}: {covered} (rule centre,"
+        " voxels of 1 cm)."
     )
     rings = [RingModel.model_validate(ring) for ring in row.rings]
     scene = SceneModel.from_domain(scene_from(where(row.robot, SEARCHES[row.name])))
@@ -61,62 +61,48 @@ def _proposal(row: RobotRow) -> str:
 def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
     yield "# What ignoring the robot's body costs\n"
     yield (
-        f"`{command}`: the best ζ of {TARGET} that {SENSORS} sensors in any rings reach on six"
-        " robots, each in its"
+        f"`{command}` searches for the placement of {SENSORS} sensors in any rings with the best"
+        f" ζ of {TARGET}, on six robots, each in its default pose, under each model of occlusion."
+        f" A search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s."
+        " The tables give ζ under all three models, counted exactly (rule `centre`, voxels of"
+        f" {100 * VOXEL:g} cm). The numbers are in `robots.csv`; each searched setup is a proposal"
+        " in this folder.\n"
     )
     yield (
-        f"own pose, searched under each model of occlusion in what {PROCESSORS} processors do in"
-        f" {SECONDS:g} s, and seen"
+        "![Six arms with the rings found under shadow, and the coverage of each layout under the"
+        " three models](robots.png)\n"
+    )
+    yield "## Cost of ignoring the body\n"
+    yield (
+        "A search under `ignore` places rings anywhere, as the paper does, even inside housings."
+        " With real mounts, and always under `shadow` and `blind`, rings have bodies. The columns"
+        " give ζ in percent:\n"
     )
     yield (
-        f"under all three. Counted exactly (rule `centre`, voxels of {100 * VOXEL:g} cm). The"
-        " numbers are in `robots.csv`,"
-    )
-    yield "each searched setup is a proposal beside it.\n"
-    yield (
-        "![Each robot with the rings found under shadow, and what each setup sees under the three"
-        " models](robots.png)\n"
-    )
-    yield "## The price\n"
-    yield (
-        "A search under `ignore` puts rings where it likes, as the paper does, also into housings;"
-        " one on a real mount"
-    )
-    yield (
-        "has rings with bodies, and so have those under `shadow` and `blind`. *Promised* is what"
-        " the search under `ignore`"
-    )
-    yield (
-        "says; *kept* what the same setup sees past the robot's body; *mounted* what the search"
-        " under `ignore` keeps whose"
-    )
-    yield (
-        "rings can be mounted; *found* what a search under that model reaches; *price* is found"
-        " less mounted.\n"
+        "- *ignore*: the result of the search under `ignore`, counted under `ignore`;\n"
+        "- *same setup*: this setup counted under the other model;\n"
+        "- *mountable*: the result of a search under `ignore` with real mounts, counted under the"
+        " other model;\n"
+        "- *searched*: the result of a search under that model;\n"
+        "- *gain*: searched minus mountable, in points.\n"
     )
     yield table(*_prices(rows))
     yield _verdict(rows) + "\n"
     yield "## All setups\n"
     yield (
-        "ζ in percent; *unseeing*: sensors that see less than a hundredth of their cones past the"
-        " body; *s*: of the"
+        "ζ is in percent. *Blocked* counts sensors of which less than 1 % of the cone is"
+        " unobstructed by the body. *Time* is the processor time of the search in seconds; a *"
+        f" marks searches cut short by the limit of {PROCESSORS * SECONDS:g} s,"
+        " of which a fifth is reserved for the exact count. The number in brackets is wall time on"
+        " a machine that also ran other jobs.\n"
     )
-    yield (
-        "search, seconds of processors, all together, with a * where the limit of"
-        f" {PROCESSORS * SECONDS:g} s, of which a"
-    )
-    yield (
-        "fifth is kept for the exact count, cut its climbs short; in brackets those on the wall, of"
-        " a machine that other"
-    )
-    yield "jobs used too.\n"
     for robot in dict.fromkeys(row.robot for row in rows):
         scene = scene_from(where(robot, {}))
         angles = ", ".join(f"{a:g}" for a in pose_deg(robot))
         yield f"### {robot}\n"
         yield f"Pose {angles}°, reach {scene.robot.reach:g} m.\n"
         yield table(
-            ("setup", "sensors", "rings", *OCCLUSIONS, "unseeing", "s"),
+            ("setup", "sensors", "rings", *OCCLUSIONS, "blocked", "time, s"),
             map(_line, (r for r in rows if r.robot == robot)),
         )
 
@@ -136,12 +122,17 @@ def _line(row: RobotRow) -> list[str]:
 
 
 def _prices(rows: Sequence[RobotRow]) -> tuple[list[str], list[list[str]]]:
-    """Robot by robot what a search under ``ignore`` promises, what of it is kept, and what one that
-    knew better finds.
+    """Return for each robot ζ of a search under ``ignore`` and of searches that account for the
+    body.
+
+    Returns:
+        Headings and rows of a table.
     """
     models = [model for model in OCCLUSIONS if model != "ignore"]
-    heads = ["robot", "promised"] + [
-        f"{model}: {what}" for model in models for what in ("kept", "mounted", "found", "price")
+    heads = ["robot", "ignore"] + [
+        f"{model}: {what}"
+        for model in models
+        for what in ("same setup", "mountable", "searched", "gain")
     ]
     lines = []
     for robot, of in _by_robot(rows).items():
@@ -163,7 +154,7 @@ def _by_robot(rows: Sequence[RobotRow]) -> dict[str, dict[str, RobotRow]]:
 
 
 def _verdict(rows: Sequence[RobotRow]) -> str:
-    """What the tables say together."""
+    """Summarise the tables."""
 
     def span(values: Sequence[float]) -> str:
         return f"{min(values):.1f} to {max(values):.1f}"
@@ -182,9 +173,9 @@ def _verdict(rows: Sequence[RobotRow]) -> str:
         for model in lost
     }
     return (
-        f"A setup searched under `ignore` loses {span(lost['shadow'])} points once the body shadows"
-        f" and {span(lost['blind'])} once it blinds;\nthe paper's setups lose"
-        f" {span(by_hand['shadow'])} and {span(by_hand['blind'])}. Of setups that can be mounted, a"
-        f" search that knew of the body\nsees {span(price['shadow'])} points more under `shadow`"
-        f" and {span(price['blind'])} under `blind`."
+        f"A setup searched under `ignore` loses {span(lost['shadow'])} points under `shadow` and"
+        f" {span(lost['blind'])} under `blind`; the paper's layouts lose {span(by_hand['shadow'])}"
+        f" and {span(by_hand['blind'])}. Among mountable setups, a search that accounts for the"
+        f" body covers {span(price['shadow'])} points more under `shadow` and"
+        f" {span(price['blind'])} under `blind`."
     )

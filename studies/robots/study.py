@@ -1,9 +1,9 @@
-"""What ignoring the robot's body costs, robot by robot: searches under each model of occlusion,
-seen under all three.
+"""Cost of ignoring the robot's body: searches under each model of occlusion, counted under all
+three.
 
-Each robot stands in its own pose. A search has what two processors do in a minute, also on a
-machine that others use; its speed then has a part in the answer, and a row says whether its search
-came to its end.
+Each robot is in its default pose. A search may use as much processor time as two processors have in
+a minute, also on a busy machine. Its speed therefore affects the answer, and a row states whether
+the search completed.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,10 +22,10 @@ ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)
 SENSORS = 80
 VOXEL = 0.01  # m
-SECONDS, PROCESSORS = 60.0, 2  # that each search has to itself
+SECONDS, PROCESSORS = 60.0, 2  # processor time of each search
 PAPERS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-# Names of searches, and the keys of their scenes: the paper's rings have no bodies, those of a real
-# mount do.
+# Names of searches, and the keys of their scenes: rings have bodies on real mounts, but not in the
+# paper.
 SEARCHES: dict[str, dict[str, Any]] = {
     "ignore": {"occlusion": "ignore"},
     "ignore_mounted": {"occlusion": "ignore", "rules": {"mount": "real"}},
@@ -38,20 +38,28 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class RobotRow:
-    """A setup on a robot: its name (the paper's, or that of a search), its rings, zeta in percent
-    under each model, its sensors that see nothing past the body; and of a search its seconds of
-    processors, all together, and on the wall, and whether these were enough."""
+    """A setup on a robot."""
 
     robot: str
+    """Name of the robot."""
     name: str
+    """Name of the paper's layout, or of the search."""
     rings: Rings
+    """Rings as in a proposal."""
     ignore: float
+    """ζ in percent under ``ignore``."""
     shadow: float
+    """ζ in percent under ``shadow``."""
     blind: float
+    """ζ in percent under ``blind``."""
     unseeing: int
+    """Number of sensors that are almost fully blocked by the body."""
     processor_seconds: float | None = None
+    """Processor time of the search, or None."""
     wall_seconds: float | None = None
+    """Wall time of the search, or None."""
     finished: bool | None = None
+    """True if the search completed, or None."""
 
     @property
     def sensors(self) -> int:
@@ -63,17 +71,22 @@ class RobotRow:
 
 
 def where(robot: str, keys: Mapping[str, object]) -> dict[str, Any]:
-    """Keys of the scene of a robot in its own pose."""
+    """Return the keys of the scene of a robot in its default pose."""
     return {"robot": robot, "targets": [{"name": TARGET.name, "radius": TARGET.radius}], **keys}
 
 
 def pose_deg(robot: str) -> list[float]:
-    """The robot's own pose, in degrees."""
+    """Return the robot's default pose in degrees."""
     return [round(float(a), 3) + 0.0 for a in np.degrees(scene_from(where(robot, {})).poses[0].q)]
 
 
 def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
-    """All rows, where ``run`` measures cells under a heading; ``seed``: of the searches."""
+    """Return all rows.
+
+    Args:
+        run: measures cells under a heading.
+        seed: random seed of the searches.
+    """
     asked = {"seed": seed, "sensors": SENSORS, "seconds": PROCESSORS * SECONDS}
     wanted = [(robot, name) for robot in ROBOTS for name in SEARCHES]
     searches = [
@@ -97,7 +110,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
         Cell("unseeing sensors", {"scene": where(robot, {"occlusion": "shadow"}), "setup": rings})
         for (robot, _), rings in setups.items()
     ]
-    unseeing = dict(zip(setups, run("looking for sensors that see nothing", sight), strict=True))
+    unseeing = dict(zip(setups, run("counting blocked sensors", sight), strict=True))
     rows = []
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
@@ -116,7 +129,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
 
 
 def _named(robot: str, name: str) -> Rings:
-    """The rings of the paper's setup of that name on a robot."""
+    """Return the rings of the paper's setup of that name on a robot."""
     scene = scene_from(where(robot, {}))
     return [
         ring.model_dump(exclude_none=True)
