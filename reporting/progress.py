@@ -12,7 +12,7 @@ from .terminal import Terminal, say
 EVERY = 10.0  # s, interval between lines on stderr
 
 
-class Progress(RichProgress):
+class ProgressBar(RichProgress):
     """A progress bar with a description and a field ``best``; it disappears when it ends.
 
     If ``console`` is no terminal there is no bar. Then the first unfinished task is reported on

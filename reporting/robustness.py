@@ -12,7 +12,7 @@ from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
 from ..objectives.verify import Verifier
-from .progress import Progress
+from .progress import ProgressBar
 from .tables import target_label
 from .terminal import Terminal
 
@@ -46,7 +46,7 @@ def assess(
         console: terminal for the progress bar.
     """
     verifier, results = Verifier(scene, asked.voxel), []
-    with Progress(console) as bar:
+    with ProgressBar(console) as bar:
         for goal in scene.goals:
             task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
             sure = redundancy(verifier, setup, goal.target, asked.most)

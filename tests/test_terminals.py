@@ -62,7 +62,7 @@ def test_a_table_fits_the_window_and_keeps_its_figures(columns):
 
 def test_a_pipe_gets_a_line_at_intervals_until_all_is_done(monkeypatch, capsys):
     monkeypatch.setattr(progress, "EVERY", 0.05)
-    with progress.Progress(Terminal(file=StringIO())) as bar:
+    with progress.ProgressBar(Terminal(file=StringIO())) as bar:
         task = bar.add_task("counting", total=4, best="best so far 12.0 %")
         bar.update(task, completed=1)
         end = time.monotonic() + 20
@@ -76,7 +76,7 @@ def test_a_pipe_gets_a_line_at_intervals_until_all_is_done(monkeypatch, capsys):
 def test_a_terminal_gets_a_bar_and_no_lines(monkeypatch, capsys):
     monkeypatch.setattr(progress, "EVERY", 0.01)
     console = Terminal(file=StringIO(), force_terminal=True, width=80)
-    with progress.Progress(console) as bar:
+    with progress.ProgressBar(console) as bar:
         bar.add_task("counting", total=4)
         time.sleep(0.1)
     assert capsys.readouterr().err == ""
@@ -85,7 +85,7 @@ def test_a_terminal_gets_a_bar_and_no_lines(monkeypatch, capsys):
 
 @given(st.text("abc ", min_size=1), st.floats(0, 100), st.none() | st.floats(1, 100))
 def test_a_finished_task_is_not_reported(description, completed, total):
-    bar = progress.Progress(Terminal(file=StringIO()))
+    bar = progress.ProgressBar(Terminal(file=StringIO()))
     task = bar.add_task(description, total=total)
     bar.update(task, completed=completed)
     finished = total is not None and completed >= total

@@ -26,11 +26,10 @@ from ...objectives.verify import Verifier
 from ...placement.redesign import redesign as improving
 from ...placement.redesign.beam_search import WORTH, Answer
 from ...placement.redesign.changes import Change, ChangeKind, turn
-from ...placement.search.progress import Outcome
-from ...placement.search.progress import Progress as Told
+from ...placement.search.progress import Outcome, Progress
 from ...placement.search.search import SearchResult
 from ...reporting.placement_picture import comparison_picture
-from ...reporting.progress import Progress
+from ...reporting.progress import ProgressBar
 from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
@@ -49,10 +48,10 @@ def find(
     console: Terminal,
 ) -> improving.Improved:
     """Run the search with a progress bar on ``console``."""
-    with Progress(console) as bar:
+    with ProgressBar(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
-        def tell(p: Told) -> None:
+        def tell(p: Progress) -> None:
             what = f"change {p.stage} of {most}" if p.stage <= most else "a change less"
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=p.climbs, completed=p.done, best=best)

@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ...reporting.progress import Progress
+from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal
 
 
 @contextmanager
-def late_progress(console: Terminal) -> Iterator[Progress]:
+def late_progress(console: Terminal) -> Iterator[ProgressBar]:
     """A bar that the caller starts; it is gone at the end."""
-    bar = Progress(console)
+    bar = ProgressBar(console)
     try:
         yield bar
     finally:

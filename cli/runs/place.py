@@ -19,7 +19,7 @@ from ...reporting.lines.occlusion import mounting_lines, print_sight, without_li
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
-from ...reporting.progress import Progress as Bar
+from ...reporting.progress import ProgressBar
 from ...reporting.tables import ring_table, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
 from .late_progress import late_progress
@@ -84,7 +84,7 @@ def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
 
 def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets."""
-    with Bar(console) as bar:
+    with ProgressBar(console) as bar:
         task = bar.add_task("verifying", total=None)
         results = proposal.compare(
             lambda done, total: bar.update(task, completed=done, total=total)

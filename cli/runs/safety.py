@@ -31,7 +31,7 @@ from ...reporting.detection_figure import picture
 from ...reporting.lines.protective_volume import formula
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.pages import csv_text
-from ...reporting.progress import Progress
+from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say_json
 from ...simulation.detection import (
     Approaches,
@@ -112,7 +112,7 @@ def safety(
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
-    with Progress(Terminal(stderr=True)) as bar:
+    with ProgressBar(Terminal(stderr=True)) as bar:
         task = bar.add_task("walking in", total=len(setups) * asked.approaches)
         for one in setups:
             done = len(found) * asked.approaches

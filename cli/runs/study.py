@@ -17,7 +17,7 @@ from ...objectives.scene import Scene
 from ...placement.search.design import Space
 from ...placement.search.feasible_set import InfeasibleError
 from ...reporting.pages import csv_text
-from ...reporting.progress import Progress
+from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say
 from ...studies.bound import report as bound_report
 from ...studies.bound import study as bound
@@ -63,7 +63,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
     """
     with (
         Store(folder / "cells.sqlite", programs(TASKS)) as store,
-        Progress(Terminal(stderr=True)) as bar,
+        ProgressBar(Terminal(stderr=True)) as bar,
     ):
         try:
             with _runner(workers, scheduler) as run_cells:
@@ -83,7 +83,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
             sys.exit(130)
 
 
-def _show(bar: Progress, task: TaskID, done: int, total: int) -> None:
+def _show(bar: ProgressBar, task: TaskID, done: int, total: int) -> None:
     bar.update(task, completed=done, total=total)
 
 

@@ -16,7 +16,7 @@ from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..lines.occlusion import mounting_lines
-from ..progress import Progress
+from ..progress import ProgressBar
 from ..robustness import Robustness, assess
 from ..terminal import Terminal
 
@@ -101,7 +101,7 @@ def gather(
         paper: one for paper, one in papers(scene).items() if one != setup and paper != name
     }
     targets, zetas = compared(scene), list[VerifyResult]()
-    with Progress(console) as bar:
+    with ProgressBar(console) as bar:
         task = bar.add_task("counting", total=len(targets) * len(setups))
         for result in counted(Verifier(scene, voxel), setups, targets, targets, {}):
             zetas.append(result)
