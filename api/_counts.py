@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from ._arguments import number
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
@@ -144,6 +145,8 @@ def verify(
     """
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
+    if memory_gb is not None:
+        number("memory_gb", memory_gb, "0.01 and more")
     if memory_gb is not None and not memory_gb >= 0.01:
         raise InputError(f"found {memory_gb:g}, allowed: 0.01 and more", "memory_gb")
     memory = None if memory_gb is None else memory_gb * 1e9
@@ -178,6 +181,10 @@ def certify(
         >>> proof.low <= 0.1596 <= proof.high, proof.high - proof.low <= 0.01
         (True, True)
     """
+    if width is not None:
+        number("width", width, "percentage points, above 0 and at most 100")
+    if voxel is not None:
+        number("voxel", voxel, "m, above 0")
     if width is not None and not 0 < width <= 100:
         raise InputError(
             f"found {width:g}, allowed: percentage points, above 0 and at most 100", "width"

@@ -2,8 +2,11 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from .formats.errors import UserError
+from .formats.writing import output_folder
 
 
 class InputError(UserError, ValueError):
@@ -27,6 +30,9 @@ class InputError(UserError, ValueError):
         self.line = line
         """The text without that name."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.line, self.argument)
+
 
 @contextmanager
 def input_errors(argument: str = "") -> Iterator[None]:
@@ -41,3 +47,11 @@ def input_errors(argument: str = "") -> Iterator[None]:
         raise InputError(str(error)) from error
     except ValueError as error:
         raise InputError(str(error), argument) from error
+
+
+def writable(folder: str | Path) -> Path:
+    """A folder for files, made if need be; InputError where none can be written there."""
+    try:
+        return output_folder(Path(folder), "")
+    except (UserError, TypeError) as error:
+        raise InputError(str(error), "folder") from error

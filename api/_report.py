@@ -4,13 +4,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ._arguments import whole
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
-from ._errors import InputError, input_errors
+from ._errors import input_errors, writable
 from ._scene import Scene
 from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
-from .formats.writing import output_folder, write_text
+from .formats.writing import write_text
 from .objectives.scene import Scene as CoreScene
 from .reporting.terminal import Terminal
 
@@ -60,14 +61,14 @@ def report(
     from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots, page
     from .reporting.tables import target_label
 
-    if not 1 <= draws <= 100_000:
-        raise InputError(f"found {draws}, allowed: 1 to 100000", "draws")
+    whole("draws", draws, 1, 100_000)
+    whole("seed", seed, 0)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
     check_sight(core, placed)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
-        made = output_folder(Path(folder))
+        made = writable(folder)
         origin = getattr(setup, "found", None)
         origin = how_found(str(setup)) if isinstance(setup, str | Path) else origin
         facts = gather(name, placed, core, voxel, draws, seed, origin, log)

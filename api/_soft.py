@@ -90,7 +90,8 @@ def coverage_fraction(
         above 0.
 
     Raises:
-        InputError: for a width that is not above 0, values or points of another shape, or a setup that does not fit the scene.
+        InputError: for a width that is not above 0, values or points of another shape, or a setup
+            that does not fit the scene.
 
     Example:
         >>> import jax

@@ -86,9 +86,9 @@ def _drop_none(value: Any) -> Any:
     return [_drop_none(v) for v in value] if isinstance(value, list) else value
 
 
-def output_folder(path: Path) -> Path:
+def output_folder(path: Path, argument: str = "--out ") -> Path:
     """Make the folder ``path`` if need be and make sure that files can be written there; UserError
-    otherwise.
+    otherwise, which blames ``argument``.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ def output_folder(path: Path) -> Path:
             return path
     except OSError as error:
         raise UserError(
-            f"--out {path}: cannot be written: {error.strerror}; allowed: a folder that can be"
+            f"{argument}{path}: cannot be written: {error.strerror}; allowed: a folder that can be"
         ) from error
 
 

@@ -81,7 +81,7 @@ class SoftFraction:
 
         clouds = tuple(jax.tree.leaves(self._clouds))
         zetas = jax.lax.map(term, (clouds, self._pose))  # (T,)
-        sound = jnp.isfinite(values).all() & (0 < wide) & jnp.isfinite(wide)
+        sound = jnp.isfinite(values).all() & (wide > 0) & jnp.isfinite(wide)
         return (self._weights * zetas).sum() * jnp.where(sound, 1, jnp.nan).astype(dtype)
 
 

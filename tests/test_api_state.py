@@ -1,6 +1,7 @@
-"""What the front door keeps between calls: nothing stale, nothing shared, and results that travel."""
+"""What the front door keeps: nothing stale, nothing that others change; and results that travel."""
 
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.reduction import ForkingPickler
 
 import jax
 import jax.numpy as jnp
@@ -87,3 +88,59 @@ def test_values_that_are_not_finite_give_nan(bad):
 def test_a_width_that_is_none_is_refused(width):
     with pytest.raises(pr.InputError, match="width: found"):
         pr.coverage_fraction(SETUP, NEAR, pr.sample_points(NEAR, 16), width)
+
+
+def test_the_arrays_that_made_a_scene_may_change():
+    q, times, motion = np.zeros((1, 6)), np.array([0.0, 1.0]), np.zeros((2, 6))
+    pose = pr.Pose(np.zeros(6), rate=np.zeros(6))
+    record = pr.Trajectory(times, motion)
+    scenes = [pr.Scene(poses=q), pr.Scene(poses=[pose]), pr.Scene(poses=record), NEAR]
+    scenes.append(NEAR.replace(poses=q))
+    before = [scene.poses[0].q.copy() for scene in scenes]
+    for array in (q, motion, pose.q, pose.rate):
+        array += 1
+    times[0] = 5
+    for scene, was in zip(scenes, before, strict=True):
+        np.testing.assert_array_equal(scene.poses[0].q, was)
+        with pytest.raises(ValueError, match="read-only"):
+            scene.poses[0].q[0] = 1
+    assert not scenes[1].poses[0].rate.any()
+    assert record.seconds == 1
+
+
+RESULTS = {
+    "counted": lambda: pr.verify("n1_4_0", NEAR, voxel=0.05, progress=lambda pose: None),
+    "proved": lambda: pr.certify("n1_4_0", NEAR, width=20, progress=lambda bracket: None),
+    "robust": lambda: pr.robustness("n1_4_0", NEAR, draws=1, voxel=0.1, k=1),
+    "searched": lambda: pr.search(NEAR, sensors=6, voxel=0.1, time_cap=1),
+    "scene": lambda: pr.Scene(obstacles=pr.obstacle(size=[1, 1, 1], centre=[1, 0, 0])),
+    "motion": lambda: pr.Trajectory([0, 1], np.zeros((2, 6))),
+    "setup": lambda: pr.Setup.named("n1_4_0", pr.sensors["vl53l5cx"]),
+    "robot": lambda: pr.robots["panda"],
+    "points": lambda: pr.sample_points(NEAR, 16),
+}
+
+
+@pytest.mark.parametrize("kind", RESULTS)
+def test_results_travel_to_another_process_and_back(kind):
+    result = RESULTS[kind]()
+    again = ForkingPickler.loads(ForkingPickler.dumps(result))
+    assert repr(again) == repr(result) or kind == "points"
+    if kind == "counted":
+        assert again.coverage == result.coverage
+        assert pr.verify(again, voxel=0.05).coverage == result.coverage
+        assert again.verifier._targets == {}
+        assert result.verifier._targets != {}
+    if kind == "searched":
+        assert again.search_file([], {}, {}).proposal.rings == result.file().rings
+
+
+def test_errors_travel_whole():
+    with pytest.raises(pr.InputError) as caught:
+        pr.Scene(robot="ur9")
+    again = ForkingPickler.loads(ForkingPickler.dumps(caught.value))
+    assert (str(again), again.argument) == (str(caught.value), "robot")
+    with pytest.raises(pr.InfeasibleError) as infeasible:
+        pr.search(NEAR, sensors=1)
+    again = ForkingPickler.loads(ForkingPickler.dumps(infeasible.value))
+    assert str(again) == str(infeasible.value)

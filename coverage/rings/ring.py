@@ -2,7 +2,9 @@
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from numbers import Integral, Real
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -33,6 +35,17 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Refuse what no ring has: ValueError."""
+        if not isinstance(self.link, str):
+            raise ValueError(f"Ring: link: found {self.link!r}, allowed: the name of a link")
+        if not isinstance(self.sensor, Sensor):
+            raise ValueError(
+                f"Ring: sensor: found {self.sensor!r}, allowed: a Sensor, as a catalogue has them"
+            )
+        if not isinstance(self.count, Integral):
+            raise ValueError(f"Ring: count: found {self.count!r}, allowed: an integer")
+        for name in ("position", "tilt", "phase", "radius"):
+            if not isinstance(value := getattr(self, name), Real):
+                raise ValueError(f"Ring: {name}: found {value!r}, allowed: a number")
         # a ring as it was measured may sit a little beyond an end, and tilt by any angle
         for name, value, allowed, holds in (
             ("position", self.position, "0 (proximal) to 1 (distal)", -1 < self.position < 2),
@@ -66,6 +79,8 @@ class Setup:
     rings: tuple[Ring, ...]
 
     def __post_init__(self) -> None:
+        if not isinstance(self.rings, Iterable):
+            raise ValueError(f"Setup: rings: found {self.rings!r}, allowed: Rings")
         rings = tuple(self.rings)
         for ring in rings:
             if not isinstance(ring, Ring):
