@@ -188,13 +188,14 @@ class Canvas:
             self._lines.append((self._placed(ends, nearer), colours, width))
 
     def points(self, points: Any, colour: Colour, radius: float, nearer: float = 0.0) -> None:
-        """Add round spots that face the eye at points (N, 3) m, of ``radius`` m; ``nearer``: see
-        ``faces``."""
-        if not len(points):
+        """Add round spots that face the eye at points (N, 3) m, of ``radius`` m, but those that are
+        no numbers; ``nearer``: see ``faces``."""
+        points = np.asarray(points, float)
+        sound = np.isfinite(points).all(axis=-1) & np.isfinite(radius)
+        if not sound.any():
             return
-        depth = self.project(points)[1]
-        radii = radius * self._nearness(depth) * np.ones(len(points))
-        colours = self._each(colour, np.ones(len(points), bool))
+        colours, points = self._each(colour, sound), points[sound]
+        radii = (radius * np.ones(len(sound)))[sound] * self._nearness(self.project(points)[1])
         self._spots.append((self._placed(points, nearer), radii, colours))
 
     def extent(self) -> Float[np.ndarray, "2 2"] | None:
