@@ -45,11 +45,6 @@ class Effective:
         return self.steps[-1].range_m
 
     @property
-    def slant_m(self) -> float:
-        """How far it sees along a ray, m: the range before the beam's flat base is set."""
-        return self.steps[-2].range_m
-
-    @property
     def sensor(self) -> Sensor:
         """The sensor as the rest of the toolkit sees it."""
         side = math.radians(self.model.side_deg)

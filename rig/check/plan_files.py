@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ...coverage.targets import Target
-from ...formats.loader import read_model
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Metres, Percent
 from ...formats.schema.versions import VersionedFile
@@ -149,11 +148,6 @@ def write_mount_plan(path: Path, plan: MountPlan) -> None:
     write_text(path, to_toml(mount_plan_model(plan)))
 
 
-def read_mount_plan(path: Path) -> MountPlan:
-    """A plan of stops from its file; UserError if it cannot be read or breaks a rule."""
-    return mount_plan_of(read_model(path, MountPlanFile))
-
-
 def rod_plan_model(plan: RodPlan) -> RodPlanFile:
     """A plan of trials as a file holds it."""
     name: Any = plan.target.name
@@ -183,11 +177,6 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
 def write_rod_plan(path: Path, plan: RodPlan) -> None:
     """Write a plan of trials as TOML; UserError if it cannot be written."""
     write_text(path, to_toml(rod_plan_model(plan)))
-
-
-def read_rod_plan(path: Path) -> RodPlan:
-    """A plan of trials from its file; UserError if it cannot be read or breaks a rule."""
-    return rod_plan_of(read_model(path, RodPlanFile))
 
 
 def rod_plan_of(file: RodPlanFile) -> RodPlan:
