@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
+from ._arguments import number
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from .coverage.rings.ring import Ring, Setup
@@ -51,6 +52,7 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 
 def check_scene(scene: CoreScene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: InputError."""
+    number("voxel", voxel, "m, above 0")
     try:
         SceneModel.from_domain(scene)
     except ValidationError as error:
@@ -140,6 +142,8 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
             " path, or a result",
             "setup",
         )
+    if not setup.rings:
+        raise InputError("found no ring, allowed: one or more", "setup")
     core = core or own or CoreScene()
     links = core.robot.links
     for i, ring in enumerate(setup.rings):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from ._arguments import number
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
@@ -147,6 +148,8 @@ def verify(
     """
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
+    if memory_gb is not None:
+        number("memory_gb", memory_gb, "0.01 and more")
     check_counting(voxel=voxel, memory_gb=memory_gb)
     memory = None if memory_gb is None else memory_gb * 1e9
     return _count(setup, scene, voxel, rule, 0.0, memory, progress, None)
@@ -180,6 +183,10 @@ def certify(
         >>> proof.low <= 0.1596 <= proof.high, proof.high - proof.low <= 0.01
         (True, True)
     """
+    if width is not None:
+        number("width", width, "percentage points, above 0 and at most 100")
+    if voxel is not None:
+        number("voxel", voxel, "m, above 0")
     check_counting(voxel=voxel, width=width)
     if width is None:
         width = 0.1 if voxel is None else 0.0

@@ -3,9 +3,12 @@
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from .formats.errors import UserError
 from .formats.escaping import printable
+from .formats.writing import output_folder
 
 
 class InputError(UserError, ValueError):
@@ -46,6 +49,9 @@ class InputError(UserError, ValueError):
         part = f" {self._value}" if self._value else ""
         return printable(f"{write(self.argument)}{part}: {line}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.line, self.argument, self._value, self._others)
+
 
 @contextmanager
 def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) -> Iterator[None]:
@@ -62,3 +68,14 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
         if isinstance(error, but):
             raise
         raise InputError(str(error), argument) from error
+
+
+def writable(folder: str | Path) -> Path:
+    """A folder for files, made if need be; InputError where none can be written there."""
+    try:
+        return output_folder(Path(folder), "")
+    except UserError as error:
+        line = str(error).removeprefix(f"{Path(folder)}: ")
+        raise InputError(line, "folder", folder) from error
+    except TypeError as error:
+        raise InputError(str(error), "folder") from error

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from ._arguments import whole
 from ._checks import SetupLike, resolve_setup
-from ._errors import InputError, input_errors
+from ._errors import InputError, input_errors, writable
 from ._scene import Scene
 from .formats.errors import shown
-from .formats.writing import output_folder, write_bytes
+from .formats.writing import write_bytes
 from .objectives.scene import Scene as CoreScene
 
 
@@ -65,6 +66,8 @@ def export(
 
     kinds = formats_of(to)
     _, placed, core = resolve_setup(setup, scene)
+    whole("pose", pose, 0)
+    whole("points", points, 0)
     if not 0 <= pose < len(core.poses):
         raise InputError(
             f"found {pose}, allowed: 0 to {len(core.poses) - 1}, the scene's poses", "pose"
@@ -84,7 +87,7 @@ def export(
                 "folder",
             )
     with input_errors():
-        made = output_folder(out)
+        made = writable(out)
         for name, data in files.items():
             write_bytes(made / name, data)
     return tuple(made / name for name in files)

@@ -6,14 +6,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from ._arguments import whole
 from ._checks import ResolvedSetup, SetupLike, check_scene, check_sight, resolve_setup
-from ._errors import InputError, input_errors
+from ._errors import input_errors, writable
 from ._scene import Scene
 from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
 from .formats.schema.proposal_models import FoundModel
-from .formats.writing import output_folder, write_text
+from .formats.writing import write_text
 from .objectives.scene import Scene as CoreScene
 from .reporting.terminal import Terminal
 
@@ -85,15 +86,15 @@ def write_report(
     from .reporting.setup_report.facts import gather
     from .reporting.setup_report.report_page import page
 
-    if not 1 <= draws <= 100_000:
-        raise InputError(f"found {draws}, allowed: 1 to 100000", "draws")
+    whole("draws", draws, 1, 100_000)
+    whole("seed", seed, 0)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
     check_sight(core, placed)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
+        made = writable(folder)
         origin = _origin(setup)
-        made = output_folder(folder)
         facts = gather(name, placed, core, voxel, draws, seed, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:
             _draw(facts, Path(pictures))

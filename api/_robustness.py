@@ -3,7 +3,9 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
+from ._arguments import number, whole
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
@@ -60,6 +62,8 @@ def mounting_errors(
     """Errors of mounting: of each ring along its link, mm, and of directions, degrees; InputError
     for values that no mount has.
     """
+    if law not in get_args(Law):
+        raise InputError(f"found {law!r}, allowed: {', '.join(get_args(Law))}", "law")
     _within("position_error_mm", position_error_mm, 0, 1000)
     _within("direction_error_deg", direction_error_deg, 0, 45)
     return MountingErrors(position_error_mm / 1000, math.radians(direction_error_deg), law)
@@ -108,6 +112,9 @@ def robustness(
         >>> report.redundancy[0].worst_ring.zeta < report.redundancy[0].zeta
         True
     """
+    whole("k", k, 1, _MOST_SEEN)
+    whole("draws", draws, 1, _MOST_DRAWS)
+    whole("seed", seed, 0)
     errors = mounting_errors(position_error_mm, direction_error_deg, law)
     check_drawing(k, draws)
     name, placed, core = resolve_setup(setup, scene)
@@ -131,5 +138,6 @@ def robustness(
 
 
 def _within(name: str, value: float, low: float, high: float) -> None:
+    number(name, value, f"{low:g} to {high:g}")
     if not low <= value <= high:
         raise InputError(f"found {value:g}, allowed: {low:g} to {high:g}", name)

@@ -1,6 +1,6 @@
 """A scene: what is wanted, on which robot, in which poses, and what is allowed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any, Literal
@@ -40,13 +40,7 @@ _KEYS = (
 )
 
 
-_KINDS: dict[str, type] = {
-    "sensor": Sensor,
-    "rules": Rules,
-    "safety": Safety,
-    "mounts": Mapping,
-    "obstacles": Obstacle,
-}
+_KINDS: dict[str, type] = {"sensor": Sensor, "rules": Rules, "safety": Safety}
 
 
 class Scene:
@@ -88,36 +82,29 @@ class Scene:
         self,
         robot: Robot | str = "ur10",
         *,
-        targets: Sequence[TargetVolume] = (),
+        targets: Sequence[TargetVolume] | TargetVolume | None = None,
         poses: Poses = None,
         sensor: Sensor | None = None,
         occlusion: Occlusion = "ignore",
         ring_radius: float | None = None,
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
-        obstacles: Sequence[Obstacle] = (),
+        obstacles: Sequence[Obstacle] | Obstacle | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
     ) -> None:
         given = {
+            "targets": targets or None,
             "sensor": sensor,
-            "rules": rules,
-            "safety": safety,
-            "limits": None if mounts is None else dict(mounts),
+            "occlusion": occlusion,
             "ring_radius": ring_radius,
-            "radius_stated": None if ring_radius is None else True,
+            "mounts": mounts,
+            "rules": rules,
+            "obstacles": obstacles,
+            "over_poses": over_poses,
+            "safety": safety,
         }
-        given_kinds = given | {"occlusion": occlusion, "over_poses": over_poses, "mounts": mounts}
-        _check_kinds(given_kinds | {"obstacles": tuple(obstacles)})
-        core = CoreScene(
-            robot=_robot(robot),
-            occlusion=occlusion,
-            obstacles=tuple(obstacles),
-            over_poses=over_poses,
-            **{key: value for key, value in given.items() if value is not None},  # type: ignore[arg-type]
-        )
-        if targets:
-            core = replace(core, goals=_goals(targets))
+        core = replace(CoreScene(robot=_robot(robot)), **_fields(given))
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
 
     @classmethod
@@ -188,7 +175,7 @@ class Scene:
         return self._core.safety
 
     def replace(self, **changes: Any) -> "Scene":
-        """The scene with other values of some arguments.
+        """The scene with other values of some arguments; None stands for an argument's default.
 
         Raises:
             InputError: for an argument that ``Scene`` has not, or a value that it refuses.
@@ -208,21 +195,7 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
-        _check_kinds(changes)
-        fields: dict[str, Any] = {
-            key: changes[key]
-            for key in ("sensor", "occlusion", "rules", "over_poses", "safety")
-            if key in changes
-        }
-        if "mounts" in changes:
-            fields["limits"] = dict(changes["mounts"])
-        if "obstacles" in changes:
-            fields["obstacles"] = tuple(changes["obstacles"])
-        if "targets" in changes:
-            fields["goals"] = _goals(changes["targets"])
-        if (radius := changes.get("ring_radius")) is not None:
-            fields |= {"ring_radius": radius, "radius_stated": True}
-        core = replace(core, **fields)
+        core = replace(core, **_fields(changes))
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
         return Scene.of(_checked(core))
@@ -321,14 +294,20 @@ def obstacle(
         >>> pr.obstacle("table", centre=[0.8, 0, -0.1], size=[0.6, 1.2, 0.2]).name
         'table'
     """
-    keys: dict[str, Any] = {
-        "name": name,
-        "centre": [float(v) for v in centre],
-        "rpy_deg": [float(v) for v in rpy_deg],
-        "size": None if size is None else [float(v) for v in size],
-        "points": None if points is None else [[float(v) for v in p] for p in points],
-        "floor": None if floor is None else float(floor),
-    }
+    try:
+        keys: dict[str, Any] = {
+            "name": name,
+            "centre": [float(v) for v in centre],
+            "rpy_deg": [float(v) for v in rpy_deg],
+            "size": None if size is None else [float(v) for v in size],
+            "points": None if points is None else [[float(v) for v in p] for p in points],
+            "floor": None if floor is None else float(floor),
+        }
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "found something else than numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
+            "obstacle",
+        ) from error
     try:
         model = ObstacleModel(**keys)
     except ValidationError as error:
@@ -347,57 +326,116 @@ def _robot(robot: Robot | str) -> Robot:
     return robots[robot]
 
 
-def _check_kinds(given: Mapping[str, Any]) -> None:
-    """Refuse values of another kind than an argument has; None stands for a default."""
+def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a scene below for arguments but its robot and poses; None becomes the default.
+
+    Raises:
+        InputError: for values of another kind than an argument has.
+    """
+    found: dict[str, Any] = {}
     for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
-        if name in given and given[name] not in one_of:
-            raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
+        if name in given:
+            if given[name] not in one_of:
+                raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
+            found[name] = given[name]
     for name, kind in _KINDS.items():
-        value = given.get(name)
-        each = value if name == "obstacles" and value is not None else (value,)
-        for one in each:
-            if one is not None and not isinstance(one, kind):
-                raise InputError(f"found {one!r}, allowed: {kind.__name__}", name)
+        if name in given:
+            value = kind() if given[name] is None else given[name]
+            if not isinstance(value, kind):
+                raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
+            found[name] = value
+    if "mounts" in given:
+        found["limits"] = _limits(given["mounts"])
+    if "obstacles" in given:
+        found["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
+    if "targets" in given:
+        default = given["targets"] is None
+        found["goals"] = CoreScene.goals if default else _goals(given["targets"])
+    if "ring_radius" in given:
+        radius = given["ring_radius"]
+        found["radius_stated"] = radius is not None
+        found["ring_radius"] = CoreScene.ring_radius if radius is None else radius
+    return found
 
 
-def _goals(targets: Sequence[TargetVolume]) -> tuple[Any, ...]:
-    if isinstance(targets, TargetVolume):
-        targets = [targets]
-    for target in targets:
-        if not isinstance(target, TargetVolume):
+def _limits(mounts: Any) -> dict[str, Limits]:
+    """Limits by the name of the link; InputError for anything else."""
+    if not isinstance(mounts, Mapping | None):
+        raise InputError(f"found {mounts!r}, allowed: Limits by the name of the link", "mounts")
+    for link, limits in (mounts or {}).items():
+        if not isinstance(link, str) or not isinstance(limits, Limits):
             raise InputError(
-                f"found {target!r}, allowed: Shell, ReachSphere, ToolSphere, ReachAndToolSpheres,"
-                " ProtectiveVolume",
-                "targets",
+                f"found {limits!r} for {link!r}, allowed: Limits by the name of the link", "mounts"
             )
-    if not targets:
+    return dict(mounts or {})
+
+
+def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
+    """One value of a kind, several of it, or None, as a tuple; InputError for anything else."""
+    if isinstance(values, kind):
+        values = (values,)
+    if not isinstance(values, Iterable | None):
+        raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name)
+    each = tuple(values or ())
+    for one in each:
+        if not isinstance(one, kind):
+            raise InputError(f"found {one!r}, allowed: {allowed}", name)
+    return each
+
+
+def _goals(targets: Any) -> tuple[Any, ...]:
+    kinds = "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume"
+    each = _each(targets, TargetVolume, "targets", kinds)
+    if not each:
         raise InputError("found none, allowed: one or more", "targets")
-    return tuple(target.goal for target in targets)
+    return tuple(target.goal for target in each)
 
 
 def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
-    """The scene in these poses; in the robot's rest pose where there are none."""
-    if poses is None:
-        own = core.robot.name in PAPER_ROBOTS
-        return replace(core, poses=CoreScene.poses if own else (Pose(core.robot.rest),))
+    """The scene in these poses, as arrays of its own that nobody can write to; in the robot's rest
+    pose where there are none.
+    """
     if isinstance(poses, Trajectory):
-        return poses.applied(core)
+        core = poses.applied(core)
+        return replace(core, poses=tuple(_frozen(pose) for pose in core.poses))
+    return replace(core, poses=tuple(_frozen(pose) for pose in _poses(core.robot, poses)))
+
+
+def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
+    if poses is None:
+        return CoreScene.poses if robot.name in PAPER_ROBOTS else (Pose(robot.rest),)
     if isinstance(poses, Pose):
-        poses = [poses]
-    each = list(poses)
-    if each and all(isinstance(pose, Pose) for pose in each):
-        return replace(core, poses=tuple(each))
+        return [poses]
+    if isinstance(poses, Iterable) and not isinstance(poses, np.ndarray):
+        poses = list(poses)
+        if poses and all(isinstance(pose, Pose) for pose in poses):
+            return list[Pose](poses)
+    angles = np.atleast_2d(_numbers(poses))
+    if np.ndim(poses) == 0 or angles.ndim != 2 or not angles.size:
+        raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
+    return [Pose(q) for q in angles]
+
+
+def _frozen(pose: Pose) -> Pose:
+    """A pose with arrays of its own, which cannot be written to."""
+    arrays = [a for a in (pose.q, pose.rate) if a is not None]
+    if all(isinstance(a, np.ndarray) and a.base is None and not a.flags.writeable for a in arrays):
+        return pose
+    own = [_numbers(a).copy() for a in arrays]
+    for array in own:
+        array.setflags(write=False)
+    return replace(pose, q=own[0], rate=None if pose.rate is None else own[1])
+
+
+def _numbers(values: Any) -> np.ndarray:
     try:
-        angles = np.atleast_2d(np.asarray(poses, float))
+        return np.asarray(values, float)
     except (TypeError, ValueError) as error:
         raise InputError(
             "found something else than numbers, allowed: a Trajectory, Poses, or joint angles in"
             " rad, (J,) or (P, J)",
             "poses",
         ) from error
-    if angles.ndim != 2 or not angles.size:
-        raise InputError(f"found shape {angles.shape}, allowed: (J,) or (P, J)", "poses")
-    return replace(core, poses=tuple(Pose(q) for q in angles))
 
 
 def _checked(core: CoreScene) -> CoreScene:

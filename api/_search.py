@@ -1,9 +1,11 @@
 """The search: from a scene to a proposal."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, get_args
 
+from ._arguments import number, whole
 from ._checks import check_scene, check_scene_sight
 from ._errors import InputError, input_errors
 from ._proposal import Proposal
@@ -64,6 +66,8 @@ class Rings:
     def check(self) -> None:
         """Refuse numbers that are out of range or contradict each other: InputError."""
         reach, sensors = self.reach_percent, self.sensors
+        if reach is not None:
+            number("reach_percent", reach, "percent, above 0 and below 100")
         if reach is not None and not 0 < reach < 100:
             raise InputError(
                 f"found {reach:g}, allowed: percent, above 0 and below 100", "reach_percent"
@@ -79,8 +83,8 @@ class Rings:
             ("rings_per_link", self.rings_per_link, 200),
             ("sensors_per_ring", self.sensors_per_ring, 200),
         ):
-            if value is not None and not 1 <= value <= most:
-                raise InputError(f"found {value}, allowed: 1 to {most}", name)
+            if value is not None:
+                whole(name, value, 1, most)
             if name == "sensors" or value is None or (sensors is None and reach is None):
                 continue
             beside = "reach_percent" if reach is not None else f"sensors {sensors}"
@@ -104,8 +108,9 @@ def criterion(
 ) -> Criterion:
     """What a search makes large; InputError for what does not go together."""
     tolerant = errors is not None
-    if not 1 <= redundancy <= _MOST_COVERING:
-        raise InputError(f"found {redundancy}, allowed: 1 to {_MOST_COVERING}", "redundancy")
+    whole("redundancy", redundancy, 1, _MOST_COVERING)
+    if losing is not None and losing not in get_args(Losing):
+        raise InputError(f"found {losing!r}, allowed: {', '.join(get_args(Losing))}", "losing")
     if losing is not None and (tolerant or redundancy > 1):
         raise InputError(
             f"found {losing}, allowed: only without redundancy and tolerant",
@@ -175,9 +180,11 @@ def search(
         8
     """
     core = core_scene(CoreScene() if scene is None else scene)
+    if time_cap is not None:
+        number("time_cap", time_cap, "a positive number of seconds")
     cap = cap_of(time_cap)
-    if seed < 0:
-        raise InputError(f"found {seed}, allowed: 0 and more", "seed")
+    whole("seed", seed, 0)
+    known = _starts(start)
     rings = Rings(sensors, rings_per_link, sensors_per_ring, reach_percent)
     rings.check()
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
@@ -189,7 +196,6 @@ def search(
     tell(Progress())
     with input_errors(but=(InfeasibleError,)):
         if space is not None:
-            known = tuple(start)
             found = searching.search(
                 core, space, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
             )
@@ -208,6 +214,15 @@ def search(
         command=f"place_rings.search(..., seed={seed})",
         verifier=verifier,
     )
+
+
+def _starts(start: Any) -> tuple[Setup, ...]:
+    """Setups to start from; InputError for anything else."""
+    each = tuple(start) if isinstance(start, Iterable) else (start,)
+    for one in each:
+        if not isinstance(one, Setup):
+            raise InputError(f"found {one!r}, allowed: a list of Setups", "start")
+    return each
 
 
 def _fewest(

@@ -5,6 +5,7 @@ obstacles of the scene.
 import math
 from dataclasses import dataclass, field
 
+from ._arguments import number
 from ._errors import InputError, input_errors
 from .coverage.targets import Target
 from .objectives.scene import Goal
@@ -30,6 +31,7 @@ class TargetVolume:
             ("weight", self.weight, 1e6),
             ("at_least_percent", self.at_least_percent, 100.0),
         ):
+            number(name, value, f"0 to {most:g}")
             if not (math.isfinite(value) and 0 <= value <= most):
                 raise InputError(f"found {value:g}, allowed: 0 to {most:g}", name)
 

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from .formats.recorded_motion import with_record
 from .objectives.scene import Scene as CoreScene
 from .objectives.trajectory import MotionRecord, Thinning, recorded, thin
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """A recorded motion, which a scene takes in place of its poses.
 
@@ -50,16 +51,22 @@ class Trajectory:
     """Whether the angles of that file are in degrees."""
 
     def __post_init__(self) -> None:
+        whole("poses", self.poses, 1, 2000)
         for name, value, low, high in (
-            ("poses", self.poses, 1, 2000),
             ("within", self.within, 0, math.pi / 2),
             ("speed_weight", self.speed_weight, 0, 100),
         ):
+            number(name, value, f"{low} to {high:g}")
             if not low <= value <= high:
                 raise InputError(f"found {value:g}, allowed: {low} to {high:g}", name)
         if self.path is not None:
             return
-        time_s, q = np.asarray(self.time_s, float), np.asarray(self.q, float)
+        try:
+            time_s, q = np.array(self.time_s, float), np.array(self.q, float)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                "found no numbers, allowed: (T,) s and (T, J) rad", "time_s, q"
+            ) from error
         if time_s.ndim != 1 or q.ndim != 2 or len(q) != len(time_s) or len(time_s) < 2:
             raise InputError(
                 f"found shapes {time_s.shape} and {q.shape},"
@@ -70,8 +77,9 @@ class Trajectory:
             raise InputError(
                 "found numbers that are not finite, or times that do not ascend", "time_s, q"
             )
-        object.__setattr__(self, "time_s", time_s)
-        object.__setattr__(self, "q", q)
+        for name, array in (("time_s", time_s), ("q", q)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     @staticmethod
     def from_csv(

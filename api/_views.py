@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
-from ._errors import InputError, input_errors
+from ._errors import InputError, input_errors, writable
 from ._scene import Scene
 from .coverage.soft.sampling import EmptySolidError
-from .formats.writing import output_folder
 from .objectives.scene import Scene as CoreScene
 
 if TYPE_CHECKING:
@@ -113,9 +112,7 @@ def view(
             if urdf is None
             else read_skin(Path(urdf), tuple(Path(p) for p in packages), core.robot)
         )
-        session = ViewerSession(
-            core, setups, None if folder is None else output_folder(Path(folder)), surface
-        )
+        session = ViewerSession(core, setups, None if folder is None else writable(folder), surface)
         try:
             for target in session.targets:
                 session.glance.zeta(placed, target, core.occlusion)

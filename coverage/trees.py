@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 
 _Class = TypeVar("_Class", bound=type)
 _Tree = TypeVar("_Tree")
-_waiting: list[type] = []
+_waiting: list[type] = globals().get("_waiting", [])  # a reload keeps those that wait
 
 
 def tree(cls: _Class) -> _Class:

@@ -87,11 +87,11 @@ def _drop_none(value: Any) -> Any:
     return [_drop_none(v) for v in value] if isinstance(value, list) else value
 
 
-def output_folder(path: Path) -> Path:
+def output_folder(path: Path, argument: str = "--out ") -> Path:
     """Create the folder ``path`` if necessary and check that files can be written there.
 
     Raises:
-        UserError: if they cannot.
+        UserError: if they cannot; the message begins with ``argument``.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def output_folder(path: Path) -> Path:
             return path
     except OSError as error:
         raise UserError(
-            f"--out {path}: cannot be written: {error.strerror}; choose a writable folder"
+            f"{argument}{path}: cannot be written: {error.strerror}; choose a writable folder"
         ) from error
 
 

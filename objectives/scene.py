@@ -20,6 +20,8 @@ from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
+_REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
+_REFERENCE_POSE.setflags(write=False)  # the default of every scene
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,7 @@ class Scene:
 
     robot: Robot = UR10
     """The robot arm."""
-    poses: tuple[Pose, ...] = (Pose(np.radians(REFERENCE_POSE_DEG)),)
+    poses: tuple[Pose, ...] = (Pose(_REFERENCE_POSE),)
     """The weighted poses."""
     goals: tuple[Goal, ...] = (Goal(Target("V_S", 0.5)),)
     """The weighted target volumes."""

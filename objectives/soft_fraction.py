@@ -62,6 +62,10 @@ class SoftFraction:
             arrays: the rings and their sensors.
             values: positions, tilts (rad) and phases (rad) of the rings.
             width: width of the sigmoid, m; treated as a constant.
+
+        Returns:
+            Soft ζ; NaN for values that are not finite or a width that is not above 0, which the
+            sums over points would otherwise turn into a number.
         """
         mean: jax.Array = self._compiled(arrays, jnp.asarray(values), jax.lax.stop_gradient(width))
         return mean
@@ -82,7 +86,8 @@ class SoftFraction:
 
         clouds = tuple(jax.tree.leaves(self._clouds))
         zetas = jax.lax.map(term, (clouds, self._pose))  # (T,)
-        return (self._weights * zetas).sum()
+        sound = jnp.isfinite(values).all() & (wide > 0) & jnp.isfinite(wide)
+        return (self._weights * zetas).sum() * jnp.where(sound, 1, jnp.nan).astype(dtype)
 
 
 def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:

@@ -3,9 +3,8 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import psutil
@@ -149,6 +148,10 @@ def check_voxel(solid: Difference, voxel: float) -> None:
         )
 
 
+def _silent(_: object) -> None:
+    """Report nothing."""
+
+
 class Verifier:
     """Counts zeta of setups in one scene and caches the targets' voxels, which are the same for all
     setups.
@@ -160,9 +163,9 @@ class Verifier:
         voxel: float | None = None,
         rule: Rule = "centre",
         width: float = 0.0,
-        tell: Callable[[Bracket], None] = lambda bracket: None,
+        tell: Callable[[Bracket], None] = _silent,
         memory: float | None = None,
-        at: Callable[[int], None] = lambda pose: None,
+        at: Callable[[int], None] = _silent,
     ) -> None:
         """Choose how to count.
 
@@ -183,6 +186,10 @@ class Verifier:
         self.scene, self.rule, self.width, self.tell, self.at = scene, rule, width, tell, at
         self.voxel = VOXEL if voxel is None and not certified else voxel
         self._targets: dict[tuple[Target, int], VoxelSet] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """How it counts; what it reports to, and the voxels, stay in their process."""
+        return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}}
 
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         if (target, pose) in self._targets:
@@ -243,7 +250,8 @@ class Verifier:
 
     def under(self, occlusion: Occlusion) -> "Verifier":
         """Return a verifier for another occlusion model, with the same cached voxels."""
-        other = copy(self)
+        other = object.__new__(type(self))
+        vars(other).update(vars(self))
         other.scene = replace(self.scene, occlusion=occlusion)
         return other
 

@@ -272,6 +272,32 @@ def test_a_scene_is_what_its_file_says(tmp_path):
     assert again.sensor == scene.sensor
 
 
+def test_none_stands_for_a_default():
+    plain, table = pr.Scene(), pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])
+    full = {
+        "targets": pr.ToolSphere(),
+        "poses": np.zeros(6),
+        "sensor": pr.sensors["vl53l5cx"],
+        "ring_radius": 0.1,
+        "mounts": {"tool": pr.Limits(tilt=(0, 0.1))},
+        "rules": pr.Rules(spacing=0.1),
+        "obstacles": table,
+        "safety": pr.Safety(reaction=1.0),
+    }
+    scene = pr.Scene(**full)
+    assert scene.obstacles == (table,)
+    assert scene.ring_radius == 0.1
+    assert scene.replace(**dict.fromkeys(full)).core == plain.core
+    assert pr.Scene(**dict.fromkeys(full)).core == plain.core
+
+
+def test_trajectories_compare_and_hash_as_objects():
+    one, same = (pr.Trajectory([0, 1], [[0] * 6, [0.1] * 6]) for _ in range(2))
+    assert one == one
+    assert one != same
+    assert len({one, same}) == 2
+
+
 def test_a_scene_does_not_change():
     with pytest.raises(AttributeError, match="replace"):
         NEAR.robot = pr.robots["ur3"]
@@ -321,6 +347,40 @@ REFUSED = [
     ('pr.export("n1_8_0", to="dwg")', "to: found"),
     ('pr.load("nowhere.toml")', "nowhere.toml: cannot be read"),
     ('pr.save(3, "x.toml")', "allowed: a result, a Scene or a Robot"),
+    ("pr.Scene(poses=5)", "poses: found shape ()"),
+    ("pr.Scene(poses=object())", "poses: found something else than numbers"),
+    ("pr.Scene(obstacles=5)", "obstacles: found 5, allowed: obstacle(...)"),
+    ("pr.Scene(mounts=[1])", "mounts: found [1], allowed: Limits by the name of the link"),
+    ('pr.Scene(mounts="abc")', "mounts: found 'abc'"),
+    ('pr.Scene(mounts={"tool": 3})', "mounts: found 3 for 'tool'"),
+    ("pr.Scene(targets=5)", "targets: found 5, allowed: Shell,"),
+    ("pr.Scene(occlusion=None)", "occlusion: found None"),
+    ('pr.Shell(0.5, weight="a")', "weight: found 'a', allowed: 0 to"),
+    ("pr.obstacle(size=3)", "obstacle: found something else than numbers"),
+    ('pr.Ring("forearm", 0, 8, sensor="vl53l5cx")', "sensor: found 'vl53l5cx', allowed: a Sensor"),
+    ('pr.Ring("forearm", "a", 8)', "position: found 'a', allowed: a number"),
+    ('pr.Ring("forearm", 0, 8.5)', "count: found 8.5, allowed: an integer"),
+    ("pr.Ring(3, 0, 8)", "link: found 3"),
+    ("pr.Setup(3)", "rings: found 3, allowed: Rings"),
+    ('pr.Trajectory("a", "b")', "time_s, q: found no numbers"),
+    ("pr.Trajectory([0, 1], [[0], [1]], poses=2.5)", "poses: found 2.5, allowed: an integer"),
+    ("pr.verify(pr.Setup(()))", "setup: found no ring, allowed: one or more"),
+    ('pr.verify("n1_8_0", pr.Scene(), voxel="a")', "voxel: found 'a'"),
+    ('pr.certify("n1_8_0", pr.Scene(), width="a")', "width: found 'a'"),
+    ('pr.robustness("n1_8_0", pr.Scene(), draws=1.5)', "draws: found 1.5, allowed: an integer"),
+    ('pr.robustness("n1_8_0", pr.Scene(), law="x")', "law: found 'x', allowed: uniform, normal"),
+    ("pr.search(pr.Scene(), sensors=8.0)", "sensors: found 8.0, allowed: an integer, 1 to 2000"),
+    ('pr.search(pr.Scene(), sensors="a")', "sensors: found 'a', allowed: an integer"),
+    ("pr.search(pr.Scene(), seed=1.5)", "seed: found 1.5, allowed: an integer"),
+    ('pr.search(pr.Scene(), losing="x")', "losing: found 'x', allowed: ring, sensor"),
+    ('pr.search(pr.Scene(), start=["n1_8_0"])', "start: found 'n1_8_0', allowed: a list of Setups"),
+    ("pr.search(pr.Scene(), start=[3])", "start: found 3"),
+    ("pr.search(pr.Scene(), start=3)", "start: found 3"),
+    ('pr.search(pr.Scene(), time_cap="a")', "time_cap: found 'a'"),
+    ('pr.export("n1_8_0", to="csv", pose=1.5)', "pose: found 1.5, allowed: an integer"),
+    ('pr.export("n1_8_0", to="csv", folder="/proc/nope")', "folder: /proc/nope: cannot be written"),
+    ('pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")', "folder: /proc/nope: cannot"),
+    ("pr.sample_points(pr.Scene(), 1.5)", "count: found 1.5, allowed: an integer"),
 ]
 
 

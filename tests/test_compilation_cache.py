@@ -65,5 +65,57 @@ def test_without_a_home_everything_is_compiled_anew(caches, monkeypatch):
         raise RuntimeError("no home")
 
     monkeypatch.setattr(Path, "home", homeless)
+    os.environ.pop("XDG_CACHE_HOME")
+    os.environ.pop("LOCALAPPDATA")
+    keep_compiled()
+    assert "JAX_COMPILATION_CACHE_DIR" not in os.environ
+
+
+def test_only_entries_of_jax_go(caches, monkeypatch):
+    monkeypatch.setattr(compilation_cache, "MOST", 1)
+    cache_folder().mkdir(parents=True)
+    elsewhere = caches / "thesis-cache"
+    elsewhere.touch()
+    for n, name in enumerate(("0-cache", "0-atime", "notes.txt", "1-cache", "1-atime")):
+        (cache_folder() / name).touch()
+        os.utime(cache_folder() / name, (n, n))
+    (cache_folder() / "2-cache").symlink_to(elsewhere)
+    keep_compiled()
+    left = {file.name for file in cache_folder().iterdir()}
+    assert left == {"notes.txt", "1-cache", "1-atime", "2-cache"}
+    assert elsewhere.exists()
+
+
+def test_nothing_goes_through_a_link(caches, monkeypatch):
+    monkeypatch.setattr(compilation_cache, "MOST", 0)
+    mine = caches / "mine"
+    mine.mkdir()
+    (mine / "a-cache").touch()
+    cache_folder().parent.mkdir(parents=True)
+    cache_folder().symlink_to(mine)
+    keep_compiled()
+    assert (mine / "a-cache").exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the variable of the XDG specification")
+def test_a_relative_folder_for_caches_is_ignored(caches, monkeypatch):
+    monkeypatch.chdir(caches)
+    os.environ["XDG_CACHE_HOME"] = "relative"
+    assert caches / ".cache" in cache_folder().parents
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="HOME is not the home there")
+@pytest.mark.parametrize("home", ["", "relative", "/proc/nope"])
+def test_a_home_that_is_none_leaves_nothing_behind(caches, monkeypatch, home):
+    monkeypatch.chdir(caches)
+    os.environ.pop("XDG_CACHE_HOME")
+    os.environ["HOME"] = home
+    keep_compiled()
+    assert "JAX_COMPILATION_CACHE_DIR" not in os.environ
+    assert list(caches.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_gives_no_warning(caches, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
     keep_compiled()
     assert "JAX_COMPILATION_CACHE_DIR" not in os.environ

@@ -29,23 +29,28 @@ def use_of(drawn):
     return Use(name, None if which < 0 else lights[which % len(lights)].label, reflectance, size)
 
 
+def slant_m(found):
+    """How far it sees along a ray, m: the range before the beam's flat base is set."""
+    return found.steps[-2].range_m
+
+
 # the worked examples beside the datasheets
 @pytest.mark.parametrize(("size", "wanted"), [((0.45, 0.70), 2.45), ((0.04, 10.0), 1.16)])
 def test_fill_rule_gives_the_worked_examples(size, wanted):
-    assert effective(Use("vl53l1x", size=size)).slant_m == pytest.approx(wanted, abs=0.006)
+    assert slant_m(effective(Use("vl53l1x", size=size))) == pytest.approx(wanted, abs=0.006)
 
 
 @pytest.mark.parametrize(
     ("ambient", "wanted"), [("dark", 3.6), ("50kcps", 1.66), ("200kcps", 0.73), ("51kcps", 0.73)]
 )
 def test_light_is_that_of_the_next_stronger_figure(ambient, wanted):
-    assert effective(Use("vl53l1x", ambient)).slant_m == wanted
+    assert slant_m(effective(Use("vl53l1x", ambient))) == wanted
 
 
 def test_reflectance_gives_what_was_measured_and_never_more():
-    assert effective(Use("vl53l1x", "dark", 0.17)).slant_m == 1.70
-    assert effective(Use("tfmini", "dark", 0.10)).slant_m == 5.0
-    assert effective(Use("vl53l1x", "50kcps", 0.17)).slant_m == pytest.approx(
+    assert slant_m(effective(Use("vl53l1x", "dark", 0.17))) == 1.70
+    assert slant_m(effective(Use("tfmini", "dark", 0.10))) == 5.0
+    assert slant_m(effective(Use("vl53l1x", "50kcps", 0.17))) == pytest.approx(
         1.66 * math.sqrt(0.17 / 0.88)
     )
 
@@ -111,7 +116,7 @@ def test_the_flat_base_lies_within_the_range(drawn):
     corner = found.range_m * np.array(
         [1, math.tan(half), math.tan(half) if found.model.square else 0.0]
     )
-    assert np.linalg.norm(corner) <= found.slant_m * (1 + 1e-12)
+    assert np.linalg.norm(corner) <= slant_m(found) * (1 + 1e-12)
 
 
 def test_side_of_a_diagonal_is_that_of_the_square_within():

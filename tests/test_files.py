@@ -60,7 +60,9 @@ BAD_SCENES = {
         "sensor: found light '9klx', allowed for vl53l1x: dark, or kcps up to"
     ),
     "[sensor]\nmodel = 'vl53l1x'\nrange_m = 3.9": "sensor.range_m: found 3.9, allowed: 3.",
-    "[sensor]\nambient = 'dark'": 'sensor.ambient: found "dark", allowed: only together with a model',
+    "[sensor]\nambient = 'dark'": (
+        'sensor.ambient: found "dark", allowed: only together with a model'
+    ),
     "[safety]\nreaction = 0.1": "safety.reaction: found an unknown key",
     "[safety]\nhuman_speed = 0": "safety.human_speed: found 0",
     "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nrate_deg_s = [1]": (

@@ -8,13 +8,40 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import ROBOTS
-from place_rings.coverage.robots.pose_curve import pappus_volume, pose_curve, washer_volume
+from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.coverage.voxels.octree import count
+from scipy.integrate import quad
 
 from . import drawing
 
 STRAIGHT = np.array([[0.0, 0, 0], [0, 0, 0.4], [0, 0, 1.0]])
+
+
+def pappus_volume(curve, outer, inner=0.0):
+    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube
+    never meets itself.
+    """
+    return math.pi * (outer**2 - inner**2) * curve.arc_length()
+
+
+def washer_volume(curve, outer, inner):
+    """Volume of a curved-axis solid of revolution, m^3: pi times the integral of outer^2 - inner^2
+    along the curve.
+
+    ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
+    """
+    total, travelled = 0.0, 0.0
+    for piece in curve.pieces:
+        length = quad(piece.speed, 0, 1, limit=200)[0]
+
+        def slice_volume(t, piece=piece, travelled=travelled):
+            s = travelled + quad(piece.speed, 0, t)[0]
+            return (outer(s) ** 2 - inner(s) ** 2) * piece.speed(t)
+
+        total += math.pi * quad(slice_volume, 0, 1, limit=200)[0]
+        travelled += length
+    return total
 
 
 @pytest.mark.parametrize(("name", "length"), [("ur10", 1.753), ("ur10_dh", 1.604)])

@@ -255,3 +255,48 @@ def test_a_box_in_a_room_has_twelve_triangles_that_enclose_it():
     )
     assert area.sum() == pytest.approx(2 * (0.4 * 0.6 + 0.4 * 2 + 0.6 * 2))
     assert faces_within(box(np.full(3, 5.0), np.ones(3)), CUBE).shape == (0, 3, 3)
+
+
+@given(drawing.seeds)
+def test_each_pixel_shows_the_nearest_spot(seed):
+    rng = np.random.default_rng(seed)
+    shape, count = (12, 17), 20
+    centre, radius = rng.uniform(-6, 22, (count, 3)), rng.uniform(0, 9, count)
+    centre[::2] = np.round(
+        centre[::2]
+    )  # some through the centres of pixels, some as near as others
+    colour = rng.uniform(size=(count, 3))
+    y, x = np.mgrid[: shape[0], : shape[1]] + 0.5
+    depth, expected = np.full(shape, -np.inf), np.zeros((*shape, 3))
+    for (cx, cy, z), r, c in zip(centre, radius, colour, strict=True):
+        gap = ((y - cy) ** 2).astype(np.float32) + ((x - cx) ** 2).astype(np.float32)
+        mine = (gap <= r**2) & (np.float32(z) >= depth)
+        depth[mine], expected[mine] = np.float32(z), c
+    buffer = DepthBuffer(shape)
+    buffer.stamp(centre, radius, colour)
+    np.testing.assert_array_equal(buffer.depth.reshape(shape), depth)
+    np.testing.assert_array_equal(buffer.colour.reshape(*shape, 3), expected.astype(np.float32))
+
+
+def test_spots_far_off_or_wide_or_no_numbers_leave_the_picture_whole():
+    canvas, plain = above(), above()
+    for one in (canvas, plain):
+        one.points(np.zeros((1, 3)), GREEN, 0.1)
+    for far in (np.nan, np.inf, 1e15, -1e300):
+        canvas.points(np.array([[far, 0.0, 0.0], [0.0, far, 0.0]]), RED, 0.1)
+    canvas.points(np.zeros((1, 3)), RED, np.nan)
+    canvas.points(np.full((3, 3), np.nan), RED, 0.1)
+    np.testing.assert_array_equal(picture(canvas), picture(plain))
+    buffer = DepthBuffer((8, 8))  # without a canvas before it
+    nan, one = np.nan, np.ones(4)
+    buffer.stamp(
+        np.array([[nan, 1, 1], [1, nan, 1], [1, 1, nan], [1, 1, 1]]), nan * one, np.eye(4, 3)
+    )
+    assert not buffer.alpha.any()
+    for radius in (1e4, 1e200, np.inf):
+        wide = above()
+        wide.points(np.array([[0.0, 0, -0.5]]), RED, 0.0)
+        wide.points(np.array([[0.0, 0, -0.9]]), BLUE, radius)
+        shown = picture(wide, 20)
+        assert shown.shape == (20, 20, 4)
+        assert (shown[..., 3] == 1).all() == np.isfinite(radius)

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.errors import UserError
-from place_rings.formats.loader import read_proposal
+from place_rings.formats.loader import read_model, read_proposal
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
-from place_rings.rig.check.plan_files import read_mount_plan, write_mount_plan
+from place_rings.rig.check.plan_files import MountPlanFile, mount_plan_of, write_mount_plan
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.fit import RingFit, fit_mount
 from place_rings.rig.mount.model import LIMITS, NAMES, moved, slopes
@@ -101,13 +101,13 @@ def test_poses_are_chosen_by_what_they_tell(plan):
 def test_a_plan_of_stops_reads_back(plan, tmp_path):
     file = tmp_path / "stops.toml"
     write_mount_plan(file, plan)
-    back = read_mount_plan(file)
+    back = mount_plan_of(read_model(file, MountPlanFile))
     np.testing.assert_allclose(back.joints, plan.joints, atol=1e-7)
     np.testing.assert_allclose(back.information, plan.information)
     assert back.frames == plan.frames
     file.write_text(file.read_text().replace("frames = 8", "frames = 0"))
     with pytest.raises(UserError, match="frames: found 0, allowed: an integer at least 1"):
-        read_mount_plan(file)
+        read_model(file, MountPlanFile)
 
 
 @settings(max_examples=40)

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_model
 from place_rings.objectives.scene import Scene
-from place_rings.rig.check.plan_files import read_rod_plan, write_rod_plan
+from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.waving import waved
 from place_rings.rig.mount.wiring import Order
@@ -137,7 +138,7 @@ def test_the_interval_holds_the_share_as_often_as_it_says(p):
 def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     file = tmp_path / "trials.toml"
     write_rod_plan(file, plan)
-    back = read_rod_plan(file)
+    back = rod_plan_of(read_model(file, RodPlanFile))
     np.testing.assert_allclose(back.point, plan.point, atol=1e-6)
     np.testing.assert_array_equal(back.stratum, plan.stratum)
     assert (back.strata, back.rod, back.detection, back.target) == (
@@ -156,7 +157,7 @@ def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     assert (tmp_path / "trials.pdf").read_bytes().startswith(b"%PDF")
     file.write_text(file.read_text().replace("stratum = 1", "stratum = 7", 1))
     with pytest.raises(UserError, match=r"trials\[\d+\].stratum: found 7, allowed: 0 to 1"):
-        read_rod_plan(file)
+        read_model(file, RodPlanFile)
 
 
 def test_medians_at_stops_are_those_of_the_valid_readings_there():

@@ -22,6 +22,17 @@ import jax
 assert len(jax.tree.leaves(balls)) == 2
 """
 
+_RELOADED = """
+import importlib, sys
+import numpy as np
+from place_rings.coverage import trees
+from place_rings.coverage.solids.spheres import Spheres
+importlib.reload(trees)
+assert "jax" not in sys.modules
+import jax
+assert len(jax.tree.leaves(Spheres(np.zeros((1, 3)), np.ones(1)))) == 2
+"""
+
 
 @given(drawing.seeds)
 def test_mapped_is_jaxs_map(seed):
@@ -38,3 +49,7 @@ def test_mapped_is_jaxs_map(seed):
 
 def test_a_solid_that_was_there_before_jax_is_a_tree_of_jax():
     subprocess.run([sys.executable, "-c", _LATE], check=True)
+
+
+def test_a_reload_before_jax_forgets_no_tree():
+    subprocess.run([sys.executable, "-c", _RELOADED], check=True)

@@ -2,7 +2,9 @@
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from numbers import Integral, Real
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -34,6 +36,17 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Reject values outside their range with a ``ValueError``."""
+        if not isinstance(self.link, str):
+            raise ValueError(f"Ring: link: found {self.link!r}, allowed: the name of a link")
+        if not isinstance(self.sensor, Sensor):
+            raise ValueError(
+                f"Ring: sensor: found {self.sensor!r}, allowed: a Sensor, as a catalogue has them"
+            )
+        if not isinstance(self.count, Integral):
+            raise ValueError(f"Ring: count: found {self.count!r}, allowed: an integer")
+        for name in ("position", "tilt", "phase", "radius"):
+            if not isinstance(value := getattr(self, name), Real):
+                raise ValueError(f"Ring: {name}: found {value!r}, allowed: a number")
         # measured rings may lie beyond an end of a short link and have any tilt
         for name, value, allowed, holds in (
             ("position", self.position, "a finite number", math.isfinite(self.position)),
@@ -66,6 +79,8 @@ class Setup:
     """The rings, numbered from 0 in this order; a list becomes a tuple."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.rings, Iterable):
+            raise ValueError(f"Setup: rings: found {self.rings!r}, allowed: Rings")
         rings = tuple(self.rings)
         for ring in rings:
             if not isinstance(ring, Ring):

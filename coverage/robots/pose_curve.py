@@ -2,8 +2,6 @@
 curves.
 """
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,34 +127,3 @@ def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurv
         start = rejoin
     pieces.append(Piece(np.stack([start, points[-1]])))
     return PoseCurve(tuple(pieces))
-
-
-def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
-    """Return the volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form).
-
-    It is exact if the tube does not intersect itself.
-    """
-    return math.pi * (outer**2 - inner**2) * curve.arc_length()
-
-
-def washer_volume(
-    curve: PoseCurve, outer: Callable[[float], float], inner: Callable[[float], float]
-) -> float:
-    """Return the volume of a curved-axis solid of revolution, m^3 (the paper's washer form).
-
-    It is pi times the integral of outer^2 - inner^2 along the curve. ``outer`` and ``inner`` give
-    the radii, m, at an arc length, m.
-    """
-    from scipy.integrate import quad
-
-    total, travelled = 0.0, 0.0
-    for piece in curve.pieces:
-        length = quad(piece.speed, 0, 1, limit=200)[0]
-
-        def slice_volume(t: float, piece: Piece = piece, travelled: float = travelled) -> float:
-            s = travelled + quad(piece.speed, 0, t)[0]
-            return (outer(s) ** 2 - inner(s) ** 2) * piece.speed(t)
-
-        total += math.pi * quad(slice_volume, 0, 1, limit=200)[0]
-        travelled += length
-    return total

@@ -55,11 +55,6 @@ class Effective:
         return self.steps[-1].range_m
 
     @property
-    def slant_m(self) -> float:
-        """Range along a ray, m: the range before the beam's flat base is applied."""
-        return self.steps[-2].range_m
-
-    @property
     def sensor(self) -> Sensor:
         """The resulting sensor."""
         side = math.radians(self.model.side_deg)

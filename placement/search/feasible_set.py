@@ -26,6 +26,10 @@ class InfeasibleError(ValueError):
 
     def __init__(self, text: str, key: str = "rules") -> None:
         super().__init__(f"{key}: {text}")
+        self._given = text, key
+
+    def __reduce__(self) -> tuple[type["InfeasibleError"], tuple[str, str]]:
+        return type(self), self._given
 
 
 class FeasibleSet:

@@ -212,11 +212,12 @@ class Canvas:
             radius: radius of the discs, m.
             nearer: see ``faces``.
         """
-        if not len(points):
+        points = np.asarray(points, float)
+        sound = np.isfinite(points).all(axis=-1) & np.isfinite(radius)
+        if not sound.any():
             return
-        depth = self.project(points)[1]
-        radii = radius * self._nearness(depth) * np.ones(len(points))
-        colours = self._each(colour, np.ones(len(points), bool))
+        colours, points = self._each(colour, sound), points[sound]
+        radii = (radius * np.ones(len(sound)))[sound] * self._nearness(self.project(points)[1])
         self._spots.append((self._placed(points, nearer), radii, colours))
 
     def extent(self) -> Float[np.ndarray, "2 2"] | None:

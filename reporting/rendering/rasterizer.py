@@ -186,21 +186,41 @@ class DepthBuffer:
         radius: Float[np.ndarray, " N"],
         colour: Float[np.ndarray, "N 3"],
     ) -> None:
-        """Draw discs that face the eye.
+        """Draw discs that face the eye. Those with a centre or a radius that is no number are left
+        out.
 
         Args:
             centre: x and y in pixels, and depth (N, 3).
             radius: radii (N,), pixels.
             colour: red, green and blue (N, 3) in [0, 1].
         """
-        reach = int(np.ceil(radius.max(initial=0.0) + 0.5))
-        base = np.floor(centre[:, :2]).astype(np.int32)
-        at = base[:, None] + np.arange(-reach, reach + 1, dtype=np.int32)[:, None]  # (N, K, 2)
-        gap = ((at + 0.5 - centre[:, None, :2]) ** 2).astype(np.float32)
-        gap[(at < 0) | (at >= self.shape[::-1])] = np.inf
-        near = gap[:, :, None, 1] + gap[:, None, :, 0] <= (radius**2)[:, None, None]
+        sound = np.isfinite(centre).all(axis=1) & (radius >= 0)
+        centre, radius, colour = centre[sound], radius[sound], colour[sound]
+        high = np.array(self.shape[::-1])
+        reach = np.ceil(radius.max(initial=0.0) + 0.5)
+        size = np.minimum(2 * reach + 1, high).astype(int)  # of the windows that hold the spots
+        first = np.clip(np.floor(centre[:, :2]) - reach, 0, high - size).astype(np.int32)
+        step = max(_MOST // max(int(size.prod()), 1), 1)
+        for start in range(0, len(centre), step):
+            part = slice(start, start + step)
+            self._stamp(centre[part], radius[part], colour[part], first[part], size)
+
+    def _stamp(
+        self,
+        centre: Float[np.ndarray, "N 3"],
+        radius: Float[np.ndarray, " N"],
+        colour: Float[np.ndarray, "N 3"],
+        first: Int[np.ndarray, "N 2"],
+        size: Int[np.ndarray, " 2"],
+    ) -> None:
+        """Draw spots, each within a window of pixels: its first column and row, and its size."""
+        with np.errstate(over="ignore"):  # beyond what float32 holds: far outside
+            x, y = (first[:, i, None] + np.arange(size[i], dtype=np.int32) for i in (0, 1))
+            gap_x = ((x + 0.5 - centre[:, :1]) ** 2).astype(np.float32)
+            gap_y = ((y + 0.5 - centre[:, 1:2]) ** 2).astype(np.float32)
+            near = gap_y[:, :, None] + gap_x[:, None, :] <= (radius**2)[:, None, None]
         spot, up, across = np.nonzero(near)
-        pixel = at[spot, up, 1] * self.shape[1] + at[spot, across, 0]
+        pixel = y[spot, up] * self.shape[1] + x[spot, across]
         depth = centre[spot, 2].astype(np.float32)
         won = self._nearer(pixel, depth)
         self.colour[pixel[won]], self.alpha[pixel[won]] = colour[spot[won]], 1.0

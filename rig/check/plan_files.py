@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ...coverage.targets import Target
-from ...formats.loader import read_model
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Metres, Percent
 from ...formats.schema.versions import VersionedFile
@@ -153,11 +152,6 @@ def write_mount_plan(path: Path, plan: MountPlan) -> None:
     write_text(path, to_toml(mount_plan_model(plan)))
 
 
-def read_mount_plan(path: Path) -> MountPlan:
-    """Read a plan of stops from its file; raise UserError if it is unreadable or invalid."""
-    return mount_plan_of(read_model(path, MountPlanFile))
-
-
 def rod_plan_model(plan: RodPlan) -> RodPlanFile:
     """Convert a plan of trials to its file model."""
     name: Any = plan.target.name
@@ -187,11 +181,6 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
 def write_rod_plan(path: Path, plan: RodPlan) -> None:
     """Write a plan of trials as TOML; raise UserError if that fails."""
     write_text(path, to_toml(rod_plan_model(plan)))
-
-
-def read_rod_plan(path: Path) -> RodPlan:
-    """Read a plan of trials from its file; raise UserError if it is unreadable or invalid."""
-    return rod_plan_of(read_model(path, RodPlanFile))
 
 
 def rod_plan_of(file: RodPlanFile) -> RodPlan:
