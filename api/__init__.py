@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._catalogue import robots, sensors
-    from ._counts import Coverage, certify, verify
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
         ToolSphere,
     )
     from ._trajectory import Trajectory
+    from ._verify import Coverage, certify, verify
     from ._views import view
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
@@ -86,7 +86,7 @@ __all__ = [
 
 _MODULES = {
     "_catalogue": ("robots", "sensors"),
-    "_counts": ("Coverage", "certify", "verify"),
+    "_verify": ("Coverage", "certify", "verify"),
     "_errors": ("InputError",),
     "_export": ("export",),
     "_files": ("load", "save"),

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ._arguments import whole
-from ._checks import SetupLike, resolve_setup
 from ._errors import InputError, input_errors, writable
 from ._scene import Scene
+from ._validation import SetupLike, resolve_setup
 from .formats.errors import shown
 from .formats.writing import write_bytes
 from .objectives.scene import Scene as CoreScene

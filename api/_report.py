@@ -7,9 +7,9 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from ._arguments import whole
-from ._checks import ResolvedSetup, SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import input_errors, writable
 from ._scene import Scene
+from ._validation import ResolvedSetup, SetupLike, check_scene, check_sight, resolve_setup
 from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import get_args
 
 from ._arguments import number, whole
-from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
+from ._validation import SetupLike, check_scene, check_sight, resolve_setup
 from .coverage.choices import Law
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup

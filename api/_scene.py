@@ -12,7 +12,7 @@ from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._targets import TargetVolume, volume_of
 from ._trajectory import Trajectory
-from .coverage.occlusion.model import OCCLUSIONS, Occlusion
+from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from .coverage.rings.ring import Ring
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 from ._arguments import number, whole
-from ._checks import check_scene, check_scene_sight
 from ._errors import InputError, input_errors
 from ._proposal import Proposal
 from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
+from ._validation import check_scene, check_scene_sight
 from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup

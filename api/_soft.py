@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._arguments import whole
-from ._checks import SetupLike, resolve_setup
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
+from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from .coverage.soft.sampling import Cloud, cloud

@@ -8,9 +8,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors, writable
 from ._scene import Scene
+from ._validation import SetupLike, check_scene, check_sight, resolve_setup
 from .coverage.soft.sampling import EmptySolidError
 from .objectives.scene import Scene as CoreScene
 

@@ -15,9 +15,9 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Rules, Scene
 from place_rings.objectives.verify import Verifier
+from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import setup_from
 from place_rings.studies.engine.store import Cell
-from place_rings.studies.engine.tasks import TASKS
 from place_rings.studies.pareto import study as pareto
 from search_task import OverError, Question, Watch, layout
 

@@ -24,8 +24,8 @@ import psutil
 from common import table
 from noted import NOTES, cells
 from place_rings.studies.engine import runner as engine
+from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.store import Store
-from place_rings.studies.engine.tasks import TASKS
 
 _START = 6.0  # s, approximate start time of a study; some kills come earlier
 _BETWEEN = 12  # largest number of cells between two kills, before a random delay

@@ -14,9 +14,9 @@ from typing import Any
 import dask
 import numpy as np
 from place_rings.studies.engine import cluster
-from place_rings.studies.engine.counting import zeta
+from place_rings.studies.engine.counting_tasks import zeta
+from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.store import Cell, Store
-from place_rings.studies.engine.tasks import TASKS
 
 NOTES = "PLACE_RINGS_NOTES"
 

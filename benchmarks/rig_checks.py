@@ -33,7 +33,7 @@ from place_rings.rig.rod.coverage_estimate import RodCheck, check_rod
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import Places, places, plan_rod, rod_zeta
 from place_rings.rig.sensing.readings import at_stops
-from place_rings.rig.simulated_cell.injected import injected
+from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 

@@ -11,10 +11,10 @@ import sys
 from multiprocessing.connection import Connection
 
 import numpy as np
-from place_rings.cli.pipes import ended_by_signals, gone_is_an_error
 from place_rings.cli.runs.check_view import View
+from place_rings.cli.signals import ended_by_signals, gone_is_an_error
 from place_rings.rig.check.procedure import EndedError
-from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import LinkFaultError
 from place_rings.rig.session.session import Session

@@ -4,7 +4,7 @@ import time
 from functools import partial
 
 import numpy as np
-from place_rings.rig.rings.health import SILENT, Event, Happened, Port
+from place_rings.rig.rings.line_monitor import SILENT, Event, Happened, Port
 from place_rings.rig.rings.ports import Rings
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command

@@ -15,7 +15,7 @@ import numpy as np
 import psutil
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind
-from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.robot.link import START
 from place_rings.rig.robot.vetting import STALE, LinkFaultError
 from place_rings.rig.session.gathering import replay

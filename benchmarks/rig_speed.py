@@ -3,8 +3,8 @@
 import time
 
 import numpy as np
-from place_rings.rig.rings.decoders import DECODERS, decoder
-from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.firmware_decoders import DECODERS, decoder
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.rings.ports import Rings
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated.process import SimulatedRig, command

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from place_rings.rig.recording.recording import Recording
-from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.session.session import Session
 
 

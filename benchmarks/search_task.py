@@ -24,7 +24,7 @@ from place_rings.objectives.scene import Goal, Pose, Rules, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout
-from place_rings.simulation.task import pick_and_place
+from place_rings.simulation.pick_and_place import pick_and_place
 
 POINTS = 8192  # training points of all goals and poses, on which candidates are evaluated
 HELD_OUT = 100_000  # other points, on which all methods' answers are judged afterwards

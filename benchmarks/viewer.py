@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from common import table
-from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier

@@ -12,9 +12,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
+from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.coverage.solids.shadows import behind, capsule_shadow
 
 LEFT, RIGHT, LOW, HIGH = 0.0, 1.6, -0.2, 1.0  # m, the plane y = 0
 WIDTH = 0.03  # m, width of the sigmoid

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.occluded_beams import Beams
 from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup, ring_values
 from ..coverage.rings.ring_kinematics import ring_arrays, sensor_cones, sensor_poses
 from ..coverage.robots.kinematics import forward

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.arrays import Array, namespace
+from ..coverage.pytrees import tree
 from ..coverage.rings.ring_kinematics import RingArrays
-from ..coverage.trees import tree
 from .scene import Scene
 
 # share of a link: files round positions to it, so bounds and spacings are rounded to the safe side

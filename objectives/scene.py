@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import RING_RADIUS, Ring
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.ring_section import surrounded

@@ -10,7 +10,7 @@ import numpy as np
 import psutil
 
 from ..coverage.choices import Rule
-from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference
 from ..coverage.targets import Target

@@ -15,7 +15,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.robot import Robot
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
-from ..simulation.moments import STEP, Moments
+from ..simulation.motion_samples import STEP, Moments
 from .approach_figure import beam_outline, capsule_outlines, robot_outlines
 from .plots import COLOURS, GREY, GRID, INK, plain, save, sheet
 

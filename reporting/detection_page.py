@@ -10,7 +10,7 @@ import numpy as np
 from ..formats.escaping import printable_lines
 from ..formats.schema.separation_models import SafetyResult, ShareModel
 from ..simulation.detection import Approaches
-from ..simulation.moments import STEP, Moments
+from ..simulation.motion_samples import STEP, Moments
 from .pages import table
 
 DISCLAIMER = (

@@ -7,7 +7,7 @@ from ..formats.export.glb import glb
 from ..formats.export.mjcf import mjcf
 from ..formats.export.placed import PlacedSetup
 from ..formats.export.ros2 import ros2
-from ..formats.export.tables import csv, json
+from ..formats.export.sensor_tables import csv, json
 from ..formats.export.urdf import urdf
 from ..formats.export.xacro import xacro
 

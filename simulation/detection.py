@@ -27,7 +27,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import stats
 
 from ..coverage.occlusion.first_return import Beam, polyhedron_in_beam
-from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.occlusion.ranging import readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
@@ -37,7 +37,7 @@ from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
-from .moments import STEP, Moments
+from .motion_samples import STEP, Moments
 
 STATURE = 1.75  # m
 STRIDE = 0.83  # share of stature, length of one gait cycle

@@ -5,7 +5,7 @@ import signal
 from pathlib import Path
 
 from place_rings.studies.engine import counting  # noqa: F401  (its tasks are registered)
-from place_rings.studies.engine.tasks import TASKS
+from place_rings.studies.engine.registry import TASKS
 
 
 def end(x: int, times: int, folder: str) -> int:

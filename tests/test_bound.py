@@ -27,7 +27,7 @@ from place_rings.studies.bound.ring_grid import (
     limits,
     points_in,
 )
-from place_rings.studies.engine.tasks import TASKS
+from place_rings.studies.engine.registry import TASKS
 
 from . import drawing
 

@@ -14,8 +14,8 @@ from distributed import LocalCluster
 from place_rings.formats.errors import UserError
 from place_rings.studies.engine import cluster
 from place_rings.studies.engine import runner as engine
+from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.store import Cell, Store
-from place_rings.studies.engine.tasks import TASKS
 
 from . import odd_works
 from .odd_works import ALL

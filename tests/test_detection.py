@@ -34,7 +34,7 @@ from place_rings.simulation.detection import (
     turned,
     walker,
 )
-from place_rings.simulation.moments import STEP, moments_of_record, moments_of_scene
+from place_rings.simulation.motion_samples import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1

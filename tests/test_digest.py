@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from place_rings.studies.engine import digest as digests
 from place_rings.studies.engine.digest import ROOT, digest, import_closure, program
-from place_rings.studies.engine.tasks import TASKS
+from place_rings.studies.engine.registry import TASKS
 
 from .rooms import modules, rooms
 
@@ -23,7 +23,9 @@ for _file in sorted((ROOT / "studies").rglob("*.py")):  # those that register ta
         import_module(".".join(("place_rings", *_file.relative_to(ROOT).with_suffix("").parts)))
 
 FILES = sorted({Path(inspect.getfile(task)).relative_to(ROOT) for task in TASKS.values()})
-COUNTING, SEARCHING = (Path(f"studies/engine/{name}.py") for name in ("counting", "searching"))
+COUNTING, SEARCHING = (
+    Path(f"studies/engine/{name}.py") for name in ("counting_tasks", "searching_tasks")
+)
 MODULES = [file.relative_to(ROOT) for _, file in modules(ROOT)]
 IN_PLACE = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 

@@ -25,7 +25,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.coverage.solids.sensor_beams import Optics
+from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.export.placed import PlacedSetup
@@ -35,7 +35,7 @@ from place_rings.formats.sensors.sensor_frames import looking_along, looking_alo
 from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.reporting.export_formats import FORMATS
-from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
+from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
 from . import drawing
 from .rig_cell import BOX, FLOOR, TABLE
@@ -76,7 +76,7 @@ def same(scene: Scene, a: Setup, b: Setup) -> None:
         np.testing.assert_allclose(other.axis, one.axis, atol=CLOSE)
         np.testing.assert_allclose(other.half_angle, one.half_angle, atol=CLOSE)
         np.testing.assert_allclose(other.range_m, one.range_m, atol=CLOSE)
-        if isinstance(one, Optics):
+        if isinstance(one, MixedBeams):
             np.testing.assert_allclose(
                 np.abs((one.up * other.up).sum(axis=1)[one.half_up > 0]), 1, atol=CLOSE
             )

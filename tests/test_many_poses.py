@@ -19,7 +19,7 @@ from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.placement.search.search import search
-from place_rings.simulation.task import pick_and_place
+from place_rings.simulation.pick_and_place import pick_and_place
 
 SHORT = Schedule(4, (Stage(0.05, 4096, 10, 1),), draws=8)
 GOALS = (Goal(Target("V_S", 0.4), 0.7), Goal(Target("V_S", 0.6), 0.3))

@@ -15,11 +15,11 @@ from place_rings.coverage.occlusion.first_return import (
     cone_gap,
     polyhedron_in_beam,
 )
+from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.solids.cones import cone
 from place_rings.coverage.solids.polyhedra import box, half_space, hull, largest, polyhedron_shadow
 from place_rings.coverage.solids.segments import segment_to_segment
-from place_rings.coverage.solids.shadows import behind, capsule_shadow
 from scipy.spatial.transform import Rotation
 
 from . import drawing

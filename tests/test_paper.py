@@ -13,7 +13,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.reporting.pages import csv_text, html, table
 from place_rings.simulation.distance import Series, measures
-from place_rings.studies.engine.counting import zeta
+from place_rings.studies.engine.counting_tasks import zeta
 from place_rings.studies.engine.scenes import setup_from
 from place_rings.studies.paper import coverage_cells as paper
 from place_rings.studies.paper import octree_figures

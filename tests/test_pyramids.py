@@ -24,7 +24,7 @@ from place_rings.coverage.soft.leave_one_out import soft_losses
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.pyramids import Pyramids
-from place_rings.coverage.solids.sensor_beams import BeamShapes, Optics
+from place_rings.coverage.solids.sensor_beams import BeamShapes, MixedBeams
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
@@ -67,7 +67,7 @@ def some(rng, n=4, cones=2):
         rng.uniform(0.1, 0.9, n),
         rng.uniform(0.3, 0.8, n),
     )
-    return Optics(apex, axis, half, range_m, up, half_up, half_up > 0)
+    return MixedBeams(apex, axis, half, range_m, up, half_up, half_up > 0)
 
 
 @given(SEED)

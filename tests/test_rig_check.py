@@ -22,7 +22,7 @@ import psutil
 import pytest
 from place_rings.cli.app import app
 from place_rings.cli.runs.check import check_live
-from place_rings.cli.runs.check_before import show_near_stops
+from place_rings.cli.runs.check_confirmation import show_near_stops
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
@@ -458,7 +458,7 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(PROPOSAL)
-    monkeypatch.setattr("place_rings.formats.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("place_rings.formats.optional_dependencies.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
     assert [file.name for file in tmp_path.iterdir()] == ["small.toml"]

@@ -10,7 +10,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.coverage.solids.sensor_beams import Optics
+from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.rig.sensing.expected import (
     CELL,
     NOTHING,
@@ -21,7 +21,7 @@ from place_rings.rig.sensing.expected import (
     in_beams,
     to_cell,
 )
-from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
+from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
 from .drawing import unit
 from .rig_cell import BOX, FLOOR, SCENE, SETUP, SQUARE
@@ -116,7 +116,7 @@ def test_a_floor_is_seen_at_its_foot_within_half_the_beam_and_along_its_side_bey
     half, high = 0.25, 0.7
     axis = np.array([[math.sin(lean), 0.0, -math.cos(lean)]])
     up = np.array([[math.cos(lean), 0.0, math.sin(lean)]])
-    beam = Optics(
+    beam = MixedBeams(
         np.array([[0.2, 0.1, high - 0.75]]),
         axis,
         np.array([half]),
@@ -131,7 +131,7 @@ def test_a_floor_is_seen_at_its_foot_within_half_the_beam_and_along_its_side_bey
 
 
 def test_a_sensor_within_something_reads_nought_and_one_before_nothing_reads_nothing():
-    one = Optics(
+    one = MixedBeams(
         *(np.array([v]) for v in ([-0.7, 0.5, -0.45], [1.0, 0, 0], 0.2, 1.0, [0, 0, 1.0], 0.0)), NOT
     )
     assert to_cell(one, (BOX.body,))[0] == 0

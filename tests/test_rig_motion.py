@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 from place_rings.rig.recording.recording import Recording, RecordingReader
-from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError

@@ -16,11 +16,11 @@ from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.check.plan_files import MountPlanFile, mount_plan_of, write_mount_plan
 from place_rings.rig.mount.as_built import AsBuilt
+from place_rings.rig.mount.channel_assignment import Order, best_order, costs, mixed, reseated
 from place_rings.rig.mount.fit import RingFit, fit_mount
-from place_rings.rig.mount.model import LIMITS, NAMES, moved, slopes
+from place_rings.rig.mount.mounting_error_model import LIMITS, NAMES, moved, slopes
 from place_rings.rig.mount.solve import MountError, Read, solve
 from place_rings.rig.mount.stop_plan import MountPlan, planned
-from place_rings.rig.mount.wiring import Order, best_order, costs, mixed, reseated
 from place_rings.rig.poses.clear import clear, drawn, gaps
 from place_rings.rig.sensing.expected import CELL, expected
 from place_rings.rig.sensing.noise import Noise

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.formats.ring_frame import frame_length
-from place_rings.rig.rings.decoders import DECODERS, decoder
+from place_rings.rig.rings.firmware_decoders import DECODERS, decoder
 from place_rings.rig.rings.protocol import (
     MAGIC,
     Counts,

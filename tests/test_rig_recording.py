@@ -17,7 +17,7 @@ from place_rings.formats.errors import UserError
 from place_rings.rig.recording.clocks import Lag, align
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import DamagedError, Kind, Record, RecordReader
-from place_rings.rig.rings.health import Event, Happened, Port
+from place_rings.rig.rings.line_monitor import Event, Happened, Port
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended

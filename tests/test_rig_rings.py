@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.rig.recording.records import Kind
-from place_rings.rig.rings.health import LATE, SILENT, Event, Happened, Line, Port
+from place_rings.rig.rings.line_monitor import LATE, SILENT, Event, Happened, Line, Port
 from place_rings.rig.rings.ports import Rings
 from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.simulated.ports import SimulatedRing

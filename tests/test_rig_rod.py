@@ -13,8 +13,8 @@ from place_rings.formats.loader import read_model
 from place_rings.objectives.scene import Scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
 from place_rings.rig.check.self_check import self_check
-from place_rings.rig.mount.waving import waved
-from place_rings.rig.mount.wiring import Order
+from place_rings.rig.mount.channel_assignment import Order
+from place_rings.rig.mount.hand_sweep import waved
 from place_rings.rig.rod.coverage_estimate import check_rod, share
 from place_rings.rig.rod.rod import CLEAR, Detection, Rod, placeable, seen
 from place_rings.rig.rod.trial_plan import Stratum, places, plan_rod, rod_zeta

@@ -29,7 +29,7 @@ from place_rings.rig.robot.motion import Mover
 from place_rings.rig.sensing.expected import ROBOT, expected
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.session.session import Session
-from place_rings.rig.simulated_cell.injected import injected
+from place_rings.rig.simulated_cell.ground_truth import injected
 
 from .rig_cell import SCENE, SETUP
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.rig.rings.health import SILENT
+from place_rings.rig.rings.line_monitor import SILENT
 from place_rings.rig.rings.protocol import Frame, Status
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE, SIGN, WATCHDOG

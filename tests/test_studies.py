@@ -15,10 +15,10 @@ from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
-from place_rings.studies.engine import searching
+from place_rings.studies.engine import searching_tasks as searching
+from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
-from place_rings.studies.engine.tasks import TASKS
 
 JSON = st.recursive(
     st.none()

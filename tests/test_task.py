@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.simulation import task
+from place_rings.simulation import pick_and_place as task
 
 
 @pytest.fixture(scope="module", params=PAPER_ROBOTS)

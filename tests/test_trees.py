@@ -6,9 +6,9 @@ import sys
 import jax
 import numpy as np
 from hypothesis import given
+from place_rings.coverage.pytrees import mapped
 from place_rings.coverage.solids.base import Difference, Union
 from place_rings.coverage.solids.spheres import Spheres
-from place_rings.coverage.trees import mapped
 
 from . import drawing
 
@@ -25,7 +25,7 @@ assert len(jax.tree.leaves(balls)) == 2
 _RELOADED = """
 import importlib, sys
 import numpy as np
-from place_rings.coverage import trees
+from place_rings.coverage import pytrees as trees
 from place_rings.coverage.solids.spheres import Spheres
 importlib.reload(trees)
 assert "jax" not in sys.modules

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.formats.export.placed import PlacedSetup
-from place_rings.formats.export.tables import json as poses
+from place_rings.formats.export.sensor_tables import json as poses
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.loader import resolve
 from place_rings.formats.sensors.sensor_poses import setup_of_poses

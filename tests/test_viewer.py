@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded

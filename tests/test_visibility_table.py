@@ -13,7 +13,7 @@ from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.occlusion import occluders, setup_sight
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.placement.search.ring_visibility import around, rings_see
-from place_rings.placement.search.visibility_table import lookout
+from place_rings.placement.search.visibility_table import build_visibility_table
 
 BOX = Obstacle("table", box([0.5, 0.3, 0.0], [0.6, 0.4, 0.5]))
 # 24 of them see no point twice: the nearest in azimuth decides alone
@@ -34,7 +34,7 @@ def test_at_a_place_of_the_grid_the_look_is_the_exact_one(occlusion):
         ring = Ring(link, node / 11, 24, math.radians(tilt_deg), 0.0, 0.12, NARROW)
         frame = np.asarray(forward(scene.robot.chain, pose.q))[mount.frame]
         blinded = occlusion == "blind"
-        past = lookout(
+        past = build_visibility_table(
             mount,
             ring.radius,
             NARROW,

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import viser
 
-from ..coverage.occlusion.model import OCCLUSIONS
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup
 from ..formats.escaping import printable
 from . import html as words

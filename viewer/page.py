@@ -13,7 +13,7 @@ from typing import Any
 
 import viser
 
-from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..formats.errors import UserError

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target

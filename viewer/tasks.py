@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target

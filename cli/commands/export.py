@@ -51,9 +51,9 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ..._checks import ResolvedSetup
     from ..._export import export as write
     from ..._export import formats_of
+    from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
     from ...reporting.terminal import say
     from ..options.scenes import resolve_scene, urdf_of

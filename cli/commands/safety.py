@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
 from ..options.common import Json, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions

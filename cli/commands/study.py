@@ -107,7 +107,7 @@ def check_machines(workers: int, scheduler: str | None) -> None:
     if scheduler is not None and workers != 1:
         raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
     if scheduler is not None or workers != 1:
-        from ...formats.extras import require
+        from ...formats.optional_dependencies import require
 
         option = "--workers" if scheduler is None else "--scheduler"
         require("cluster", option, "dask", "distributed", "cryptography")

@@ -44,7 +44,7 @@ def view(
 
     Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
     """
-    from ..._checks import ResolvedSetup
+    from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
     from ..options.scenes import urdf_of
     from ..runs.view import view as run

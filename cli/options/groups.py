@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ...coverage.choices import SENSOR_FRAMES, Along
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from .common import Radius, RobotOption, SceneFileOption, Targets
 
 if TYPE_CHECKING:  # what the options stand for is imported when they are resolved
-    from ..._checks import ResolvedSetup
+    from ..._validation import ResolvedSetup
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
     from ...formats.sensors.urdf_frames import FramePattern
@@ -157,7 +157,7 @@ class SubjectOptions:
 
     def resolved(self, subject: str) -> "ResolvedSetup":
         """The same with its name, as the API takes it."""
-        from ..._checks import ResolvedSetup
+        from ..._validation import ResolvedSetup
 
         return ResolvedSetup(subject, *self.resolve(subject))
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError, shown
-from ...formats.extras import require
+from ...formats.optional_dependencies import require
 from ...rig.check.models import PortModel
 from ...rig.check.planned_check import ring_names
-from ...rig.rings.decoders import DECODERS
-from ...rig.rings.health import BAUD
+from ...rig.rings.firmware_decoders import DECODERS
+from ...rig.rings.line_monitor import BAUD
 from ...rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, explain

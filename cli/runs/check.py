@@ -20,9 +20,9 @@ from ...rig.poses.near_stops import NearStops
 from ...rig.recording.recording import RecordingReader
 from ...rig.session.gathering import replay
 from ...rig.session.session import Session
-from ..pipes import ended_by_signals, gone_is_an_error
-from .check_before import EXEMPT, confirm, show_near_stops
-from .check_talk import tell
+from ..signals import ended_by_signals, gone_is_an_error
+from .check_confirmation import EXEMPT, confirm, show_near_stops
+from .check_summary import tell
 from .check_view import View
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ..._checks import check_scene, check_sight
 from ..._proposal import found_model
+from ..._validation import check_scene, check_sight
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
 from ...formats.schema.proposal_models import ProposalFile

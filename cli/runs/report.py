@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from ..._checks import ResolvedSetup
 from ..._report import write_report
+from ..._validation import ResolvedSetup
 from ...reporting.setup_report.report_page import answer
 from ...reporting.terminal import Terminal, say
 

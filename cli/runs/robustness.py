@@ -2,8 +2,8 @@
 it.
 """
 
-from ..._checks import ResolvedSetup
 from ..._robustness import robustness as assess
+from ..._validation import ResolvedSetup
 from ...coverage.choices import Law
 from ...reporting.robustness import lines, robustness_table
 from ...reporting.tables import target_label

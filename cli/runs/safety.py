@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import Setup, sensor_optics
 from ...coverage.robots.separation_distance import separation, stopping_time
 from ...coverage.sensors.catalogue import MODELS
@@ -42,7 +42,7 @@ from ...simulation.detection import (
     start_of,
     walker,
 )
-from ...simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
+from ...simulation.motion_samples import STEP, Moments, moments_of_record, moments_of_scene
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
 # reflectance where none is asked: the darkest that is sourced for the most common sensor

@@ -24,16 +24,16 @@ from ...studies.bound import study as bound
 from ...studies.convergence import report as convergence_report
 from ...studies.convergence import study as convergence
 from ...studies.engine.digest import programs
+from ...studies.engine.registry import TASKS
 from ...studies.engine.runner import run
 from ...studies.engine.store import Cell, Store
-from ...studies.engine.tasks import TASKS
 from ...studies.paper import report as paper_page
 from ...studies.paper import study as paper_study
 from ...studies.pareto import report as pareto_report
 from ...studies.pareto import study as pareto
 from ...studies.robots import report as robots_report
 from ...studies.robots import study as robots
-from ..pipes import gone_is_an_error
+from ..signals import gone_is_an_error
 
 _SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]

@@ -5,7 +5,7 @@ import io
 
 from ...objectives.scene import Scene
 from ...reporting.terminal import say_lines
-from ...simulation.task import pick_and_place
+from ...simulation.pick_and_place import pick_and_place
 
 
 def task(scene: Scene, rate: float) -> None:

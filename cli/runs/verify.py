@@ -1,8 +1,8 @@
 """The exact coverage of a setup: print it."""
 
-from ..._checks import ResolvedSetup
-from ..._counts import Coverage, certify, check_counting
-from ..._counts import verify as count
+from ..._validation import ResolvedSetup
+from ..._verify import Coverage, certify, check_counting
+from ..._verify import verify as count
 from ...coverage.choices import Rule
 from ...coverage.voxels.certified_bounds import Bracket
 from ...formats.errors import UserError

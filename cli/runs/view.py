@@ -6,7 +6,7 @@ import threading
 import webbrowser
 from pathlib import Path
 
-from ..._checks import ResolvedSetup
+from ..._validation import ResolvedSetup
 from ..._views import view as serve
 from ...reporting.terminal import Terminal, say
 from ...viewer.server import LOOPBACK

@@ -13,12 +13,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot, root, rows
+from ..pytrees import mapped
 from ..solids.base import Parts
+from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
-from ..solids.shadows import Shadow, behind, nearest_ball, way
 from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
-from ..trees import mapped
 from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
 from .shadow_bitmask import free_of_planes, free_of_shadows
 

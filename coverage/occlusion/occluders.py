@@ -15,13 +15,13 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index
 from ..solids.base import Parts
+from ..solids.capsule_shadows import Shadow, capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.shadows import Shadow, capsule_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
-from .model import Occlusion
 from .occluded_beams import Beams
+from .occlusion_mode import Occlusion
 
 # the shadow of an obstacle in a beam: sensor index, normals (F, 3) and offsets (F,) m
 Plane = tuple[int, np.ndarray, np.ndarray]

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, dot
-from ..solids.shadows import Shadow, behind, nearest_ball, way
+from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, within
 
 

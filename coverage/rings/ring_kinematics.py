@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, root
+from ..pytrees import tree
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
 from ..solids.sensor_beams import BeamShapes
-from ..trees import tree
 from .ring import Ring, Setup, ring_values
 
 

@@ -20,9 +20,9 @@ from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers
 from ..solids.cones import Cones
+from .beams import soft_beams
 from .cones import Near, SoftBeams
 from .obstacle_occlusion import InCell
-from .pyramids import soft_beams
 from .robot_occlusion import Hidden
 from .sampling import Cloud
 
@@ -44,7 +44,7 @@ class Soft(NamedTuple):
     by_axis: Float[jax.Array, "K 3"]
     """Gradient by the axes."""
     by_up: Float[jax.Array, "K 3"] | None = None
-    """Gradient by the up vectors, for ``Optics``."""
+    """Gradient by the up vectors, for ``MixedBeams``."""
 
 
 AddGroup = Callable[..., tuple[Any, Any]]

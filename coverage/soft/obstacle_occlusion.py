@@ -18,9 +18,9 @@ import jax.numpy as jnp
 from ..arrays import Array, Index, Numbers, dot
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.sensor_beams import Optics
+from ..solids.sensor_beams import MixedBeams
+from .beams import soft_beams
 from .cones import Near, SoftBeams, by_apex
-from .pyramids import soft_beams
 from .robot_occlusion import Hidden, HiddenBeams
 
 
@@ -149,4 +149,4 @@ def _(seen: InCell) -> SoftBeams:
     if hidden is None or hidden.occlusion != "blind":
         return CellBeams(soft_beams(seen.seen), obstacles)
     inner = HiddenBeams(hidden, obstacles)
-    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, Optics) else inner
+    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, MixedBeams) else inner

@@ -5,24 +5,14 @@ vectors across it. Its gradient therefore also consists of weighted sums over po
 by side = up x axis contributes to those by up and by axis.
 """
 
-from functools import singledispatch
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 from ..arrays import Array, Numbers, cross, dot
-from ..solids.sensor_beams import Optics
+from ..solids.sensor_beams import MixedBeams
 from .cones import SoftBeams
-
-
-@singledispatch
-def soft_beams(seen: Any) -> SoftBeams:
-    """Return the soft estimator's beams for cones or mixed beams.
-
-    Types with occlusion register their own implementation.
-    """
-    return SquareBeams(seen) if isinstance(seen, Optics) else SoftBeams(seen)
 
 
 class SquareBeams(SoftBeams):
@@ -33,7 +23,7 @@ class SquareBeams(SoftBeams):
 
     columns = 9
 
-    def __init__(self, optics: Optics) -> None:
+    def __init__(self, optics: MixedBeams) -> None:
         super().__init__(optics)
         more = (
             # of the padding beam, which sees nothing

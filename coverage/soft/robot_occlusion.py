@@ -21,16 +21,16 @@ import jax.numpy as jnp
 
 from ..arrays import Array, Index, Numbers, dot, root
 from ..occlusion.first_return import Beam, capsule_gap
-from ..occlusion.model import Occlusion
+from ..occlusion.occlusion_mode import Occlusion
+from ..solids.capsule_shadows import capsule_shadow, nearest_ball
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
 from ..solids.segments import from_segment
-from ..solids.sensor_beams import Optics
-from ..solids.shadows import capsule_shadow, nearest_ball
+from ..solids.sensor_beams import MixedBeams
+from .beams import soft_beams
 from .cones import Near, SoftBeams, by_apex
 from .first_return import soft_stop
-from .pyramids import soft_beams
 
 # metres by which a beam is moved away from all points, per metre that its apex lies within a body
 _OUT = 10.0
@@ -70,7 +70,7 @@ class HiddenBeams(SoftBeams):
         self.cones, self.count = self.free.cones, self.free.count
         cones, around = self.cones, self.cones.around()
         self.parts, self.columns = self.free.parts, self.free.columns
-        zoned: Any = cones.zoned if isinstance(cones, Optics) else None
+        zoned: Any = cones.zoned if isinstance(cones, MixedBeams) else None
         self.stops = hidden.occlusion == "blind"
         self.shadows = not self.stops or zoned is not None
         if self.stops:

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array
+from ..pytrees import tree
 from ..solids.base import VALUES, Solid, fold, leaves
-from ..trees import tree
 from .sobol import sobol
 
 _BATCH = 1 << 10  # candidates tested at once: they fit in cache

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, namespace
-from ..trees import tree
+from ..pytrees import tree
 from .volume_fraction import VolumeFraction
 
 

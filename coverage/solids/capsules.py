@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers, dot, root, rows
-from ..trees import tree
+from ..pytrees import tree
 from .base import Parts
 from .segments import from_segment, point_to_segment
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
-from ..trees import tree
+from ..pytrees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bounds
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Vector, dot, namespace
-from ..trees import tree
+from ..pytrees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
-from ..trees import tree
+from ..pytrees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 

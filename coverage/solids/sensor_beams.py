@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, namespace, rows
-from ..trees import mapped, tree
+from ..pytrees import mapped, tree
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
@@ -54,12 +54,12 @@ class BeamShapes(NamedTuple):
             return Cones(apex, axis, self.half_angle, self.range_m)
         if up is None or self.zoned is None:
             raise ValueError("square beams need their up vectors and their zones")
-        return Optics(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
+        return MixedBeams(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
 
 
 @tree
 @dataclass(frozen=True)
-class Optics(Cones):
+class MixedBeams(Cones):
     """A union of cones and pyramids, numbered together.
 
     A part with ``half_up`` above 0 is a pyramid. Each part has the implicit function of its shape,

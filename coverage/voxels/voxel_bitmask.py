@@ -20,7 +20,7 @@ from ..solids.base import Parts
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.pyramids import Pyramids
-from ..solids.sensor_beams import Optics
+from ..solids.sensor_beams import MixedBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
 
@@ -179,7 +179,7 @@ def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
 
 
 @words.register
-def _(parts: Optics, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+def _(parts: MixedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return voxels in mixed beams, each part by its shape."""
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 

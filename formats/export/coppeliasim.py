@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.sensors.sensor import Sensor
-from ..robots.urdf_robot import plain_names
+from ..robots.urdf_matching import plain_names
 from ..sensors.sensor_poses import place, quaternion
 from .placed import PlacedSetup
 

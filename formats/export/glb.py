@@ -12,7 +12,7 @@ from ...coverage.robots.robot import BASE
 from ...coverage.soft.sampling import sample
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
-from ..robots.urdf_robot import find_robot, plain_names
+from ..robots.urdf_matching import find_robot, plain_names
 from .placed import BASE_LINK, PlacedSetup
 
 _ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)

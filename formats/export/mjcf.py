@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from ...coverage.robots.robot import BASE
-from ..robots.urdf_robot import plain_names
+from ..robots.urdf_matching import plain_names
 from .markup import document, words
 from .placed import BASE_LINK, PlacedSetup
 

@@ -13,7 +13,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
 from ..robots.urdf import Urdf
-from ..robots.urdf_robot import find_robot, moved_links, plain_names
+from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
 
 BASE_LINK, TCP_LINK = "base_link", "tcp"

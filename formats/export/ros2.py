@@ -4,7 +4,7 @@ that publishes them."""
 from collections.abc import Iterable
 
 from ..errors import UserError, shown
-from ..robots.urdf_robot import ROS_NAME
+from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from ..sensors.sensor_poses import place, quaternion
 from .placed import PlacedSetup

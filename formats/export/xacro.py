@@ -3,7 +3,7 @@ rings."""
 
 import xml.etree.ElementTree as ET
 
-from ..robots.urdf_robot import ROS_NAME
+from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from .markup import document, origin
 from .placed import PlacedSetup

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
-from ...objectives.feasibility.packing import unfit
+from ...objectives.feasibility.board_fit import unfit
 from ...objectives.scene import Scene
 
 MM = 1000.0  # millimetres in a metre

@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 from scipy.spatial import ConvexHull, QhullError
 
 from ...coverage.solids.capsules import Capsules
-from .lines import across, circle_centre
+from .enclosing_circle import across, circle_centre
 
 SLABS = 8  # slabs along an axis, between which capsules begin and end
 WORTH = 0.05  # share of the volume that an additional capsule must save

@@ -16,7 +16,7 @@ from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from ...coverage.solids.capsules import Capsules
 from .capsule_fit import fit_capsules, union_volume
 from .meshes import Meshes
-from .tubes import find_tube
+from .mount_detection import find_tube
 from .urdf_chain import Picked
 
 CAPSULES = 3  # most capsules of a link

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.rounding import degrees
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import Scene

@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from ...coverage.occlusion.model import Occlusion
+from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import NAMES, Shape, Target

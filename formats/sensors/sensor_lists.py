@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import any_square, sensor_cones
 from ...coverage.robots.kinematics import forward
-from ...coverage.solids.sensor_beams import Optics
+from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import Scene
 from ..errors import UserError, explain, shown
 from ..schema.ring_models import ConeRow, SquareConeRow
@@ -38,7 +38,7 @@ def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) 
         c = sensor_cones(scene.robot, setup, scene.poses[p].q)
         for n, (i, k) in enumerate(labels):
             values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
-            if isinstance(c, Optics):
+            if isinstance(c, MixedBeams):
                 values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
             writer.writerow([p, i, k, *(round(float(v), _DIGITS) + 0.0 for v in values)])
     return text.getvalue()

@@ -13,7 +13,7 @@ from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import Scene
 from ..errors import UserError, shown
 from ..robots.urdf import Urdf
-from ..robots.urdf_robot import find_robot
+from ..robots.urdf_matching import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of
 

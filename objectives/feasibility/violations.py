@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from ...coverage.rings.ring import Ring
 from ..scene import Scene
+from .board_fit import unfit
 from .clearance import MountClearance
 from .mounting import standing
-from .packing import unfit
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
 # rounded to the nearest.

@@ -11,7 +11,7 @@ from ...objectives.occlusion import occluders
 from ...objectives.soft_objective import TargetPoints
 from .design import Space
 from .ring_visibility import Around, around
-from .visibility_table import VisibilityTable, lookout
+from .visibility_table import VisibilityTable, build_visibility_table
 
 _FEWEST = 8  # fewest points of a goal at a pose
 _LOOKED_AT = 8192  # most points with occluders
@@ -79,7 +79,7 @@ def _lookouts(
     for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
         mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
         blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        tables[link] = lookout(
+        tables[link] = build_visibility_table(
             mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded
         )
     return tables

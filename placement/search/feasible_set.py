@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
+from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.feasibility.packing import board_of, fitting_tilts
 from ...objectives.parameterization import Segment, segments
 from ...objectives.scene import Scene
 

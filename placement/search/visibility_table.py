@@ -73,7 +73,7 @@ class VisibilityTable:
         return reached
 
 
-def lookout(
+def build_visibility_table(
     mount: Mount,
     radius: float,
     sensor: Sensor,

@@ -5,7 +5,7 @@ from itertools import groupby
 
 from rich.table import Table
 
-from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.rings.ring import Setup
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...formats.schema.sensor_records import sensor_records, title
 from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene

@@ -14,7 +14,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
-from ..rings.health import SILENT
+from ..rings.line_monitor import SILENT
 from ..robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from ..robot.state import State
 from ..robot.vetting import LinkFaultError

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..mount.model import LIMITS, NAMES
+from ..mount.mounting_error_model import LIMITS, NAMES
 from .models import CoverageModel, MountCheckModel
 from .part_results import PartResults
 from .plans import Plans

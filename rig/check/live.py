@@ -19,7 +19,7 @@ from ..poses.itinerary import Itinerary
 from ..poses.near_stops import NearStops
 from ..poses.routes import SLACK, Clearance
 from ..recording.recording import Recording
-from ..rings.health import BAUD
+from ..rings.line_monitor import BAUD
 from ..robot.link import START
 from ..robot.motion import MoveRefusedError
 from ..robot.state import JOINTS

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..mount.as_built import AsBuilt
 from ..mount.fit import fit_mount
-from ..mount.waving import Waving, waved
+from ..mount.hand_sweep import Waving, waved
 from ..rod.coverage_estimate import RodCheck, check_rod
 from ..sensing.readings import Readings, Stops, at_stops, joined
 from ..session.gathering import Gathered

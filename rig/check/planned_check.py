@@ -9,8 +9,8 @@ from ...formats.errors import explain
 from ...formats.schema.ring_models import setup_of
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
-from ..rings.health import Port
-from ..simulated_cell.injected import Injected, injected
+from ..rings.line_monitor import Port
+from ..simulated_cell.ground_truth import Injected, injected
 from .models import AboutFile
 from .plan_files import mount_plan_of, rod_plan_of
 from .plans import Plans

@@ -9,14 +9,14 @@ from ...coverage.rings.ring import Setup
 from ...objectives.verify import Verifier
 from ..mount.as_built import AsBuilt, faults, truth_of
 from ..mount.fit import RingFit
-from ..mount.waving import Waving
+from ..mount.hand_sweep import Waving
 from ..recording.clocks import Alignment
-from ..rings.health import Happened, Port
+from ..rings.line_monitor import Happened, Port
 from ..robot.vetting import Ended
 from ..rod.coverage_estimate import RodCheck
 from ..rod.trial_plan import Places, places, rod_zeta
 from ..session.gathering import Gathered
-from ..simulated_cell.injected import Injected
+from ..simulated_cell.ground_truth import Injected
 from .models import (
     CoverageModel,
     ErrorModel,

@@ -22,9 +22,9 @@ from ...objectives.occlusion import sight
 from ...objectives.scene import Scene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
+from .channel_assignment import told
 from .fit import RingFit
-from .model import NAMES
-from .wiring import told
+from .mounting_error_model import NAMES
 
 _SHOWN = {
     "slip": (1000.0, "mm"),

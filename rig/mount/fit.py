@@ -18,9 +18,9 @@ from ...objectives.scene import Scene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Stops
-from .model import LIMITS, NAMES, free, moved
+from .channel_assignment import Order, best_order, costs, mixed, reseated
+from .mounting_error_model import LIMITS, NAMES, free, moved
 from .solve import MountError, Read, Solved, solve
-from .wiring import Order, best_order, costs, mixed, reseated
 
 CONFIDENCE = 0.95
 _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors

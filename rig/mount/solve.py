@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import CELL, expected
-from .model import LIMITS, free, grazing, moved, slopes
+from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
 _WIDEST = 4.0  # times ``LIMITS``, bound on every error
 _OUT = 5.0  # standard deviations

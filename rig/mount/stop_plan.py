@@ -19,7 +19,7 @@ from ...objectives.scene import Scene
 from ..poses.clear import Good, drawn
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import Noise
-from .model import LIMITS, NAMES, free, grazing, moved, slopes
+from .mounting_error_model import LIMITS, NAMES, free, grazing, moved, slopes
 
 POSES, FRAMES = 24, 10
 _CANDIDATES, _DRAWS = 240, 2

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from ..recording.records import Kind, Record
-from .health import SILENT, Event, Line, Port
+from .line_monitor import SILENT, Event, Line, Port
 from .protocol import Counts, Frame
 
 _TICK = 0.02  # s, timeout of a read

@@ -105,7 +105,7 @@ def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
 def complaint(error: Exception) -> str:
     """Return an error of the client as one line; if ur-rtde is missing, how to install it."""
     if isinstance(error, ImportError):
-        from ...formats.extras import how_to_install  # loads pydantic
+        from ...formats.optional_dependencies import how_to_install  # loads pydantic
 
         return f"ur-rtde is not installed: {how_to_install('rig')}"
     return " ".join(str(error).split()) or repr(error)

@@ -21,9 +21,9 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
-from ...coverage.solids.sensor_beams import BeamShapes, Optics
+from ...coverage.solids.sensor_beams import BeamShapes, MixedBeams
 from ...objectives.scene import Scene
-from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
+from .ray_fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
 _FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule per batch: two compilations
@@ -70,7 +70,7 @@ def expected(
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
 
-def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Optics:
+def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
     here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
@@ -79,16 +79,16 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
     )
     shapes = BeamShapes(*(np.tile(np.asarray(a), len(joints)) for a in here.beams))
     beams = shapes.solids(apex, axis, up)
-    assert isinstance(beams, Optics)
+    assert isinstance(beams, MixedBeams)
     return beams
 
 
-def only(beams: Optics, some: Any) -> Optics:
+def only(beams: MixedBeams, some: Any) -> MixedBeams:
     """Select beams by a mask or by indices."""
-    return Optics(**{key: value[some] for key, value in vars(beams).items()})
+    return MixedBeams(**{key: value[some] for key, value in vars(beams).items()})
 
 
-def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
+def to_cell(beams: MixedBeams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of the nearest of several convex bodies in each of R beams;
     infinite if none is in it, 0 inside one.
     """
@@ -97,7 +97,7 @@ def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, 
     return nearest
 
 
-def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
+def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
     """Return the same for one body."""
     found = np.full(len(beams), np.inf)
     near: np.ndarray = np.arange(len(beams))
@@ -122,7 +122,10 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
 
 
 def to_capsules(
-    beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules, within: Float[np.ndarray, " R"]
+    beams: MixedBeams,
+    of: Int[np.ndarray, " R"],
+    capsules: Capsules,
+    within: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of the nearest capsule in each beam. Beam r is tested against the
     capsules of ``of[r]``, with start and end (T, M, 3) m; capsules not closer than ``within`` (R,)
@@ -151,7 +154,7 @@ def to_capsules(
 
 
 def in_beams(
-    beams: Optics,
+    beams: MixedBeams,
     start: Float[np.ndarray, "R 3"],
     end: Float[np.ndarray, "R 3"],
     radius: Float[np.ndarray, " R"],
@@ -180,7 +183,7 @@ def _capsules(rows: Any, fixed: Any) -> Any:
     return capsule_in_beam(Beam(apex, axis, half, range_m), start, end, radius)[0]
 
 
-def _off(beams: Optics, points: Any) -> Any:
+def _off(beams: MixedBeams, points: Any) -> Any:
     """Return a lower bound (m) on the distance of points (3,) or (R, 3) from the beams."""
     around = beams.around()
     points = np.array(np.broadcast_to(points, around.apex.shape))
@@ -194,5 +197,5 @@ def _off(beams: Optics, points: Any) -> Any:
     )
 
 
-def _in_square(beams: Optics, hit: Any) -> Any:
+def _in_square(beams: MixedBeams, hit: Any) -> Any:
     return nearest_in_square(beams.pyramids(), hit)

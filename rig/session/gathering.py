@@ -13,7 +13,7 @@ from jaxtyping import Float
 from ..recording.clocks import Alignment, align
 from ..recording.recording import RecordingReader
 from ..recording.records import Kind
-from ..rings.health import Event, Line, Port
+from ..rings.line_monitor import Event, Line, Port
 from ..rings.protocol import Counts, Frame
 from ..robot.state import State
 from ..robot.vetting import GAP, STALE, LinkFaultError, Vetting, between

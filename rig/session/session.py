@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from ..recording.recording import Recording
 from ..recording.records import Kind, Record
-from ..rings.health import Event, Port
+from ..rings.line_monitor import Event, Port
 from ..rings.ports import Rings
 from ..rings.protocol import Frame
 from ..robot.link import RATE, START, Link

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .plain import PlainWorld
+from .environment import PlainWorld
 from .serve import Rig, serve
 
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])

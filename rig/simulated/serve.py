@@ -16,9 +16,9 @@ from jaxtyping import Float
 
 from .arm import Arm
 from .controller import PERIOD, Controller
-from .plain import Environment
+from .environment import Environment
+from .packet_faults import SPOILERS
 from .ports import SimulatedRing
-from .spoilers import SPOILERS
 
 _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
 

@@ -23,10 +23,10 @@ from ...formats.writing import to_toml, write_text
 from ...objectives.scene import Scene
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
-from ..simulated.plain import Measured
+from ..simulated.environment import Measured
 from ..simulated.process import SimulatedRig
 from ..simulated.serve import Rig, serve
-from .injected import injected
+from .ground_truth import injected
 from .world import World
 
 RATE = 25.0  # frames a second

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...coverage.targets import Target
-from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import Rings
 from ..engine.store import Cell
 from . import tasks  # noqa: F401  (they are registered)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ..engine.registry import register
 from ..engine.scenes import Rings, scene_from, setup_from
-from ..engine.tasks import register
 from .ring_grid import RingGrid, bounded, covered, points_in
 
 

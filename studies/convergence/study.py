@@ -12,7 +12,7 @@ import numpy as np
 from ...coverage.robots.built_in import PAPER_ROBOTS
 from ...coverage.targets import Target
 from ...objectives.verify import RULES
-from ..engine import counting  # noqa: F401  (they are registered)
+from ..engine import counting_tasks  # noqa: F401  (they are registered)
 from ..engine.store import Cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")

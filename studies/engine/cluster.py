@@ -34,9 +34,9 @@ from distributed.security import Security
 
 from ...formats.errors import UserError
 from .digest import programs
+from .registry import TASKS, shared
 from .runner import Work
 from .store import Cell, Store
-from .tasks import TASKS, shared
 
 _STUDIES = f"{__package__.rpartition('.')[0]}."
 _GONE = "lost the scheduler; finished cells are kept, run again to resume"

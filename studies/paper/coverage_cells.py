@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ...coverage.choices import Rule
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import Target
-from ...simulation.task import TaskMotion, fastest, pick_and_place
+from ...simulation.pick_and_place import TaskMotion, fastest, pick_and_place
 from ..engine.scenes import Rings
 from ..engine.store import Cell
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import Rings
 from ..engine.store import Cell
 from . import coverage_cells as paper

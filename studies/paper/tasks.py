@@ -9,9 +9,9 @@ from ...coverage.robots.built_in import ROBOTS
 from ...simulation.approach import unseen_approaches
 from ...simulation.distance import cell as distance_cell
 from ...simulation.distance import repeated
-from ...simulation.task import TaskMotion, pick_and_place
+from ...simulation.pick_and_place import TaskMotion, pick_and_place
+from ..engine.registry import register
 from ..engine.scenes import Rings, scene_from, setup_from
-from ..engine.tasks import register
 
 
 @cache

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...reporting.plots import COLOURS, GREY, INK, save, sheet

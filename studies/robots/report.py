@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.ring_models import RingModel
 from ...formats.schema.scene_models import SceneModel

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.targets import Target
 from ...formats.schema.ring_models import ring_models
 from ..engine.scenes import Rings, scene_from, setup_from

@@ -12,8 +12,8 @@ from ...placement.search.layout import ring_layout
 from ...placement.search.progress import Outcome
 from ...placement.search.schedule import short as shorter
 from ...placement.search.search import search as searching
+from .registry import register
 from .scenes import Rings, scene_from, setup_from
-from .tasks import register
 
 _COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
 

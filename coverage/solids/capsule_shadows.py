@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
-from ..trees import mapped
+from ..pytrees import mapped
 
 # of radius over distance: apexes nearer to a body's surface are treated as at this ratio
 _STEEPEST = 1 - 1e-9

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..recording.clocks import Lag
 from ..recording.records import Kind, Record
-from .decoders import decoder
+from .firmware_decoders import decoder
 from .protocol import Counts, Frame
 
 # s without a frame, after which a ring is silent. Rings send at least ten frames a second

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from ...coverage.rings.ring import Setup
 from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, VALID, Readings
-from .wiring import Order, mixed, told
+from .channel_assignment import Order, mixed, told
 
 _SURE = 6.0  # standard deviations by which a hand is closer than the background
 _LEAST = 0.03  # m, minimum of the same

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import Any
 
 from ._arguments import number
-from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
+from ._validation import SetupLike, check_scene, check_sight, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.certified_bounds import Bracket

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..mount.fit import RingFit
-from ..mount.model import LIMITS, free, moved
+from ..mount.mounting_error_model import LIMITS, free, moved
 from .world import DEAD, World
 
 # minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation

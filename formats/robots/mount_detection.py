@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .lines import across, circle_centre
+from .enclosing_circle import across, circle_centre
 
 STATIONS = 100  # cross sections along an axis
 SHORTEST = 0.03  # m, least length of a tube

@@ -9,8 +9,8 @@ from ...coverage.choices import Rule
 from ...coverage.targets import Target
 from ...objectives.occlusion import unseeing
 from ...objectives.verify import Verifier
+from .registry import register
 from .scenes import Rings, scene_from, setup_from
-from .tasks import register
 
 
 @lru_cache(maxsize=2)
