@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 ROOT = Path(__file__).resolve().parent.parent
+FRONT = "api"  # the room that is installed as the package itself
 WIDE, HIGH = 3.0, 0.86  # width and height of a box, in units of the picture
 _TEXT = {"ha": "center", "va": "center"}
 BLUE, INK, FAINT = "#0072B2", "#23272b", "#9aa3ab"
@@ -24,23 +25,25 @@ def rooms() -> dict[str, str]:
     """Return every room with its description, the first line of its ``__init__.py``."""
     files = sorted(ROOT.glob("*/__init__.py"))
     texts = {file.parent.name: ast.get_docstring(ast.parse(file.read_text())) for file in files}
-    return {
+    lines = {
         name: (text or "").split("\n")[0].removesuffix(".")
         for name, text in texts.items()
         if name != "tests"
     }
+    return lines | {FRONT: "The package itself: import place_rings"}
 
 
 def imports(room: str, known: set[str]) -> set[str]:
     """Return the other rooms that files of a room import."""
+    front = {file.stem for file in (ROOT / FRONT).glob("*.py")}
     found: set[str] = set()
     for file in (ROOT / room).rglob("*.py"):
-        up = len(file.relative_to(ROOT).parts)  # number of dots that leave the room
+        # dots that lead out of the room
+        up = len(file.relative_to(ROOT).parts) - (room == FRONT)
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and node.level == up:
-                found |= (
-                    {node.module.split(".")[0]} if node.module else {x.name for x in node.names}
-                )
+                names = [node.module.split(".")[0]] if node.module else [x.name for x in node.names]
+                found |= {FRONT if name in front else name for name in names}
     return (found & known) - {room}
 
 
@@ -77,12 +80,13 @@ def draw(path: Path) -> None:
     level = levels(below)
     rows = [sorted(r for r in about if level[r] == k) for k in range(max(level.values()) + 1)]
     figure, axes = plt.subplots(figsize=(11.5, 1.3 * len(rows)), dpi=110)
-    place = {
-        room: (1.25 * WIDE * (i - (len(row) - 1) / 2), 1.25 * k)
-        for k, row in enumerate(rows)
-        for i, room in enumerate(row)
-    }
-    for room, to in needed(below):
+    arrows, place = needed(below), dict[str, tuple[float, float]]()
+    for k, row in reversed(list(enumerate(rows))):  # each row below the rooms that import it
+        above = [place[room][0] for room, to in arrows if to in row]
+        middle = sum(above) / len(above) if above else 0.0
+        for i, room in enumerate(row):
+            place[room] = (middle + 1.25 * WIDE * (i - (len(row) - 1) / 2), 1.25 * k)
+    for room, to in arrows:
         (x, y), (u, v) = place[room], place[to]
         arrow = FancyArrowPatch(
             (x, y - HIGH / 2),
