@@ -8,7 +8,6 @@ from typing import Any
 
 from .formats.errors import UserError
 from .formats.escaping import printable
-from .formats.writing import output_folder
 
 
 class InputError(UserError, ValueError):
@@ -72,6 +71,8 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
 
 def writable(folder: str | Path) -> Path:
     """A folder for files, made if need be; InputError where none can be written there."""
+    from .formats.writing import output_folder  # brings models of files, which take a while to load
+
     try:
         return output_folder(Path(folder), "")
     except UserError as error:

@@ -150,6 +150,8 @@ def verify(
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
     if memory_gb is not None:
         number("memory_gb", memory_gb, "0.01 and more")
+    if voxel is not None:
+        number("voxel", voxel, "m, above 0")
     check_counting(voxel=voxel, memory_gb=memory_gb)
     memory = None if memory_gb is None else memory_gb * 1e9
     return _count(setup, scene, voxel, rule, 0.0, memory, progress, None)

@@ -4,7 +4,7 @@ import os
 import signal
 from pathlib import Path
 
-from place_rings.studies.engine import counting  # noqa: F401  (its tasks are registered)
+from place_rings.studies.engine import counting_tasks  # noqa: F401  (its tasks are registered)
 from place_rings.studies.engine.registry import TASKS
 
 

@@ -305,6 +305,6 @@ def test_signals_during_a_motion_are_noted_and_end_it_once(rig):
             signal.raise_signal(signal.SIGINT)
 
     with make(danger=strike) as mover, pytest.raises(KeyboardInterrupt):
-        mover.move(HOME + 0.1)
+        mover.move(HOME + 0.5)  # long enough that the second strike comes on the way
     assert told(log) == ["MOVE", "STOP"]
     assert signal.getsignal(signal.SIGINT) is before

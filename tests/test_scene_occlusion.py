@@ -151,10 +151,10 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
     ("text", "line"),
     {
         "[[obstacles]]\nname = 'x'": (
-            "obstacles[0]: found nothing, allowed: one of size, file, points, floor"
+            "obstacles[0]: found nothing, allowed: exactly one of size, file, points, floor"
         ),
         "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": (
-            "obstacles[0]: found a list of 2, allowed: one of"
+            "obstacles[0]: found a list of 2, allowed: exactly one of"
         ),
         "[[obstacles]]\nsize = [1, 1, 0]": (
             "obstacles[0].size[2]: found 0, allowed: a number above 0"
@@ -164,7 +164,7 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
         ),
         "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
         f"[[obstacles]]\npoints = {FLAT}": (
-            "obstacles[0]: found a list of 4, allowed: corners of a solid"
+            "obstacles[0]: found a list of 4, allowed: points that do not all lie in one plane"
         ),
         "[[obstacles]]\nfile = '../a.stl'": "obstacles[0].file: found",
         "[[obstacles]]\nfile = 'none.stl'": "none.stl: cannot be read",
@@ -199,7 +199,7 @@ def test_verify_prints_all_models_and_json_has_them(run):
     code, out, _ = run(*arguments)
     assert code == 0
     assert "blind" in out
-    assert "within shoulder" in out
+    assert "inside shoulder" in out
     code, out, _ = run(*arguments, "--json")
     found = json.loads(out)
     assert found["occlusion"] == "shadow"
