@@ -378,8 +378,8 @@ REFUSED = [
     ("pr.search(pr.Scene(), start=3)", "start: found 3"),
     ('pr.search(pr.Scene(), time_cap="a")', "time_cap: found 'a'"),
     ('pr.export("n1_8_0", to="csv", pose=1.5)', "pose: found 1.5, allowed: an integer"),
-    ('pr.export("n1_8_0", to="csv", folder="/proc/nope")', "folder: /proc/nope: cannot be written"),
-    ('pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")', "folder: /proc/nope: cannot"),
+    ('pr.export("n1_8_0", to="csv", folder="/proc/nope")', "folder /proc/nope: cannot be written"),
+    ('pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")', "folder /proc/nope: cannot"),
     ("pr.sample_points(pr.Scene(), 1.5)", "count: found 1.5, allowed: an integer"),
 ]
 
