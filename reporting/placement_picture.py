@@ -279,7 +279,7 @@ def _draw(
             Patch(
                 fc=(*rgb(colour[k]), 0.4),
                 ec=colour[k],
-                label=f"covered by sensors on the {k.replace('_', ' ')}",
+                label=f"covered from the {k.replace('_', ' ')}",
             )
             for k in links
         ),
@@ -290,16 +290,15 @@ def _draw(
             marker="o",
             markersize=5,
             color=UNSEEN_COLOUR,
-            label=f"uncovered part of {target}",
+            label=f"uncovered: {target}",
         ),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
-    figure.legend(
-        handles=key,
-        loc="lower center",
-        ncols=len(key),
-        frameon=False,
-        fontsize=min(10.5, 54 / len(key)),
+    legend = figure.legend(
+        handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5
     )
+    room = 0.97 * figure.bbox.width / legend.get_window_extent().width
+    for text in legend.get_texts():
+        text.set_fontsize(10.5 * min(room, 1.0))
     write_png(path, figure)
