@@ -295,10 +295,10 @@ def _draw(
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
-    legend = figure.legend(
-        handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5
-    )
+    plain = {"handles": key, "loc": "lower center", "ncols": len(key), "frameon": False}
+    legend = figure.legend(**plain, fontsize=10.5)
     room = 0.97 * figure.bbox.width / legend.get_window_extent().width
-    for text in legend.get_texts():
-        text.set_fontsize(10.5 * min(room, 1.0))
+    if room < 1:
+        legend.remove()
+        figure.legend(**plain, fontsize=10.5 * room)
     write_png(path, figure)
