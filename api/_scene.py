@@ -52,8 +52,8 @@ class Scene:
     Args:
         robot: a name of ``robots``, or a ``Robot``.
         targets: target volumes such as ``Shell(0.5, weight=0.6)``; one or more.
-        poses: a ``Trajectory``; poses as ``Pose``; or joint angles, rad, of one pose (J,) or of P poses
-            (P, J), which then weigh the same. The robot's rest pose by default.
+        poses: a ``Trajectory``; poses as ``Pose``; or joint angles, rad, of one pose (J,) or of P
+            poses (P, J), which then weigh the same. The robot's rest pose by default.
         sensor: of new rings.
         occlusion: what the robot's own body does to its sensors: ``ignore`` (the paper),
             ``shadow`` (points behind a body are not covered), ``blind`` (a one-zone sensor sees
