@@ -13,7 +13,6 @@ Example:
 """
 
 from importlib import import_module
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -113,7 +112,9 @@ _WHERE = {name: module for module, names in _MODULES.items() for name in names}
 def __getattr__(name: str) -> Any:
     """Load what is asked for the first time; ``import place_rings`` alone loads nothing."""
     if name == "__version__":
-        value: Any = _version("place-rings")
+        from importlib.metadata import version
+
+        value: Any = version("place-rings")
     elif name in _WHERE:
         value = getattr(import_module(f".{_WHERE[name]}", __name__), name)
     else:

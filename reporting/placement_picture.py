@@ -295,7 +295,12 @@ def _draw(
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
-    plain = {"handles": key, "loc": "lower center", "ncols": len(key), "frameon": False}
+    plain: dict[str, Any] = {
+        "handles": key,
+        "loc": "lower center",
+        "ncols": len(key),
+        "frameon": False,
+    }
     legend = figure.legend(**plain, fontsize=10.5)
     room = 0.97 * figure.bbox.width / legend.get_window_extent().width
     if room < 1:
