@@ -296,6 +296,8 @@ def test_a_robot_that_is_about_to_move_does_not_stand_still(rig):
 def test_signals_during_a_motion_are_noted_and_end_it_once(rig):
     """Two signals at once raise nothing while the robot is being stopped."""
     _, make, log = rig
+    # a shell starts what it runs in the background with SIGINT ignored
+    kept = signal.signal(signal.SIGINT, signal.default_int_handler)
     before, calls = signal.getsignal(signal.SIGINT), []
 
     def strike():
@@ -304,7 +306,10 @@ def test_signals_during_a_motion_are_noted_and_end_it_once(rig):
             signal.raise_signal(signal.SIGINT)
             signal.raise_signal(signal.SIGINT)
 
-    with make(danger=strike) as mover, pytest.raises(KeyboardInterrupt):
-        mover.move(HOME + 0.5)  # long enough that the second strike comes on the way
-    assert told(log) == ["MOVE", "STOP"]
-    assert signal.getsignal(signal.SIGINT) is before
+    try:
+        with make(danger=strike) as mover, pytest.raises(KeyboardInterrupt):
+            mover.move(HOME + 0.5)  # long enough that the second strike comes on the way
+        assert told(log) == ["MOVE", "STOP"]
+        assert signal.getsignal(signal.SIGINT) is before
+    finally:
+        signal.signal(signal.SIGINT, kept)
