@@ -15,14 +15,15 @@ from pathlib import Path
 
 from common import table
 
-README = Path(__file__).parent.parent / "README.md"
+PAGE = Path(__file__).parent.parent / "docs" / "tutorials" / "place.md"
 
 
 def asked() -> list[tuple[str, str]]:
-    """Return question and command of each row in the README's table."""
-    return re.findall(
-        r"^\| ([^|`]+) \| `(place-rings --target [^`]+)` \| ", README.read_text(), re.MULTILINE
+    """Return question and command of each row in the table of questions and answers."""
+    rows = re.findall(
+        r"^\| ([^|`]+) \| `(--target [^`]+)` \| .+ \| \d+ \|$", PAGE.read_text(), re.MULTILINE
     )
+    return [(question, f"place-rings {options}") for question, options in rows]
 
 
 def answer(command: str) -> tuple[int, dict[str, float], float]:
