@@ -144,7 +144,8 @@ class Proposal(Placement):
                 tell(len(found) * len(core.poses))
         except KeyboardInterrupt:
             pass
-        return found
+        order = {(t.name, t.radius): i for i, t in enumerate(targets)}
+        return sorted(found, key=lambda r: order[r.target, r.radius])
 
     def compare_criterion(self) -> dict[str, float]:
         """What the search made large, in percent, of the proposal and of the paper's layouts; empty

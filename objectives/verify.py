@@ -12,7 +12,7 @@ import psutil
 from ..coverage.choices import Rule
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
-from ..coverage.solids.base import Difference
+from ..coverage.solids.base import Difference, Parts
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import Bracket, bracket
 from ..coverage.voxels.octree import count, regions, voxels
@@ -192,8 +192,7 @@ class Verifier:
         return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}}
 
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
-        if (target, pose) in self._targets:
-            return self._targets[target, pose]
+        """Return all voxels of a target, and keep them where memory allows."""
         wanted = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
         if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
             self._targets[target, pose] = wanted
@@ -210,6 +209,9 @@ class Verifier:
             TooFineError: if the count would take days.
         """
         self.at(pose)
+        if kept := self._targets.get((target, pose)):
+            yield kept, None
+            return
         voxel = VOXEL if self.voxel is None else self.voxel
         solid = self.scene.solid(target, pose)
         check_voxel(solid, voxel)
@@ -248,6 +250,15 @@ class Verifier:
     def _rule(self) -> Literal["centre", "touch"]:
         return "touch" if self.rule == "touch" else "centre"
 
+    def most_bytes(self, target: Target, pose: int) -> float:
+        """Return the bytes that a target's voxels use at a pose: an upper estimate until they are
+        counted; infinity where no voxels are stored.
+        """
+        if kept := self._targets.get((target, pose)):
+            return kept.nbytes
+        solid = self.scene.solid(target, pose)
+        return math.inf if self.voxel is None else surface_voxels(solid, self.voxel) * _BYTES
+
     def under(self, occlusion: Occlusion) -> "Verifier":
         """Return a verifier for another occlusion model, with the same cached voxels."""
         other = object.__new__(type(self))
@@ -255,20 +266,29 @@ class Verifier:
         other.scene = replace(self.scene, occlusion=occlusion)
         return other
 
+    def seen(self, setup: Setup, pose: int) -> Parts:
+        """Return the visible parts of a setup's beams at a pose."""
+        q = self.scene.poses[pose].q
+        return setup_sight(self.scene, setup, q, self.rule == "certified")
+
+    def counted(self, pose: int, total: int, covered: int) -> PoseZeta:
+        """Return zeta at a pose, from counts of the target's voxels and of the covered ones."""
+        weight, zeta = float(self.scene.pose_weights[pose]), covered / total
+        return PoseZeta(weight, zeta, zeta, zeta, total, covered)
+
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
-        scene, weight = self.scene, float(self.scene.pose_weights[pose])
-        q = scene.poses[pose].q
-        seen = setup_sight(scene, setup, q, self.rule == "certified")
+        seen = self.seen(setup, pose)
         if self.rule == "certified" or self.voxel is None:
             self.at(pose)
-            b = bracket(scene.solid(target, pose), seen, self.width, self.voxel, self.tell)
+            solid = self.scene.solid(target, pose)
+            b = bracket(solid, seen, self.width, self.voxel, self.tell)
+            weight = float(self.scene.pose_weights[pose])
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         total = covered = 0
         for wanted, region in self.pieces(target, pose):
             total += len(wanted)
             covered += count(seen, self.voxel, self._rule, wanted, region, self.memory / 2)
-        zeta = covered / total
-        return PoseZeta(weight, zeta, zeta, zeta, total, covered)
+        return self.counted(pose, total, covered)
 
     def verify(self, setup: Setup, target: Target) -> Verified:
         """Return zeta of ``setup`` for ``target`` over the scene's poses.
@@ -280,6 +300,10 @@ class Verifier:
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
+        return self.over_poses(target, poses, time.perf_counter() - start)
+
+    def over_poses(self, target: Target, poses: tuple[PoseZeta, ...], seconds: float) -> Verified:
+        """Return the weighted mean of a target's zetas at all poses, computed in ``seconds``."""
         weights = [p.weight for p in poses]
         zeta, low, high = (
             weighted_mean(weights, [getattr(p, key) for p in poses])
@@ -288,17 +312,7 @@ class Verifier:
         if self.rule == "certified":
             rounding = (len(poses) + 4) * 2.0**-52  # of weights that sum to 1, and of the mean
             low, high = low * (1 - rounding), min(high * (1 + rounding), 1.0)
-        return Verified(
-            target,
-            self.rule,
-            self.voxel,
-            zeta,
-            low,
-            high,
-            poses,
-            time.perf_counter() - start,
-            self.width,
-        )
+        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, seconds, self.width)
 
     def judge(self, setup: Setup) -> tuple[float, float]:
         """Return the summed shortfall of zeta below the goals' floors, and its weighted mean.

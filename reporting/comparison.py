@@ -10,6 +10,7 @@ from ..formats.schema.result_models import VerifyResult
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
 from ..objectives.verify import Verified, Verifier, by_occlusion
+from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 
@@ -57,20 +58,25 @@ def counted(
         known: counts that exist already, by the setup's name and the target.
 
     Yields:
-        One result for each target and setup, target by target.
+        One result for each target and setup: goals target by target, then the others setup by
+        setup.
     """
     scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
-    for target in targets:
-        if target not in goals:  # no other target shares its voxels
+    others = [target for target in targets if target not in goals]
+    for some in [[target] for target in targets if target in goals] + [others] * bool(others):
+        if some is others:  # their voxels are not needed any more after the comparison
             verifier = Verifier(scene, verifier.voxel, at=verifier.at)
         for name, one in setups.items():
-            verified = known.get((name, target)) or verifier.verify(one, target)
-            result = VerifyResult.of(name, verified, scene)
-            if target in sighted:
-                result = result.with_occlusion(
-                    scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
-                )
-            yield result
+            new = [target for target in some if (name, target) not in known]
+            counts = dict(zip(new, verify_targets(verifier, one, new), strict=True))
+            for target in some:
+                verified = known.get((name, target)) or counts[target]
+                result = VerifyResult.of(name, verified, scene)
+                if target in sighted:
+                    result = result.with_occlusion(
+                        scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
+                    )
+                yield result
 
 
 def compared(scene: Scene) -> list[Target]:

@@ -10,9 +10,16 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
-from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.targets import Shape, Target, target_solid
-from place_rings.coverage.voxels.octree import PROBES, count, regions, voxels
+from place_rings.coverage.voxels.octree import (
+    MOST_SETS,
+    PROBES,
+    count,
+    count_each,
+    regions,
+    voxels,
+)
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.verify import target_voxels
 
@@ -90,6 +97,26 @@ def test_both_forms_of_zeta_agree(seed, rule):
     assert (target | seen).volume == pytest.approx(target.volume + seen.volume - both.volume)
     assert len(both) == count(cones, voxel, rule, target)
     assert both == voxels(cones, voxel, rule, target)
+
+
+@settings(max_examples=12)
+@given(drawing.seeds, st.sampled_from(["centre", "touch"]), st.integers(1, 5))
+def test_one_descent_counts_in_many_sets(seed, rule, sets):
+    """Sets may overlap, contain each other, lie away from the solid, or be empty."""
+    rng = np.random.default_rng(seed)
+    _, cones, voxel = drawn_scene(seed, "touch")
+    parts = [Spheres(rng.normal(size=(3, 3)), rng.uniform(0.1, 0.8, 3)) for _ in range(sets)]
+    wanted = [voxels(part, voxel) for part in parts] + [VoxelSet.empty(voxel)]
+    each = [count(cones, voxel, rule, some) for some in wanted]
+    assert count_each(cones, voxel, rule, wanted) == each
+    assert count_each(cones, voxel, rule, wanted[:1]) == each[:1]
+
+
+def test_more_sets_than_a_mark_holds_are_refused():
+    empty = [VoxelSet.empty(0.1)]
+    assert count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * MOST_SETS) == [0] * MOST_SETS
+    with pytest.raises(ValueError, match="at most 31"):
+        count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * (MOST_SETS + 1))
 
 
 @settings(max_examples=12)

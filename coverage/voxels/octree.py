@@ -8,7 +8,7 @@ parts that still matter to it: a part outside the cell is outside all its childr
 import itertools
 import math
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, TypeVar
@@ -34,7 +34,9 @@ CHUNK = 1 << 17
 _LEAST_CHUNK = 1 << 10
 _SHARED_CHUNK = 1 << 14  # below that, processors wait for each other's calls
 _PAIR_BYTES = 1200  # memory for each pair of a chunk, including waiting cells of the levels above
-_FULL = 1  # mark of cells all of whose voxels are wanted
+# marks of a cell: two bits for each wanted set, whether it has all, or none, of the cell's voxels
+_FULL, _EMPTY = 1, 2
+MOST_SETS = 31  # wanted sets that can be counted at once
 _MUCH = 500_000  # voxels on three sides of the box above which a second processor pays off
 
 
@@ -67,24 +69,24 @@ class OctreeCount:
     """First key of each cell."""
     size: int
     """Number of keys of each cell."""
-    full: Bool[np.ndarray, " C"]
-    """Whether all voxels of the cell are wanted."""
+    mark: Int[np.ndarray, " C"]
+    """Which wanted sets have all, or none, of the cell's voxels."""
     word: UInt64[np.ndarray, " C"] | None = None
     """For blocks partly inside: the bits of the voxels inside."""
 
-    def wanted(self, within: VoxelSet | None) -> int:
-        """Return the number of wanted voxels."""
-        part = ~self.full
+    def wanted(self, within: VoxelSet | None, number: int = 0) -> int:
+        """Return the number of voxels in the wanted set ``within``, the one of this ``number``."""
+        bits = self.mark >> 2 * number
+        full, part = (bits & _FULL) > 0, (bits & (_FULL | _EMPTY)) == 0
+        inside = full.sum() * self.size
         if self.word is not None:
-            word = self.word
-            if within is not None and part.any():
-                word = word.copy()
-                word[part] &= within.words(self.key[part])
-            return int(np.bitwise_count(word).sum())
-        full = len(self.key) - int(np.count_nonzero(part))
-        if within is None or full == len(self.key):
-            return len(self.key) * self.size
-        return full * self.size + int(within.count_in(self.key[part], self.size).sum())
+            inside = np.bitwise_count(self.word[full]).sum()
+        if within is not None and part.any():
+            if self.word is not None:
+                inside += np.bitwise_count(self.word[part] & within.words(self.key[part])).sum()
+            else:
+                inside += within.count_in(self.key[part], self.size).sum()
+        return int(inside)
 
     def runs(self) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
         """Return the voxels as runs of keys: the first key and the length of each run."""
@@ -103,8 +105,8 @@ class Descent:
     """Side of a voxel, m."""
     rule: Rule
     """How voxels are counted."""
-    within: VoxelSet | None
-    """The wanted voxels; None: all."""
+    wanted: tuple[VoxelSet, ...]
+    """The sets of wanted voxels; none: all voxels are wanted."""
     scale: float
     """Length to which rounding errors are relative, m."""
     chunk: int
@@ -116,27 +118,25 @@ class Descent:
         The descent is depth first, so that no level stores more than the children of one chunk.
         """
         for cells in start.slices(self.chunk):
-            if self.within is not None:
-                cells = _wanted(cells, self.within)
+            if self.wanted:
+                cells = _wanted(cells, self.wanted)
             if len(cells) == 0:
                 continue
             points = centre(cells.numbers, cells.level, self.voxel)
             reach = math.sqrt(3) / 2 * self.voxel * (1 << cells.level) + SLACK * self.scale
             state, pairs = verdicts(self.solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
-            yield OctreeCount(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
+            yield OctreeCount(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside])
             rest = cells.left(pairs, cells.mark).only(undecided)
             if len(rest) == 0:
                 continue
             if self.rule == "centre" and cells.level == LEVEL:
-                yield OctreeCount(
-                    rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided])
-                )
+                yield OctreeCount(rest.key, VOXELS, rest.mark, self._words(rest, points[undecided]))
             elif cells.level > 0:
                 yield from self.below(rest.children())
             else:
                 held = _touched(self.solid, points[undecided], rest.pairs, self.voxel)
-                yield OctreeCount(rest.key[held], 1, rest.mark[held] == _FULL)
+                yield OctreeCount(rest.key[held], 1, rest.mark[held])
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
         """Return the voxels of blocks whose centre is inside the solid."""
@@ -168,7 +168,7 @@ def _each(
     solid: Solid,
     voxel: float,
     rule: Rule,
-    within: VoxelSet | None,
+    wanted: Sequence[VoxelSet],
     region: Region | None,
     memory: float | None,
     gather: Callable[[Iterator[OctreeCount]], T],
@@ -178,12 +178,15 @@ def _each(
     Small counts run in one thread, others on each processor, as NumPy releases the interpreter lock
     while it computes.
     """
-    if within is not None and within.voxel != voxel:
-        raise ValueError(f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice")
+    for within in wanted:
+        if within.voxel != voxel:
+            raise ValueError(
+                f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice"
+            )
     if not any(len(parts) for parts in leaves(solid)):
         return []
     keep_freed_memory()
-    mark = _FULL if within is None else 0
+    mark = 0 if wanted else _FULL
     box = solid.bounds()
     start = first_cells(leaves(solid), box, voxel, mark, LEVEL)
     if region is not None:
@@ -193,7 +196,7 @@ def _each(
     pairs = CHUNK * threads if memory is None else int(memory / _PAIR_BYTES)
     workers = max(min(threads, pairs // _SHARED_CHUNK), 1) if x * y + y * z + z * x > _MUCH else 1
     chunk = min(max(pairs // workers, _LEAST_CHUNK), CHUNK)
-    descent = Descent(solid, voxel, rule, within, scale(solid), chunk)
+    descent = Descent(solid, voxel, rule, tuple(wanted), scale(solid), chunk)
     if workers == 1:
         return [gather(descent.below(start))]
     share, stop = np.arange(len(start)) % workers, threading.Event()
@@ -229,21 +232,17 @@ def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
     return below(first_cells(leaves(solid), solid.bounds(), voxel, 0, LEVEL))
 
 
-def _wanted(cells: Cells, within: VoxelSet) -> Cells:
-    """Return the cells with a wanted voxel; cells whose voxels are all wanted are marked full."""
-    partial = cells.mark != _FULL
-    if not partial.any():
-        return cells
-    size = 1 << 3 * cells.level
-    wanted = np.full(len(cells), size)
-    wanted[partial] = within.count_in(cells.key[partial], size)
-    return Cells(
-        cells.level,
-        cells.numbers,
-        cells.key,
-        np.where(wanted == size, _FULL, 0).astype(np.int8),
-        cells.pairs,
-    ).only(wanted > 0)
+def _wanted(cells: Cells, sets: Sequence[VoxelSet]) -> Cells:
+    """Return the cells with a voxel of some set, marked by the sets that have all, or none."""
+    size, mark = 1 << 3 * cells.level, cells.mark.copy()
+    for number, wanted in enumerate(sets):
+        full, empty = _FULL << 2 * number, _EMPTY << 2 * number
+        open_ = np.flatnonzero((mark & (full | empty)) == 0)
+        count = wanted.count_in(cells.key[open_], size)
+        mark[open_[count == size]] |= full
+        mark[open_[count == 0]] |= empty
+    none = sum(_EMPTY << 2 * number for number in range(len(sets)))
+    return cells.left(cells.pairs, mark).only(mark & none != none)
 
 
 def voxels(
@@ -270,7 +269,8 @@ def voxels(
         ValueError: if the voxels are so small that the solid extends beyond half of the lattice,
             2^19 voxels.
     """
-    counts = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
+    wanted = () if within is None else (within,)
+    counts = [f for part in _each(solid, voxel, rule, wanted, region, memory, list) for f in part]
     if not counts:
         return VoxelSet.empty(voxel)
     key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in counts), strict=True))
@@ -294,4 +294,32 @@ def count(
     def total(counts: Iterator[OctreeCount]) -> int:
         return sum(f.wanted(within) for f in counts)
 
-    return sum(_each(solid, voxel, rule, within, region, memory, total))
+    wanted = () if within is None else (within,)
+    return sum(_each(solid, voxel, rule, wanted, region, memory, total))
+
+
+def count_each(
+    solid: Solid,
+    voxel: float,
+    rule: Rule,
+    sets: Sequence[VoxelSet],
+    memory: float | None = None,
+) -> list[int]:
+    """Return the number of voxels of Omega(solid) in each of the ``sets``, by one descent.
+
+    For the other arguments see ``voxels``.
+
+    Raises:
+        ValueError: for more sets than ``MOST_SETS``.
+    """
+    if len(sets) > MOST_SETS:
+        raise ValueError(f"{len(sets)} sets; at most {MOST_SETS} are counted at once")
+
+    def totals(counts: Iterator[OctreeCount]) -> Int[np.ndarray, " T"]:
+        total = np.zeros(len(sets), np.int64)
+        for f in counts:
+            total += [f.wanted(within, number) for number, within in enumerate(sets)]
+        return total
+
+    parts = _each(solid, voxel, rule, sets, None, memory, totals)
+    return [int(n) for n in sum(parts, np.zeros(len(sets), np.int64))]

@@ -112,7 +112,7 @@ def first_cells(
     numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
     n = len(numbers)
     pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in unions)
-    return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
+    return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int64), pairs)
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class Region:
         pairs = tuple((np.zeros(len(p), np.int64), np.arange(len(p))) for p in unions)
         numbers = self.number[None]
         cells = Cells(
-            self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int8), pairs
+            self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int64), pairs
         )
         for _ in range(min(self.level - level, 2)):
             cells = cells.children()

@@ -1,0 +1,50 @@
+"""Zeta of several targets by one descent, against one count for each."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.targets import Target
+from place_rings.objectives import verify_targets as module
+from place_rings.objectives.scene import Pose, Scene
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_targets import verify_targets
+
+from . import drawing
+
+TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
+
+
+@settings(max_examples=6)
+@given(
+    drawing.seeds,
+    st.sampled_from(["ignore", "shadow", "blind"]),
+    st.sampled_from([None, 2e7]),
+)
+def test_targets_together_are_targets_one_by_one(seed, occlusion, memory):
+    """Whatever fits into memory: all targets, one at a time, or parts of one."""
+    rng = np.random.default_rng(seed)
+    poses = tuple(Pose(drawing.pose(rng, 6), weight) for weight in (1.0, 2.0))
+    scene = replace(Scene(), poses=poses, occlusion=occlusion)
+    setup, voxel = drawing.setup(rng), 0.08
+    alone = [Verifier(scene, voxel).verify(setup, target) for target in TARGETS]
+    together = verify_targets(Verifier(scene, voxel, memory=memory), setup, TARGETS)
+    assert [replace(v, seconds=0.0) for v in together] == [replace(v, seconds=0.0) for v in alone]
+
+
+@pytest.mark.parametrize(("most", "descents"), [(1, 0), (2, 2), (31, 1)])
+def test_a_descent_counts_at_most_so_many_targets(monkeypatch, most, descents):
+    calls, real = [], module.count_each
+    monkeypatch.setattr(module, "MOST_SETS", most)
+    monkeypatch.setattr(module, "count_each", lambda *a: calls.append(1) or real(*a))
+    setup = drawing.setup(np.random.default_rng(0))
+    verify_targets(Verifier(Scene(), 0.1), setup, TARGETS)
+    assert len(calls) == descents
+
+
+def test_an_empty_target_among_others_is_refused():
+    setup = drawing.setup(np.random.default_rng(0))
+    with pytest.raises(ValueError, match="contains no voxel"):
+        verify_targets(Verifier(Scene(), 1.0), setup, (Target("V_O"), Target("V_S", 0.1501)))
