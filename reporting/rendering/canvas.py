@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from .convex_outline import convex_outline
 from .rasterizer import UNLIT, DepthBuffer, Triangles, shaded
 
 # Okabe and Ito's colours, distinguishable with every kind of colour vision: cool colours for
@@ -106,10 +107,8 @@ class Canvas:
 
     def hull(self, points: Any) -> Any:
         """Return the outline (M, 2) m, in the axes, of the convex hull of points (N, 3) m."""
-        from scipy.spatial import ConvexHull
-
         xy = self.project(points)[0]
-        return xy[ConvexHull(xy).vertices]
+        return xy[convex_outline(xy)]
 
     def _nearness(self, depth: Any) -> Any:
         return self.distance / (self.distance - depth) if np.isfinite(self.distance) else 1.0
