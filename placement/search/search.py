@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
+from ...coverage.voxels.allocation import keep_freed_memory
 from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ...objectives.verify import Verified, Verifier
@@ -101,6 +102,7 @@ def search(
         InfeasibleError: if rings of different links collide in every candidate that was tried.
         ValueError: for an empty target, or floors of goals that the criterion does not support.
     """
+    keep_freed_memory()
     began, aim = time.monotonic(), aim or Criterion()
     schedule = schedule or usual(scene, space, aim)
     brake = StopToken(clock() + time_cap, clock=clock)
