@@ -85,16 +85,19 @@ class TargetPoints:
             sample(scene.solid(scene.goals[g].target, p), count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
+        self._clouds: dict[int, Cloud] = {}
 
     def clouds(self, count: int) -> Cloud:
         """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
 
         The shape does not depend on ``count``, so one compilation serves all.
         """
-        blocks = -(-len(self.points[0]) // BLOCK)
-        each = [cloud(points[:count], blocks=blocks) for points in self.points]
-        stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
-        return stacked
+        if count not in self._clouds:
+            blocks = -(-len(self.points[0]) // BLOCK)
+            each = [cloud(points[:count], blocks=blocks) for points in self.points]
+            stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
+            self._clouds[count] = stacked
+        return self._clouds[count]
 
 
 class CoverageObjective:

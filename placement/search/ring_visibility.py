@@ -81,7 +81,7 @@ def rings_see(
     turns -= np.rint(turns)
     turns *= np.float32(spacing)
     part, square, seen = _in_cones(ring, points.radius, points.height - height, tilt, turns)
-    beyond = np.nonzero(seen & (part > range_m))
+    beyond = np.divmod(np.flatnonzero(seen & (part > range_m)), seen.shape[1])
     if len(beyond[0]):
         seen[beyond] = False
         seen[_by_others(ring, points, height, tilt, turns, *beyond)] = True
