@@ -9,7 +9,8 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_model, read_proposal, read_robot, read_scene, resolve
 from place_rings.formats.schema import versions
-from place_rings.formats.schema.proposal_models import MODELS, ProposalFile
+from place_rings.formats.schema.files import MODELS, model_named
+from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.schema.scene_models import SceneFile
 from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
@@ -17,7 +18,7 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Scene
 
 RINGS = "[[rings]]\nlink = 'tool'\ncount = 8\n"
-FILES = {name: model for name, model in MODELS.items() if name not in ("verify", "robustness")}
+FILES = {name: model_named(name) for name in MODELS if name not in ("verify", "robustness")}
 RESULTS = sorted((Path(__file__).parent.parent / "results").rglob("*.toml"))
 
 

@@ -1,7 +1,10 @@
 """The command schema."""
 
 import json
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 
 def schema(
@@ -24,12 +27,13 @@ def schema(
 
     Example: place-rings schema scene
     """
-    from ...formats.schema.proposal_models import MODELS
+    from ...formats.schema.files import model_named
     from ...reporting.terminal import say_json
 
-    models = MODELS
     if name == "check":  # the rig's models are its own
         from ...rig.check.models import CheckResult
 
-        models = {"check": CheckResult}
-    say_json(json.dumps(models[name].model_json_schema(), indent=2))
+        model: type[BaseModel] = CheckResult
+    else:
+        model = model_named(name)
+    say_json(json.dumps(model.model_json_schema(), indent=2))

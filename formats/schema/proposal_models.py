@@ -8,16 +8,12 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
-from .print_models import PrintResult
-from .redesign_models import ImproveResult
 from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models
-from .robot_models import RobotFile, robot_of
-from .robustness_models import ErrorsModel, RobustnessResult
-from .scene_models import SceneFile, SceneModel
-from .sensor_pose_models import SensorPosesFile
+from .robot_models import robot_of
+from .robustness_models import ErrorsModel
+from .scene_models import SceneModel
 from .sensor_records import SensorRecord
-from .separation_models import SafetyResult
 from .versions import VersionedFile
 
 
@@ -107,17 +103,3 @@ class SearchFile(VersionedFile):
     )
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
-
-
-MODELS: dict[str, type[StrictModel]] = {
-    "scene": SceneFile,
-    "robot": RobotFile,
-    "proposal": ProposalFile,
-    "verify": VerifyResult,
-    "robustness": RobustnessResult,
-    "result": SearchFile,
-    "improve": ImproveResult,
-    "safety": SafetyResult,
-    "sensors": SensorPosesFile,
-    "printing": PrintResult,
-}

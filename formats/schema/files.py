@@ -1,0 +1,30 @@
+"""The models whose JSON Schema users may read: of files, and of what ``--json`` prints."""
+
+from importlib import import_module
+
+from .base_model import StrictModel
+
+# file of this folder and class; one is imported when it is asked for
+MODELS = {
+    "scene": ("scene_models", "SceneFile"),
+    "robot": ("robot_models", "RobotFile"),
+    "proposal": ("proposal_models", "ProposalFile"),
+    "verify": ("result_models", "VerifyResult"),
+    "robustness": ("robustness_models", "RobustnessResult"),
+    "result": ("proposal_models", "SearchFile"),
+    "improve": ("redesign_models", "ImproveResult"),
+    "safety": ("separation_models", "SafetyResult"),
+    "sensors": ("sensor_pose_models", "SensorPosesFile"),
+    "printing": ("print_models", "PrintResult"),
+}
+
+
+def model_named(name: str) -> type[StrictModel]:
+    """Return the model of a name in ``MODELS``; imports no other file than its own.
+
+    Raises:
+        KeyError: for another name.
+    """
+    module, model = MODELS[name]
+    named: type[StrictModel] = getattr(import_module(f".{module}", __package__), model)
+    return named
