@@ -247,7 +247,14 @@ def _draw(
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
         canvas = Canvas(
-            figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01),
+            figure.add_axes(
+                (left, 0.085, 0.48, 0.765),
+                aspect="equal",
+                xmargin=0.01,
+                ymargin=0.01,
+                xticks=(),
+                yticks=(),
+            ),
             box,
             *eye,
         )

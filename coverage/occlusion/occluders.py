@@ -13,18 +13,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, dot
 from ..solids.base import Parts
 from ..solids.capsule_shadows import Shadow, capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
+from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap, polyhedron_in_beam
 from .occluded_beams import Beams
 from .occlusion_mode import Occlusion
 
 # the shadow of an obstacle in a beam: sensor index, normals (F, 3) and offsets (F,) m
 Plane = tuple[int, np.ndarray, np.ndarray]
+_BALL_MARGIN = 1e-5  # m, more than the margins of the tests that follow
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as inside
 
 
@@ -97,11 +98,18 @@ def _in_capsules(
     bodies: Capsules | None,
     margin: float,
 ) -> Any:
-    """Return the first result (K, N) of ``function`` for each beam and capsule."""
+    """Return the first result (K, N) of ``function`` for each beam and capsule; infinity where the
+    ball about a capsule does not reach the beam.
+    """
     if bodies is None:
         return np.full((len(looks.apex), 0), np.inf)
-    beam = Beam(*(a[:, None] for a in looks))
-    return function(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)[0]
+    start, end, radius = bodies.start, bodies.end, bodies.radius  # (N, 3), (N, 3), (N,)
+    beam, way = Beam(*(a[:, None] for a in looks)), (end - start) / 2
+    ball = np.sqrt(dot(way, way)) + radius + _BALL_MARGIN
+    k, n = np.nonzero(cone_gap(beam, (start + way)[None]) <= ball)
+    first = np.full((len(looks.apex), len(radius)), np.inf)
+    first[k, n] = function(Beam(*(a[k] for a in looks)), start[n], end[n], radius[n], margin)[0]
+    return first
 
 
 def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:

@@ -13,21 +13,21 @@ def convex_outline(points: Float[np.ndarray, "N 2"]) -> Int[np.ndarray, " M"]:
     along the lower side and back along the upper one, dropping each point that makes no left turn.
     Points on one line give its two ends, equal points one of them.
     """
-    x, y = points.T.tolist()
     order = np.lexsort((points[:, 1], points[:, 0])).tolist()
+    corners = points.tolist()
 
     def side(some: Iterable[int]) -> list[int]:
         chain: list[int] = []
         for i in some:
+            x, y = corners[i]
             while len(chain) > 1:
-                a, b = chain[-2:]
-                if (x[b] - x[a]) * (y[i] - y[a]) > (y[b] - y[a]) * (x[i] - x[a]):
+                (ax, ay), (bx, by) = corners[chain[-2]], corners[chain[-1]]
+                if (bx - ax) * (y - ay) > (by - ay) * (x - ax):
                     break
                 chain.pop()
-            if not chain or (x[i], y[i]) != (x[chain[-1]], y[chain[-1]]):
+            if not chain or corners[i] != corners[chain[-1]]:
                 chain.append(i)
         return chain
 
     lower, upper = side(order), side(reversed(order))
-    corners = lower[:-1] + upper[:-1]
-    return np.array(corners or lower[:1], np.int64)
+    return np.array(lower[:-1] + upper[:-1] or lower[:1], np.int64)

@@ -28,9 +28,8 @@ def png(figure: "Figure") -> bytes:
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())[..., :3]
     pixels = pixels // 5 * 5  # 52 levels a channel halve the file; white stays white
-    Image.fromarray(pixels).save(
-        data, "png", compress_level=7
-    )  # level 9 takes 4 times as long for the same size
+    # level 7 takes twice as long for a twentieth less, level 9 eight times
+    Image.fromarray(pixels).save(data, "png", compress_level=4)
     return data.getvalue()
 
 

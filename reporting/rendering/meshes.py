@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.arrays import cross
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.base import Solid, Union
@@ -31,8 +32,8 @@ _THINNEST = 1e-4  # m, thinner parts of a polyhedron are not drawn
 
 def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
     """Return points (T, 3) m of a circle about the unit vector ``axis``."""
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, cross(axis, u)]))
 
 
 def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
