@@ -170,8 +170,9 @@ class Exchange:
         if shared:  # only segments whose limits allow the shared tilt
             free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
         segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])  # (K,)
-        limits = {s: space.limits(s, count) for s in {*segment.tolist()}}
-        low, high = (np.array([limits[s][k] for s in segment.tolist()]) for k in (0, 1))  # (K, 3)
+        some, which = np.unique(segment, return_inverse=True)  # (S,), (K,)
+        limits = np.array([space.limits(s, count) for s in some.tolist()])  # (S, 2, 3)
+        low, high = limits[which, 0], limits[which, 1]  # (K, 3)
         values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
         spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
         beside = c.values[:, i] + scale * spread * (high - low)[:near]  # (near, 3)
