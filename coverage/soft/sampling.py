@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from ..arrays import Array
 from ..pytrees import tree
-from ..solids.base import VALUES, Solid, fold, leaves
+from ..solids.base import VALUES, Difference, Solid, fold, leaves
 from .sobol import sobol
 
 _BATCH = 1 << 10  # candidates tested at once: they fit in cache
@@ -24,11 +24,16 @@ class EmptySolidError(ValueError):
 def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
     """Return which points lie inside, excluding points on a surface.
 
-    It uses NumPy, which finishes before JAX would have compiled.
+    It uses NumPy, which finishes before JAX would have compiled. Only points inside ``a`` of a
+    difference are tested against ``b``.
     """
+    if isinstance(solid, Difference):
+        inside = _inside(solid.a, points)
+        inside[inside] = ~_inside(solid.b, points[inside])
+        return inside
     verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
-    inside: np.ndarray = fold(solid, verdicts, VALUES) < 0
-    return inside
+    whole: np.ndarray = fold(solid, verdicts, VALUES) < 0
+    return whole
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
