@@ -20,9 +20,15 @@ def schema(
     ],
     /,
 ) -> None:
-    """Print the JSON Schema of a file or of a command's JSON.
+    """Print the JSON Schema of a file, or of what a command prints with --json.
 
-    Example: place-rings schema scene
+    For example:
+
+    ```bash
+    place-rings schema scene
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.schema.proposal_models import MODELS
     from ...reporting.terminal import say_json

@@ -8,62 +8,74 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...formats.errors import UserError, shown
-from ..options.common import SceneFileOption, Targets
 
 
 def study(
     name: Literal["bound", "convergence", "paper", "pareto", "robots"],
     /,
     *,
-    target: Targets = (),
+    target: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name="--target",
+            negative=(),
+            help="pareto: one of its two targets, as NAME[:RADIUS]. Default: V_S:0.5 and V_S:1.5.",
+        ),
+    ] = (),
     sensors: Annotated[
         int | None,
         Parameter(
             validator=Number(gte=1, lte=2000),
-            help="pareto: of the front with most points, 80; 24, 48, 80, 112 go along.",
+            help=(
+                "pareto: number of sensors of the finest front; 24, 48, 80 and 112 get coarser"
+                " ones. Default: 80."
+            ),
         ),
     ] = None,
-    scene: SceneFileOption = None,
-    out: Annotated[
-        Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")
+    scene: Annotated[
+        Path | None,
+        Parameter(name="--scene", help="pareto: scene file. Default: the reference scene."),
     ] = None,
+    out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
-        Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures."),
+        Parameter(
+            validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
+        ),
     ] = 0,
     workers: Annotated[
         int,
         Parameter(
             validator=Number(gte=1, lte=1024),
-            help="Processes of this machine; 1: this one, with its threads.",
+            help="Number of processes on this machine; above 1 it needs the cluster extra.",
         ),
     ] = 1,
     scheduler: Annotated[
         str | None,
         Parameter(
-            help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers."
+            help="Address of a dask scheduler that you trust (tcp://HOST:PORT), not with --workers."
         ),
     ] = None,
 ) -> None:
-    """Run a study into a folder; one that was stopped goes on where it was.
+    """Run a study, and write its data, pictures and a page. A stopped study resumes.
 
-    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched
-    setups.
+    - bound: how far the search can be from the best setup on a grid, from linear and integer
+      programmes.
+    - convergence: how coverage depends on the size of the voxels, for each way to count them.
+    - paper: the measurements of Kumar and Sahin (2019), repeated, beside searched setups.
+    - pareto: the best trade-offs between two targets, by default V_S:0.5 and V_S:1.5.
+    - robots: what it costs on six robots to ignore the robot's body in the search.
 
-    bound: how far the search can be from the best setup of a grid, by linear and integer
-    programmes.
+    A study takes minutes to hours.
 
-    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10
-    chains.
+    For example:
 
-    pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
+    ```bash
+    place-rings study paper --workers 16
+    place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
+    ```
 
-    robots: what ignoring the robot's body costs on six robots: searches under each model of
-    occlusion, seen under all three.
-
-    Example: place-rings study paper --workers 16
-
-    Example: place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
