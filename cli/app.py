@@ -89,6 +89,18 @@ def main() -> None:
     try:
         app(words, exit_on_error=False, print_error=False)
     except (UserError, CycloptsError, ValueError) as error:
-        text = error.written(option_of) if isinstance(error, InputError) else str(error)
-        say(f"place-rings: {' '.join(text.split())}", error=True)
+        say(f"place-rings: {' '.join(_message(error).split())}", error=True)
         sys.exit(2)
+
+
+def _message(error: Exception) -> str:
+    """Return the text of an error, with options instead of arguments of the Python API."""
+    match error:
+        case InputError():
+            return error.written(option_of)
+        case CycloptsError():
+            from .usage_errors import usage_line
+
+            return usage_line(error, sorted(name for name in app if not name.startswith("-")))
+        case _:
+            return str(error)

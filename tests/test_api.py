@@ -310,7 +310,7 @@ def test_a_scene_does_not_change():
 
 REFUSED = [
     ('pr.Scene(robot="ur9")', "robot: unknown robot 'ur9'; known: ur10,"),
-    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15"),
+    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15 m"),
     ('pr.Scene(targets=["V_S"])', "allowed: Shell,"),
     ("pr.Scene(poses=[0, 1])", "allowed: 6 angles"),
     ('pr.Scene(poses="x")', "poses: found something else than numbers"),
@@ -512,7 +512,7 @@ def test_the_width_is_a_constant_and_other_shapes_are_refused():
 def test_a_command_names_options_where_the_api_names_arguments(run):
     with pytest.raises(pr.InputError) as refused:
         pr.search(sensors=20, rings_per_link=2)
-    line = "found 2 with {}sensors 20, allowed: one of the two; rings are free there"
+    line = "found 2 with {}sensors 20, where the search chooses the rings; use only one of them"
     assert refused.value.argument == "rings_per_link"
     assert str(refused.value).startswith(f"rings_per_link: {line.format('')}")
     code, _, err = run("--sensors", 20, "--rings-per-link", 2)

@@ -112,7 +112,7 @@ FLOORS = {
     "V_Q=50": 'found "V_Q", but unknown target',
     "V_S:0.1=50": "V_S:0.1=50, radius: found 0.1, allowed: above 0.15",
     "V_S=50": 'found "V_S=50", allowed: a V_S with its radius, like V_S:0.5=50',
-    "V_O=101": "found 101, allowed: percent",
+    "V_O=101": "found 101, allowed: above 0 and at most 100 (percent)",
     "V_O": 'found "V_O", allowed: NAME[:RADIUS]=PERCENT',
 }
 
@@ -130,8 +130,8 @@ def test_two_floors_for_one_target_are_refused(run):
     assert (code, err) == (
         2,
         (
-            'place-rings: --at-least: found "V_S:1.5=40" beside another floor for V_S(1.5),'
-            " allowed: one\n"
+            "place-rings: --at-least V_S:1.5=40: V_S(1.5) has a minimum already; state one for"
+            " each target\n"
         ),
     )
 

@@ -600,7 +600,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
             rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n"
         )
         assert refused.returncode == 2
-        assert "not confirmed, nothing was moved" in refused.stderr
+        assert 'not confirmed (type "yes"); the robot was not moved' in refused.stderr
         assert "no safety function" in refused.stderr
         for word in (
             "Near stop along the route",
@@ -612,7 +612,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
             assert word in refused.stderr
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
         assert left.returncode == 3
-        assert "ended by who was asked" in left.stdout
+        assert "ended by the user" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
         asked = []
         monkeypatch.setattr(live, "_REAL", 25.0)

@@ -153,7 +153,10 @@ REFUSED = {
         ("--to", "urdf", "--urdf", "none.urdf"),
         "none.urdf: found nothing, allowed: a file",
     ),
-    "frames of a name": (("--to", "csv", "--frames", "a"), "--frames: found with"),
+    "frames of a name": (
+        ("--to", "csv", "--frames", "a"),
+        "--frames, --beam: allowed only with a URDF",
+    ),
     "an unknown axis": (("--to", "csv", "--beam", "w"), "--beam"),
 }
 

@@ -143,22 +143,22 @@ def check(
     from ..runs.check import check_live, check_replay
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
-        raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
+        raise UserError("check: give exactly one of --rig sim, --robot-host HOST, --replay FILE")
     if robot_host == "":
-        raise UserError("--robot-host: found nothing, allowed: a name or an address")
+        raise UserError('--robot-host: found "", allowed: a host name or an address')
     if robot_host is None and (ring or move):
-        raise UserError(f"--{'ring' if ring else 'move'}: allowed: only with --robot-host")
+        raise UserError(f"--{'ring' if ring else 'move'}: allowed only with --robot-host")
     if allow_reduced_near_stop and not move:
-        raise UserError("--allow-reduced-near-stop: allowed: only with --move")
+        raise UserError("--allow-reduced-near-stop: allowed only with --move")
     if replay is not None:
         sys.exit(check_replay(subject, replay, out, as_json))
     if subject is None:
         raise UserError(
-            "check: found no proposal, allowed: a proposal's file or a name like n2_16_25"
+            "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
         )
     parts = part or PARTS
     if wave and "self" not in parts:
-        raise UserError("--wave: allowed: only with --part self")
+        raise UserError("--wave: allowed only with --part self, or without --part")
     rod = resolve_rod(rod_mm)
     setup, given = resolve(subject, resolve_scene(scene, None))
     found = with_goals(given, parse_goals(target, radius))

@@ -86,11 +86,11 @@ def study(
     folder = out or Path("results") / name
     if name != "pareto" and (target or scene or sensors):
         raise UserError(
-            f"study {name}: found --target, --scene or --sensors, allowed: only with pareto"
+            f"study {name}: --target, --scene and --sensors are allowed only with study pareto"
         )
     if name == "convergence" and seed:
         raise UserError(
-            f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there"
+            f"--seed {seed}: not allowed with study convergence, which uses no random numbers"
         )
     if name == "bound":
         study_bound(folder, seed, workers, scheduler)
@@ -106,18 +106,17 @@ def study(
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
-    """Check where a study shall run: on ``workers`` processes of this machine, or on the machines
-    of a scheduler.
+    """Check the processes of a study: ``workers`` on this machine, or those of a scheduler.
 
     Raises:
-        UserError: if on both, or if the libraries that either needs are not installed.
+        UserError: if both are given, or if the libraries for them are not installed.
     """
     if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
         raise UserError(
             f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
         )
     if scheduler is not None and workers != 1:
-        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
+        raise UserError(f"--workers {workers}: not allowed with --scheduler; use one of them")
     if scheduler is not None or workers != 1:
         from ...formats.optional_dependencies import require
 

@@ -36,7 +36,7 @@ def task(
 
     if robot is not None and robot not in PAPER_ROBOTS:
         raise UserError(
-            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the"
-            " paper's"
+            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, because the paper"
+            " uses a UR10"
         )
     run(resolve_scene(None, robot) or Scene(), rate)

@@ -94,7 +94,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
     check = PlannedCheck.read(str(path), recorded.about.get("check"))
     if subject is not None and subject != check.about.setup:
         raise UserError(
-            f"{path}: found a recording of {check.about.setup}, allowed: one of {subject}"
+            f"{path}: found a recording of {check.about.setup}, allowed: a recording of {subject}"
         )
     folder = output_folder(out)
     with Terminal(stderr=True).status("judging"):

@@ -80,4 +80,4 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
     except (EOFError, OSError, UnicodeDecodeError):
         answer = ""
     if answer != "yes":
-        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
+        raise UserError('--move: not confirmed (type "yes"); the robot was not moved')

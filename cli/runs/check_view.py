@@ -90,7 +90,7 @@ class View:
         if self._console.is_terminal:
             self._live.start()
         if answer == "q":
-            raise EndedError("ended by who was asked")
+            raise EndedError("ended by the user")
         return answer != "s"
 
     def table(self) -> Group:

@@ -76,7 +76,7 @@ def robot(
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
         raise UserError(
-            f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}"
+            f"robot: found {shown(what)}, allowed: a URDF (.urdf), or one of {', '.join(ROBOTS)}"
         )
     found = fit.robot
     folder = output_folder(out)

@@ -33,7 +33,7 @@ def verify(
     check_counting(voxel=voxel, width=width if certified else None, memory_gb=memory)
     if not certified:
         if width is not None:
-            raise UserError(f"--width: found {width:g}, allowed: only with --rule certified")
+            raise UserError(f"--width {width:g}: allowed only with --rule certified; add it")
         voxel = VOXEL if voxel is None else voxel
     subject = given.resolved(name)
     scene, setup = subject.scene, subject.setup
