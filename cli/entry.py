@@ -1,5 +1,5 @@
-"""Where the command starts: the rest is imported under guard, as that takes a second and Ctrl-C may
-come before.
+"""Entry point of the command. It imports the rest itself, because that takes a second and the user
+may press Ctrl-C meanwhile.
 """
 
 import _thread
@@ -9,7 +9,7 @@ import sys
 import threading
 from typing import Any, NoReturn
 
-_SOON = 0.02  # s, until Ctrl-C is raised again: by then the callback that it was lost in is over
+_SOON = 0.02  # s until Ctrl-C is raised again; the callback that lost it has ended by then
 
 
 def main() -> None:
@@ -20,7 +20,7 @@ def main() -> None:
     heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
         if heeded:
-            # an exception through a half imported library can crash it
+            # an exception during the import of a library can crash it
             signal.signal(signal.SIGINT, _nothing_to_keep)
         from ..reporting.terminal import guard
         from .app import main as run
@@ -35,9 +35,11 @@ def main() -> None:
 
 
 def never_lost(dropped: Any) -> None:
-    """Raise Ctrl-C again where Python drops it, as it does with all that is raised in a callback of
-    the garbage collector (JAX has one, and in it a search spends a tenth of its first seconds); a
-    ``sys.unraisablehook``."""
+    """Raise Ctrl-C again if Python drops it; a ``sys.unraisablehook``.
+
+    Python drops every exception in a callback of the garbage collector. JAX has such a callback, in
+    which a search spends a tenth of its first seconds.
+    """
     if isinstance(dropped.exc_value, KeyboardInterrupt):
         again = threading.Timer(_SOON, _thread.interrupt_main)
         again.daemon = True

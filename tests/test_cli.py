@@ -109,7 +109,7 @@ REFUSED = {
     "a front in no scene": ["study", "pareto", "--scene", "absent.toml"],
 }
 FLOORS = {
-    "V_Q=50": 'found "V_Q", but unknown target',
+    "V_Q=50": "--at-least V_Q: unknown target",
     "V_S:0.1=50": "V_S:0.1=50, radius: found 0.1, allowed: above 0.15",
     "V_S=50": 'found "V_S=50", allowed: a V_S with its radius, like V_S:0.5=50',
     "V_O=101": "found 101, allowed: above 0 and at most 100 (percent)",

@@ -1,4 +1,4 @@
-"""A setup as a page to read, to print and to build from: write it, and print its answer."""
+"""Write the report of a setup, and print its main result."""
 
 import sys
 from pathlib import Path

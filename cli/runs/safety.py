@@ -1,6 +1,4 @@
-"""The command that asks whether a person is detected in time: simulate, say what was found, write
-the report.
-"""
+"""Simulate people who walk in, print how many are detected in time, and write the report."""
 
 import shlex
 import sys
@@ -44,27 +42,32 @@ from ...simulation.detection import (
 )
 from ...simulation.motion_samples import STEP, Moments, moments_of_record, moments_of_scene
 
-ASSUMED_HZ = 20.0  # where no rate is sourced
-# reflectance where none is asked: the darkest that is sourced for the most common sensor
+ASSUMED_HZ = 20.0  # rate of a sensor without a stated rate
+# default reflectance: the darkest with a stated range for the most common sensor
 DARK_TARGET = 0.17
-TORSO = "0.45x0.7"  # m, of a person
+TORSO = "0.45x0.7"  # m, width and height of a person
 
 
 @dataclass(frozen=True)
 class SafetyOptions:
-    """How approaches are drawn and reported: their number, directions that are told apart, rate of
-    the sensors in Hz (None: theirs), latency s, occlusion, seed."""
+    """How approaches are drawn and reported."""
 
     approaches: int
+    """Number of approaches."""
     directions: int
+    """Number of sectors in the report."""
     rate: float | None
+    """Measurements per second; None: the rate of each sensor."""
     latency: float
+    """Time from a measurement to its report, s."""
     occlusion: Occlusion
+    """Occlusion model of the robot's body."""
     seed: int
+    """Random seed."""
 
 
 def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
-    """Period and latency of each sensor, and whether a rate had to be assumed."""
+    """Return period and latency of each sensor, and whether a rate had to be assumed."""
     rates = [
         asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
         for r in setup.rings
@@ -83,11 +86,11 @@ def safety(
     out: Path,
     as_json: bool,
 ) -> None:
-    """Simulate approaches to ``setup`` in ``scene``, print what was found and write the report."""
+    """Simulate approaches to ``setup`` in ``scene``, print the result and write the report."""
     began = time.perf_counter()
     when, assumed = timing(setup, asked)
     late = float(when.spent.max())
-    # Period and latency are counted by themselves; what is left of T_r stays in S.
+    # The simulation has period and latency itself; S keeps the rest of the reaction time T_r.
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, late))
     left = replace(whole, reaction=whole.reaction - late)
     try:
@@ -113,7 +116,7 @@ def safety(
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
     with ProgressBar(Terminal(stderr=True)) as bar:
-        task = bar.add_task("walking in", total=len(setups) * asked.approaches)
+        task = bar.add_task("simulating approaches", total=len(setups) * asked.approaches)
         for one in setups:
             done = len(found) * asked.approaches
 
@@ -240,35 +243,35 @@ def _show(r: SafetyResult, folder: Path) -> None:
 
     say(
         f"{r.setup}: {r.in_time.percent:.1f} % of {r.approaches} approaches are reported in time"
-        f" ({r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f}); {r.never_reported} are"
-        " not before contact."
+        f" (95 % interval {r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f});"
+        f" {r.never_reported} are not reported before contact."
     )
     say(
-        f"At the fastest part {formula(r.separation)} (ISO/TS 15066); S is"
-        f" {r.separation.least_m:.2f} m at least."
+        f"Separation distance at the fastest part: {formula(r.separation)} (ISO/TS 15066). The"
+        f" smallest S is {r.separation.least_m:.2f} m."
     )
     if r.range_m < r.range_needed_m:
         say(
-            f"The sensors cannot reach the distance asked: they see {r.range_m:.2f} m,"
-            f" {r.range_needed_m:.2f} m are needed; {r.range_m:.2f} m suffice at"
-            f" {r.range_suffices_percent:.0f} % of the moments."
+            f"The range of the sensors is too short: it is {r.range_m:.2f} m, but"
+            f" {r.range_needed_m:.2f} m are needed. It suffices during"
+            f" {r.range_suffices_percent:.0f} % of the motion."
         )
     if r.if_far_enough is not None:
         say(
-            f"With the same beams seeing {r.range_needed_m:.2f} m, {r.if_far_enough.percent:.1f} %"
-            " would be in time."
+            f"With the same beams and a range of {r.range_needed_m:.2f} m,"
+            f" {r.if_far_enough.percent:.1f} % would be reported in time."
         )
     if not r.separation.speeds_known:
         say(
-            f"No joint speeds are known: all parts are taken at {r.separation.fastest_m_s:g} m/s."
-            " Give --trajectory."
+            f"No joint speeds are known, so every part is assumed to move at"
+            f" {r.separation.fastest_m_s:g} m/s. Pass --trajectory."
         )
     for line in sensor_lines(r.sensors):
         say(line)
     if not r.sensors:
         say(
-            "The sensor is not of the catalogue: its nominal range is taken as it is, for any"
-            " target and light."
+            "The sensor is not in the catalogue, so its nominal range is used for any target and"
+            " light. Pass --sensor."
         )
     say(r.disclaimer)
     for name in ("README.md", "safety.png", "approaches.csv", "safety.json"):
