@@ -1,22 +1,27 @@
 """The command schema."""
 
 import json
-from typing import Literal
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
 
 
 def schema(
-    name: Literal[
-        "scene",
-        "robot",
-        "proposal",
-        "verify",
-        "robustness",
-        "result",
-        "improve",
-        "safety",
-        "printing",
-        "check",
-        "sensors",
+    name: Annotated[
+        Literal[
+            "scene",
+            "robot",
+            "proposal",
+            "verify",
+            "robustness",
+            "result",
+            "improve",
+            "safety",
+            "printing",
+            "check",
+            "sensors",
+        ],
+        Parameter(help="File, or command with --json, to describe."),
     ],
     /,
 ) -> None:

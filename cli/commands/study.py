@@ -11,7 +11,10 @@ from ...formats.errors import UserError, shown
 
 
 def study(
-    name: Literal["bound", "convergence", "paper", "pareto", "robots"],
+    name: Annotated[
+        Literal["bound", "convergence", "paper", "pareto", "robots"],
+        Parameter(help="Study to run."),
+    ],
     /,
     *,
     target: Annotated[
