@@ -42,10 +42,8 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
             names the first.
     """
     try:
-        if not path.is_file():
-            raise UserError(
-                f"{path}: found {'no file' if path.exists() else 'nothing'}, allowed: a CSV file"
-            )
+        if path.exists() and not path.is_file():
+            raise UserError(f"{path}: not a regular file; give a CSV file")
         with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
             return _Reader(str(path), robot, degrees).read(file)
     except (OSError, ValueError) as error:

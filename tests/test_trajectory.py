@@ -309,7 +309,7 @@ def test_a_scene_takes_its_poses_from_a_record(cell):
 
 
 BAD_SCENES = {
-    "trajectory = 'absent.csv'": "absent.csv: found nothing, allowed: a CSV file",
+    "trajectory = 'absent.csv'": "absent.csv: cannot be read: No such file or directory",
     "trajectory = '../r.csv'": (
         'trajectory.file: found "../r.csv", allowed: a file in the folder of scene.toml or below'
     ),
