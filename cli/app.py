@@ -29,9 +29,13 @@ These terms are used throughout:
 - **Target**: the volume to cover. V_S(0.5) is everything within 0.5 m of the arm. V_O is the sphere
   of the robot's reach, V_T the sphere of one sensor range around the tool, V_OT both. V_P is the
   protective volume of ISO/TS 15066. The robot itself is never part of a target.
+- **Ring**: sensors that are evenly spaced around a link. Tilt is the angle of their axes out of the
+  plane of the ring.
 - **Setup**: all sensors on one robot, as a proposal, a list of sensors, or a layout of the paper.
 - **n2_16_25**: the layout of the paper with 2 rings on each link, 16 sensors a ring, tilted by 25°,
   and one ring on the tool.
+- **Scene**: robot, poses, sensor, targets, obstacles and rules. The reference scene is a UR10 in one
+  pose with conical sensors of 25° and 1.5 m.
 - **Occlusion**: what the robot's body does to the sensors. The option ``--occlusion`` lists the
   models. With ``ignore``, the default, sensors see through the robot, as in the paper. Add
   ``--occlusion shadow`` to place rings that can be built.
@@ -43,7 +47,7 @@ place-rings --target V_S --radius 0.5                     # near the arm
 place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4     # near and far
 place-rings --target V_S --radius 0.5 --sensors 48        # 48 sensors
 place-rings --target V_S --radius 0.5 --reach 95          # 95 % coverage
-place-rings --target V_S:0.5 --at-least V_S:1.5=30        # far: 30 % or more
+place-rings --target V_S:0.5 --at-least V_S:1.5=30        # 30 % or more far
 place-rings --target V_S --radius 0.5 --occlusion shadow  # can be built
 place-rings --scene cell.toml --out mine                  # your own cell
 ```
