@@ -34,8 +34,8 @@ These terms are used throughout:
 - **Setup**: all sensors on one robot, as a proposal, a list of sensors, or a layout of the paper.
 - **n2_16_25**: the layout of the paper with 2 rings on each link, 16 sensors a ring, tilted by 25°,
   and one ring on the tool.
-- **Scene**: robot, poses, sensor, targets, obstacles and rules. The reference scene is a UR10 in one
-  pose with conical sensors of 25° and 1.5 m.
+- **Scene**: robot, poses, sensor, targets, obstacles and rules. The reference scene is a UR10 in
+  one pose with conical sensors of 25° and 1.5 m.
 - **Occlusion**: what the robot's body does to the sensors. The option ``--occlusion`` lists the
   models. With ``ignore``, the default, sensors see through the robot, as in the paper. Add
   ``--occlusion shadow`` to place rings that can be built.
