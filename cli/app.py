@@ -17,6 +17,7 @@ from . import commands
 from .commands.place import place
 from .compilation_cache import keep_compiled
 from .options.arguments import option_of
+from .options.panels import ARGUMENTS, COMMANDS, OPTIONS
 
 _HELP = """Place rings of Time-of-Flight sensors on a robot arm, and prove how much they see.
 
@@ -69,7 +70,11 @@ def _version() -> str:
 
 app = App(
     name="place-rings",
+    usage="Usage: place-rings [OPTIONS], or place-rings COMMAND [OPTIONS]",
     help=_HELP,
+    group_arguments=ARGUMENTS,
+    group_commands=COMMANDS,
+    group_parameters=OPTIONS,
     default_parameter=Parameter(show_default=_default_text),
     version=_version,
     suppress_keyboard_interrupt=False,

@@ -18,6 +18,7 @@ from ..options.groups import (
     SceneOptions,
     SensorOptions,
 )
+from ..options.panels import FAILURES
 
 _COUNT = Number(gte=1, lte=200)
 
@@ -61,31 +62,42 @@ def place(
         Parameter(negative=(), help="Maximise the coverage of the worst pose instead of the mean."),
     ] = False,
     redundancy: Annotated[
-        int, Parameter(help="Number of sensors that must see a point for it to count as covered.")
+        int,
+        Parameter(
+            group=FAILURES,
+            help="Number of sensors that must see a point for it to count as covered.",
+        ),
     ] = 1,
     losing: Annotated[
         Losing | None,
         Parameter(
-            help="Maximise the coverage that remains when the most important ring or sensor fails."
+            group=FAILURES,
+            help="Maximise the coverage that remains when the most important ring or sensor fails.",
         ),
     ] = None,
     tolerant: Annotated[
         bool,
-        Parameter(negative=(), help="Maximise the mean coverage over random mounting errors."),
+        Parameter(
+            group=FAILURES,
+            negative=(),
+            help="Maximise the mean coverage over random mounting errors.",
+        ),
     ] = False,
     position_error_mm: Annotated[
         float | None,
         Parameter(
-            help="With --tolerant: largest error of a ring along its link, in mm. Default: 5."
+            group=FAILURES,
+            help="With --tolerant: largest error of a ring along its link, in mm. Default: 5.",
         ),
     ] = None,
     direction_error_deg: Annotated[
         float | None,
         Parameter(
+            group=FAILURES,
             help=(
                 "With --tolerant: largest error in the direction of a ring and of each sensor, in"
                 " degrees. Default: 2."
-            )
+            ),
         ),
     ] = None,
     seed: Seed = 0,

@@ -6,10 +6,13 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from .panels import SCENE
+
 Targets = Annotated[
     tuple[str, ...],
     Parameter(
         name="--target",
+        group=SCENE,
         negative=(),
         help=(
             "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_S:0.5=0.6. V_S: everything"
@@ -22,16 +25,18 @@ Targets = Annotated[
 Radius = Annotated[
     float | None,
     Parameter(
+        group=SCENE,
         help=(
             "Radius in metres of a V_S that states none: --target V_S --radius 0.5 is --target"
             " V_S:0.5."
-        )
+        ),
     ),
 ]
 SceneFileOption = Annotated[
     Path | None,
     Parameter(
         name="--scene",
+        group=SCENE,
         help=(
             "Scene file (TOML): robot, poses, sensor, targets, obstacles and rules. Default: the"
             " scene in the proposal, or the reference scene (a UR10 in one pose)."
@@ -41,10 +46,11 @@ SceneFileOption = Annotated[
 RobotOption = Annotated[
     str | None,
     Parameter(
+        group=SCENE,
         help=(
             "Built-in robot (place-rings robots lists them), robot file (.toml) or URDF (.urdf)."
             " Default: the robot of the scene."
-        )
+        ),
     ),
 ]
 Voxel = Annotated[

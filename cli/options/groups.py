@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from .common import Radius, RobotOption, SceneFileOption, Targets
+from .panels import FRAMES, MOTION, SCENE, SENSOR
 
 if TYPE_CHECKING:  # imported when the options are resolved
     from ..._validation import ResolvedSetup
@@ -20,7 +21,7 @@ if TYPE_CHECKING:  # imported when the options are resolved
     from ...objectives.scene import Scene
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=SCENE)
 @dataclass(frozen=True)
 class SceneOptions:
     """The scene and the targets of a setup."""
@@ -57,7 +58,7 @@ class SceneOptions:
         )
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=SENSOR)
 @dataclass(frozen=True)
 class SensorOptions:
     """A sensor, or conditions, that replace those of the scene."""
@@ -117,7 +118,7 @@ class SensorOptions:
         return resolve(subject, scene, self.asked(own), frames)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=MOTION)
 @dataclass(frozen=True)
 class MotionOptions:
     """A recorded motion that replaces the poses of a scene."""
@@ -142,7 +143,7 @@ class MotionOptions:
         return with_motion(scene, self.trajectory, self.degrees, worst)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=FRAMES)
 @dataclass(frozen=True)
 class FrameOptions:
     """The sensor frames of a URDF."""
