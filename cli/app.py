@@ -44,13 +44,18 @@ These terms are used throughout:
 For example:
 
 ```bash
-place-rings --target V_S --radius 0.5                     # near the arm
-place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4     # near and far
-place-rings --target V_S --radius 0.5 --sensors 48        # 48 sensors
-place-rings --target V_S --radius 0.5 --reach 95          # 95 % coverage
-place-rings --target V_S:0.5 --at-least V_S:1.5=30        # 30 % or more far
-place-rings --target V_S --radius 0.5 --occlusion shadow  # can be built
-place-rings --scene cell.toml --out mine                  # your own cell
+# near the arm, as in the paper
+place-rings --target V_S --radius 0.5
+# near the arm, with rings that can be built
+place-rings --target V_S --radius 0.5 --occlusion shadow
+# with 48 sensors, or with the fewest that cover 95 %
+place-rings --target V_S --radius 0.5 --sensors 48
+place-rings --target V_S --radius 0.5 --reach 95
+# near and far: with weights, or with at least 30 % far
+place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4
+place-rings --target V_S:0.5 --at-least V_S:1.5=30
+# in your own cell
+place-rings --scene cell.toml --out mine
 ```
 
 ``place-rings COMMAND --help`` explains a command.

@@ -16,10 +16,10 @@ def help_text(name):
 
 
 def examples(name):
-    """The example commands, each as one line without its comment and its output file."""
+    """The example commands, each as one line without its output file; comments are left out."""
     block = re.search(r"^```bash\n(.*?)^```", help_text(name), re.M | re.S)[1]
     lines = block.replace("\\\n", " ").splitlines()
-    return [re.split(r" [#>] ?", line)[0].strip() for line in lines]
+    return [line.partition(" > ")[0] for line in lines if not line.startswith("#")]
 
 
 EXAMPLES = [line for name in (None, *COMMANDS) for line in examples(name)]

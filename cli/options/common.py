@@ -48,7 +48,7 @@ RobotOption = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Built-in robot (place-rings robots lists them), robot file (.toml) or URDF (.urdf)."
+            "Built-in robot (see place-rings robots), robot file (.toml) or URDF (.urdf)."
             " Default: the robot of the scene."
         ),
     ),

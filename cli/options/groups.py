@@ -67,7 +67,7 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Sensor of the catalogue (place-rings sensors lists it). Default: the sensor of the"
+                "Sensor of the catalogue (see place-rings sensors). Default: the sensor of the"
                 " scene (reference scene: a cone of 25°, 1.5 m long)."
             )
         ),
