@@ -17,9 +17,9 @@ def main() -> None:
     sys.unraisablehook = never_lost
     # XLA reports a slow compilation as an error, which says nothing to the user
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-    heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
-        if heeded:
+        if by_default:
             # an exception during the import of a library can crash it
             signal.signal(signal.SIGINT, _nothing_to_keep)
         from ..reporting.terminal import guard
@@ -27,7 +27,7 @@ def main() -> None:
 
         guard()
 
-        if heeded:
+        if by_default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         run()
     except KeyboardInterrupt:

@@ -24,13 +24,15 @@ def gone_is_an_error() -> Iterator[None]:
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
     """Let SIGTERM and SIGHUP act like Ctrl-C, unless they are ignored already (as by ``nohup``)."""
-    heeded = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
-    for number in heeded:
+    by_default = [
+        n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL
+    ]
+    for number in by_default:
         signal.signal(number, _end)
     try:
         yield
     finally:
-        for number in heeded:
+        for number in by_default:
             signal.signal(number, signal.SIG_DFL)
 
 

@@ -161,7 +161,7 @@ def check(
         raise UserError("--wave: allowed only with --part self, or without --part")
     rod = resolve_rod(rod_mm)
     setup, given = resolve(subject, resolve_scene(scene, None))
-    found = with_goals(given, parse_goals(target, radius))
+    where = with_goals(given, parse_goals(target, radius))
     ports = list[PortModel]()
     if robot_host is not None:
         ports = resolve_ports(setup, ring)
@@ -170,4 +170,4 @@ def check(
     options = CheckOptions(
         parts, seconds, wave, stops, trials, rod, move, allow_reduced_near_stop, voxel, seed
     )
-    sys.exit(check_live(subject, setup, found, options, robot_host, ports, out, as_json))
+    sys.exit(check_live(subject, setup, where, options, robot_host, ports, out, as_json))

@@ -57,11 +57,11 @@ def improve(
     from ..runs.improve import improve as run
 
     cap = cap_of(time)
-    setup, asked = SubjectOptions(place, mounted=mounted).resolve(subject)
+    setup, scene = SubjectOptions(place, mounted=mounted).resolve(subject)
     run(
         subject,
         setup,
-        with_floors(asked, at_least),
+        with_floors(scene, at_least),
         changes,
         add_sensors,
         seed,

@@ -120,15 +120,15 @@ def place(
     from ..runs.place import place as run
 
     cap_of(time)
-    asked = where.applied(where.given() or Scene())
-    asked = with_sensor(asked, sensing.asked(asked.sensor))
-    asked = motion.applied(with_floors(asked, at_least), worst)
+    scene = where.applied(where.given() or Scene())
+    scene = with_sensor(scene, sensing.selected(scene.sensor))
+    scene = motion.applied(with_floors(scene, at_least), worst)
     errors = resolve_errors(
         tolerant, position_error_mm=position_error_mm, direction_error_deg=direction_error_deg
     )
     find = partial(
         search,
-        asked,
+        scene,
         sensors=sensors,
         rings_per_link=rings_per_link,
         sensors_per_ring=sensors_per_ring,
@@ -142,6 +142,6 @@ def place(
         **errors,
     )
     try:
-        run(find, asked, voxel, out, as_json)
+        run(find, scene, voxel, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

@@ -88,9 +88,9 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, found = sensing.resolve(subject, resolve_scene(scene, robot))
+    setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
-    own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
-    asked = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
-    run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
+    own: Occlusion = "shadow" if where.occlusion == "ignore" else where.occlusion
+    options = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
+    run(subject, setup, where, motion.trajectory, motion.degrees, options, out, as_json)

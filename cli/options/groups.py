@@ -100,7 +100,7 @@ class SensorOptions:
         ),
     ] = None
 
-    def asked(self, own: "Sensor | None" = None) -> "Sensor | None":
+    def selected(self, own: "Sensor | None" = None) -> "Sensor | None":
         """Return the sensor of the options; conditions without ``--sensor`` apply to ``own``."""
         from .sensors import resolve_sensor
 
@@ -115,7 +115,7 @@ class SensorOptions:
         own = None
         if self.sensor is None and self != NO_SENSOR:
             own = resolve(subject, scene, frames=frames)[1].sensor
-        return resolve(subject, scene, self.asked(own), frames)
+        return resolve(subject, scene, self.selected(own), frames)
 
 
 @Parameter(name="*", group=MOTION)

@@ -18,14 +18,14 @@ _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
 
 
-def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
+def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
     """Return the ports of all rings from texts NAME=PORT[,DECODER[,BAUD]].
 
     Raises:
         UserError: if a ring is missing, named twice, or unknown.
     """
-    names, found = ring_names(setup), dict[str, PortModel]()
-    for text in asked:
+    names, ports = ring_names(setup), dict[str, PortModel]()
+    for text in texts:
         match = _RING.fullmatch(text)
         if match is None:
             raise UserError(
@@ -35,8 +35,8 @@ def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
         name, decoder = match["name"], match["decoder"] or "place-rings"
         if name.isdecimal() and int(name) < len(names):
             name = names[int(name)]
-        if name not in names or name in found:
-            left = [n for n in names if n not in found]
+        if name not in names or name in ports:
+            left = [n for n in names if n not in ports]
             raise UserError(
                 f"--ring: found {shown(name)}, allowed: each ring once; still without a port:"
                 f" {', '.join(left) or 'none'}"
@@ -46,14 +46,14 @@ def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
                 f"--ring {text}: found decoder {shown(decoder)}, allowed: {', '.join(DECODERS)}"
             )
         count = setup.rings[names.index(name)].count
-        found[name] = PortModel(
+        ports[name] = PortModel(
             name=match["port"], count=count, decoder=decoder, baud=int(match["baud"] or BAUD)
         )
-    if missing := [n for n in names if n not in found]:
+    if missing := [n for n in names if n not in ports]:
         raise UserError(
             f"--ring: no port for {', '.join(missing)}; add --ring NAME=PORT for each of them"
         )
-    return [found[n] for n in names]
+    return [ports[n] for n in names]
 
 
 def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:

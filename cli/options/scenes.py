@@ -28,10 +28,10 @@ def resolve_scene(
             volume.
     """
     goals = parse_goals(targets, radius)
-    asked = read_scene(scene) if scene else None
+    stated = read_scene(scene) if scene else None
     if robot is not None:
-        asked = _on_robot(scene, asked, given_robot(robot))
-    return with_goals(asked, goals) if asked is not None else None
+        stated = _on_robot(scene, stated, given_robot(robot))
+    return with_goals(stated, goals) if stated is not None else None
 
 
 def urdf_of(robot: str | None) -> Path | None:

@@ -26,12 +26,12 @@ def resolve_sensor(
         UserError: if conditions are given for a sensor that is not in the catalogue.
     """
     given = {"--ambient": ambient, "--reflectance": reflectance, "--target-size": size}
-    asked = {option: value for option, value in given.items() if value is not None}
-    if name is None and not asked:
+    stated = {option: value for option, value in given.items() if value is not None}
+    if name is None and not stated:
         return None
     base = own.use if name is None and own is not None else None
     if name is None and base is None:
-        option, value = next(iter(asked.items()))
+        option, value = next(iter(stated.items()))
         raise UserError(
             f"{option} {value}: allowed only for a sensor of the catalogue; add --sensor, or set"
             " model in [sensor] of the scene"

@@ -119,18 +119,18 @@ def improve(
     check_scene(scene, voxel)
     check_sight(scene, setup)
     with made_folder(out) if out else nullcontext() as folder:
-        found = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
-        record = _record(found, scene, name, most, add_sensors, seed, voxel, log)
+        improved = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
+        record = _record(improved, scene, name, most, add_sensors, seed, voxel, log)
         if folder:
-            record = _written(record, found, scene, folder)
+            record = _written(record, improved, scene, folder)
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return
-    _show(record, found, scene, voxel, console)
+    _show(record, improved, scene, voxel, console)
 
 
 def _record(
-    found: improving.Improved,
+    improved: improving.Improved,
     scene: Scene,
     name: str,
     most: int,
@@ -140,29 +140,34 @@ def _record(
     log: Terminal,
 ) -> ImproveResult:
     """Return the result as a file holds it, with ζ of each target; print the violated rules."""
-    if found.broken:
-        some, more = [f.text for f in found.broken[:_MOST_LISTED]], len(found.broken) - _MOST_LISTED
+    if improved.broken:
+        some, more = (
+            [f.text for f in improved.broken[:_MOST_LISTED]],
+            len(improved.broken) - _MOST_LISTED,
+        )
         rest = f"; and {more} more" if more > 0 else ""
         log.print(
             f"The mounted rings violate rules of the scene and are kept: {'; '.join(some)}{rest}.",
             soft_wrap=True,
             highlight=False,
         )
-    zetas = _verified(name, scene, [found.mounted, *found.steps], voxel, log)
+    zetas = _verified(name, scene, [improved.mounted, *improved.steps], voxel, log)
     return ImproveResult(
         setup=name,
         scene=SceneModel.from_domain(scene),
         most_changes=most,
         add_sensors=add_sensors,
-        outcome=found.outcome.value,
+        outcome=improved.outcome.value,
         seed=seed,
-        seconds=found.statistics.seconds,
-        exact_percent=100 * found.mounted.exact,
-        short_percent=100 * found.mounted.short,
-        rings=ring_models(found.mounted.setup, scene.sensor),
+        seconds=improved.statistics.seconds,
+        exact_percent=100 * improved.mounted.exact,
+        short_percent=100 * improved.mounted.short,
+        rings=ring_models(improved.mounted.setup, scene.sensor),
         zeta=zetas[0],
-        broken=[f.text for f in found.broken],
-        steps=[_step(a, found, scene, z) for a, z in zip(found.steps, zetas[1:], strict=True)],
+        broken=[f.text for f in improved.broken],
+        steps=[
+            _step(a, improved, scene, z) for a, z in zip(improved.steps, zetas[1:], strict=True)
+        ],
     )
 
 
@@ -170,11 +175,11 @@ def _verified(
     name: str, scene: Scene, answers: list[Answer], voxel: float, log: Terminal
 ) -> list[list[VerifyResult]]:
     """Return ζ of all answers for each target; empty lists for answers after Ctrl-C."""
-    verifier, found = Verifier(scene, voxel), []
+    verifier, counts = Verifier(scene, voxel), []
     try:
         for answer in answers:
             label = f"{name}, {len(answer.changes)} changes" if answer.changes else name
-            found.append(
+            counts.append(
                 [
                     VerifyResult.of(label, verifier.verify(answer.setup, goal.target))
                     for goal in scene.goals
@@ -182,16 +187,16 @@ def _verified(
             )
     except KeyboardInterrupt:
         log.print("interrupted: the count of each target is incomplete; the changes are kept")
-    return found + [[]] * (len(answers) - len(found))
+    return counts + [[]] * (len(answers) - len(counts))
 
 
 def _step(
-    answer: Answer, found: improving.Improved, scene: Scene, zeta: list[VerifyResult]
+    answer: Answer, improved: improving.Improved, scene: Scene, zeta: list[VerifyResult]
 ) -> StepModel:
-    mounted = len(found.mounted.setup.rings)
+    mounted = len(improved.mounted.setup.rings)
     return StepModel(
         exact_percent=100 * answer.exact,
-        gain_percent=100 * (answer.exact - found.mounted.exact),
+        gain_percent=100 * (answer.exact - improved.mounted.exact),
         short_percent=100 * answer.short,
         work=WorkModel.from_domain(answer.work),
         changes=[ChangeModel.of(c, mounted, scene.sensor) for c in answer.changes],
@@ -201,19 +206,24 @@ def _step(
 
 
 def _written(
-    record: ImproveResult, found: improving.Improved, scene: Scene, folder: Path
+    record: ImproveResult, improved: improving.Improved, scene: Scene, folder: Path
 ) -> ImproveResult:
     """Write a proposal for each number of changes, a picture and the record; return the record."""
     files = {
         f"changes_{len(step.changes)}": folder / f"changes_{len(step.changes)}.toml"
         for step in record.steps
     }
-    files |= {"picture": folder / "improve.png"} if found.steps else {}
+    files |= {"picture": folder / "improve.png"} if improved.steps else {}
     record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
     command = shlex.join(["place-rings", *sys.argv[1:]])
-    for answer, step in zip(found.steps, record.steps, strict=True):
+    for answer, step in zip(improved.steps, record.steps, strict=True):
         result = SearchResult(
-            answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
+            answer.setup,
+            answer.soft,
+            answer.exact,
+            answer.short,
+            improved.outcome,
+            improved.statistics,
         )
         proposal = ProposalFile(
             rings=step.rings,
@@ -227,15 +237,15 @@ def _written(
             lines
         )
         write_text(files[f"changes_{n}"], to_toml(proposal, heading))
-    if found.steps:
-        last = found.steps[-1]
+    if improved.steps:
+        last = improved.steps[-1]
         captions = ("as mounted", f"after {_changes(len(last.changes))}")
         goals = "   ·   ".join(
             f"{target_label(a)}: {a.zeta_percent:.1f} → {b.zeta_percent:.1f} %"
             for a, b in zip(record.zeta, record.steps[-1].zeta, strict=False)
         )
         comparison_picture(
-            files["picture"], scene, found.mounted.setup, last.setup, captions, goals
+            files["picture"], scene, improved.mounted.setup, last.setup, captions, goals
         )
     write_text(folder / "improve.json", record.model_dump_json(indent=2) + "\n")
     return record
@@ -247,7 +257,7 @@ def _changes(n: int) -> str:
 
 def _show(
     record: ImproveResult,
-    found: improving.Improved,
+    improved: improving.Improved,
     scene: Scene,
     voxel: float,
     console: Terminal,
@@ -278,7 +288,7 @@ def _show(
     )
     if (line := count_error_line(voxel)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
-    for answer in found.steps:
+    for answer in improved.steps:
         console.print(f"{_changes(len(answer.changes))}:")
         for change in answer.changes:
             console.print(
@@ -287,26 +297,26 @@ def _show(
                 soft_wrap=True,
             )
     least = f"{100 * WORTH:g} points"
-    last = len(found.steps[-1].changes) if found.steps else 0
+    last = len(improved.steps[-1].changes) if improved.steps else 0
     if not last:
         console.print(
             f"No gain: no improvement of {least} or more with up to"
             f" {_changes(record.most_changes)}."
         )
-    elif last < record.most_changes and found.outcome is Outcome.FINISHED:
+    elif last < record.most_changes and improved.outcome is Outcome.FINISHED:
         console.print(
             f"Up to {_changes(record.most_changes)} were searched; more than {last} gain less than"
             f" {least}."
         )
-    if found.mounted.short:
+    if improved.mounted.short:
         shorts = ", ".join(f"{step.short_percent:.2f}" for step in record.steps)
         console.print(
             f"The minimum coverages (--at-least) are missed by {record.short_percent:.2f} points as"
             f" mounted; after the changes: {shorts or '–'}."
         )
     console.print(
-        f"{found.statistics.evaluations} evaluations, {found.statistics.seconds:.0f} s;"
-        f" {found.outcome.value}."
+        f"{improved.statistics.evaluations} evaluations, {improved.statistics.seconds:.0f} s;"
+        f" {improved.outcome.value}."
     )
     for path in record.files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)

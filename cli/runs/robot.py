@@ -77,18 +77,18 @@ def robot(
         raise UserError(
             f"robot: found {shown(what)}, allowed: a URDF (.urdf), or one of {', '.join(ROBOTS)}"
         )
-    found = fit.robot
+    fitted = fit.robot
     folder = output_folder(out)
     files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
-    robot_picture(files[2], found, fit.links)
-    text = to_toml(RobotFile.from_domain(found), _HEADING.format(file=files[0].name))
+    robot_picture(files[2], fitted, fit.links)
+    text = to_toml(RobotFile.from_domain(fitted), _HEADING.format(file=files[0].name))
     write_text(
         files[0],
         _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
     )
-    write_text(files[1], scene_text(found, files[0].name))
+    write_text(files[1], scene_text(fitted, files[0].name))
     console = Terminal()
-    console.print(_mount_table(found))
+    console.print(_mount_table(fitted))
     if fit.links:
         console.print(_body_table(fit))
         console.print(outlines(fit.links) + ".", highlight=False)

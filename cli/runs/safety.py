@@ -66,14 +66,14 @@ class SafetyOptions:
     """Random seed."""
 
 
-def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
+def timing(setup: Setup, options: SafetyOptions) -> tuple[Timing, bool]:
     """Return period and latency of each sensor, and whether a rate had to be assumed."""
     rates = [
-        asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
+        options.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
         for r in setup.rings
     ]
     period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
-    return Timing(period, asked.latency), any(rate is None for rate in rates)
+    return Timing(period, options.latency), any(rate is None for rate in rates)
 
 
 def safety(
@@ -82,13 +82,13 @@ def safety(
     scene: Scene,
     trajectory: Path | None,
     degrees: bool,
-    asked: SafetyOptions,
+    options: SafetyOptions,
     out: Path,
     as_json: bool,
 ) -> None:
     """Simulate approaches to ``setup`` in ``scene``, print the result and write the report."""
     began = time.perf_counter()
-    when, assumed = timing(setup, asked)
+    when, assumed = timing(setup, options)
     late = float(when.spent.max())
     # The simulation has period and latency itself; S keeps the rest of the reaction time T_r.
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, late))
@@ -108,17 +108,17 @@ def safety(
     except ValueError as error:
         raise UserError(f"safety: {error}") from error
     folder = output_folder(out)
-    azimuths = np.random.default_rng((asked.seed, 1)).uniform(0, 2 * np.pi, asked.approaches)
+    azimuths = np.random.default_rng((options.seed, 1)).uniform(0, 2 * np.pi, options.approaches)
     needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
     farther = seeing_as_far(setup, needed)
     start = start_of(scene.robot, farther, moments)
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
-    found: list[Approaches] = []
+    simulated: list[Approaches] = []
     with ProgressBar(Terminal(stderr=True)) as bar:
-        task = bar.add_task("simulating approaches", total=len(setups) * asked.approaches)
+        task = bar.add_task("simulating approaches", total=len(setups) * options.approaches)
         for one in setups:
-            done = len(found) * asked.approaches
+            done = len(simulated) * options.approaches
 
             def tell(n: int, done: int = done) -> None:
                 bar.update(task, completed=done + n)
@@ -127,15 +127,17 @@ def safety(
                 when,
                 scene.safety.human,
                 azimuths,
-                asked.seed,
-                asked.occlusion,
+                options.seed,
+                options.occlusion,
                 start,
                 tell,
                 stands,
                 floor,
             )
-            found.append(approach(scene.robot, one, moments, *walk))
-    result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
+            simulated.append(approach(scene.robot, one, moments, *walk))
+    result = _result(
+        name, setup, scene, options, moments, full, simulated, when, assumed, range_m, began
+    )
     result = result.model_copy(
         update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})}
     )
@@ -145,13 +147,13 @@ def safety(
         scene.robot,
         setup,
         moments,
-        found[0],
+        simulated[0],
         person,
         floor,
-        asked.directions,
+        options.directions,
         folder / "safety.png",
     )
-    write_text(folder / "approaches.csv", csv_text(detection_page.rows(found[0], moments)))
+    write_text(folder / "approaches.csv", csv_text(detection_page.rows(simulated[0], moments)))
     write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
     write_text(folder / "README.md", detection_page.page(result, command))
     if as_json:
@@ -160,8 +162,8 @@ def safety(
     _show(result, folder)
 
 
-def _share(found: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
-    share, low, high = found.share(some)
+def _share(simulated: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
+    share, low, high = simulated.share(some)
     return {"percent": 100 * share, "low_percent": 100 * low, "high_percent": 100 * high}
 
 
@@ -169,20 +171,20 @@ def _result(
     name: str,
     setup: Setup,
     scene: Scene,
-    asked: SafetyOptions,
+    options: SafetyOptions,
     moments: Moments,
     full: Moments,
-    found: list[Approaches],
+    simulated: list[Approaches],
     when: Timing,
     assumed: bool,
     range_m: float,
     began: float,
 ) -> SafetyResult:
-    first, edges = found[0], np.linspace(0, 360, asked.directions + 1)
+    first, edges = simulated[0], np.linspace(0, 360, options.directions + 1)
     sector = np.clip(
         np.searchsorted(edges, np.degrees(first.azimuth) % 360, side="right") - 1,
         0,
-        asked.directions - 1,
+        options.directions - 1,
     )
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, float(when.spent.max())))
     fastest = float(full.speed.max())
@@ -190,11 +192,11 @@ def _result(
     known = moments.together or all(p.rate is not None for p in scene.poses)
     return SafetyResult(
         setup=name,
-        approaches=asked.approaches,
+        approaches=options.approaches,
         moments=len(moments.weight),
         seconds_of_motion=STEP * (len(moments.weight) - 1) if moments.together else None,
         in_time=ShareModel(**_share(first)),
-        if_far_enough=ShareModel(**_share(found[1])) if len(found) > 1 else None,
+        if_far_enough=ShareModel(**_share(simulated[1])) if len(simulated) > 1 else None,
         never_reported=int(np.isnan(first.report).sum()),
         nearest_report_m=(
             float(np.nanmin(first.report)) if np.isfinite(first.report).any() else None
@@ -220,15 +222,15 @@ def _result(
         ),
         separation_at_report_m=float(moments.asked.max()),
         period_s=float(when.period.max()),
-        latency_s=asked.latency,
+        latency_s=options.latency,
         rate_assumed=assumed,
         range_m=range_m,
         range_needed_m=float(full.asked.max()),
         range_suffices_percent=100 * float(full.weight @ (full.asked.max(axis=1) <= range_m)),
-        occlusion=asked.occlusion,
+        occlusion=options.occlusion,
         obstacles=[o.name for o in scene.obstacles],
         floor_m=floor_of(scene),
-        seed=asked.seed,
+        seed=options.seed,
         sensors=sensor_records(setup),
         disclaimer=detection_page.DISCLAIMER,
         seconds=time.perf_counter() - began,
