@@ -67,4 +67,4 @@ def _name(error: CycloptsError, keyword: str | None) -> str:
     """Return the option, or the name of the argument, to which an error belongs."""
     if keyword is not None or error.argument is None:
         return keyword or "argument"
-    return error.argument.name.lstrip("-").upper()
+    return " ".join([*(error.command_chain or ()), error.argument.name.lstrip("-").upper()])

@@ -16,7 +16,7 @@ ERRORS = {
     "--sensors 0": "--sensors: found 0, allowed: at least 1",
     "view n2_16_25 --port 99999": "--port: found 99999, allowed: at most 65535",
     "verify n2_16_25 --rule exact": '--rule: found "exact", allowed: centre, touch, certified',
-    "schema soul": 'NAME: found "soul", allowed: scene, robot,',
+    "schema soul": 'schema NAME: found "soul", allowed: scene, robot,',
     "verify n2_16_25 --target V_S": (
         "--target V_S: target V_S needs a radius in metres; write V_S:0.5, or add --radius 0.5"
     ),

@@ -126,6 +126,6 @@ def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
             " weights"
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
-        raise UserError(f"--target: found {len(goals)}, allowed: two different targets")
+        raise UserError(f"--target: found {len(goals)} of them, allowed: two different targets")
     with_goals(scene, goals)
     return goals[0].target, goals[1].target
