@@ -67,14 +67,14 @@ class Rings:
         """Refuse numbers that are out of range or contradict each other: InputError."""
         reach, sensors = self.reach_percent, self.sensors
         if reach is not None:
-            number("reach_percent", reach, "percent, above 0 and below 100")
+            number("reach_percent", reach, "above 0 and below 100 (percent)")
         if reach is not None and not 0 < reach < 100:
             raise InputError(
-                f"found {reach:g}, allowed: percent, above 0 and below 100", "reach_percent"
+                f"found {reach:g}, allowed: above 0 and below 100 (percent)", "reach_percent"
             )
         if reach is not None and sensors is not None:
             raise InputError(
-                f"found {reach:g} with sensors {sensors}, allowed: only one of them",
+                f"found {reach:g} with sensors {sensors}; use only one of them",
                 "reach_percent",
                 others=("sensors",),
             )
@@ -89,8 +89,8 @@ class Rings:
                 continue
             beside = "reach_percent" if reach is not None else f"sensors {sensors}"
             raise InputError(
-                f"found {value} with {beside}, allowed: one of the two; rings are free there,"
-                f" within rules.{name} of a scene",
+                f"found {value} with {beside}, where the search chooses the rings; use only one of"
+                f" them, or set rules.{name} in the scene",
                 name,
                 others=("reach_percent", "sensors"),
             )

@@ -104,7 +104,7 @@ class Trajectory:
             InputError: if there is no such file.
         """
         if not Path(path).is_file():
-            raise InputError(f"{path}: found no file, allowed: a CSV file")
+            raise InputError(f"{path}: no such file; give a CSV file")
         return Trajectory(None, None, poses, within, speed_weight, Path(path), degrees)
 
     def applied(self, scene: CoreScene) -> CoreScene:

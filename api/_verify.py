@@ -201,12 +201,14 @@ def check_counting(
     """Refuse what ``verify`` and ``certify`` cannot count by: InputError."""
     if memory_gb is not None and not memory_gb >= _LEAST_MEMORY:
         raise InputError(
-            f"found {memory_gb:g}, allowed: GB, {_LEAST_MEMORY:g} and more", "memory_gb"
+            f"found {memory_gb:g}, allowed: {_LEAST_MEMORY:g} or more (GB)", "memory_gb"
         )
     if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
         raise InputError(f"found {voxel:g}, allowed: a positive number of metres", "voxel")
     if width is not None and not 0 < width <= 100:
-        raise InputError(f"found {width:g}, allowed: points, above 0 and at most 100", "width")
+        raise InputError(
+            f"found {width:g}, allowed: above 0 and at most 100 (percentage points)", "width"
+        )
 
 
 def _count(

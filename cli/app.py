@@ -1,14 +1,14 @@
-"""The program: its commands by rule, and how it ends.
+"""The command-line program: its commands and its exit codes.
 
-Every file in commands/ is the command of its name, by a function of its name; it is imported when
-the command runs. place is what runs without a command.
+Each file in commands/ defines the command of the same name in a function of the same name; the file
+is imported when the command runs. ``place`` runs without a command.
 """
 
 import signal
 import sys
 from pkgutil import iter_modules
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 
 from .._errors import InputError
 from ..formats.errors import UserError
@@ -17,6 +17,54 @@ from . import commands
 from .commands.place import place
 from .compilation_cache import keep_compiled
 from .options.arguments import option_of
+from .options.panels import ARGUMENTS, COMMANDS, OPTIONS
+
+_HELP = """Place rings of Time-of-Flight sensors on a robot arm, and prove how much they see.
+
+Without a command, place-rings searches a placement, counts its coverage, and compares it with the
+layouts of the paper (Kumar and Sahin, 2019). It writes a proposal that the commands read.
+
+These terms are used throughout:
+
+- **Coverage**, or ζ (zeta): the share of a volume that at least one sensor sees, in percent.
+- **Target**: the volume to cover. V_S(0.5) is everything within 0.5 m of the arm. V_O is the sphere
+  of the robot's reach, V_T the sphere of one sensor range around the tool, V_OT both. V_P is the
+  protective volume of ISO/TS 15066. The robot itself is never part of a target.
+- **Ring**: sensors that are evenly spaced around a link. Tilt is the angle of their axes out of the
+  plane of the ring.
+- **Setup**: all sensors on one robot, as a proposal, a list of sensors, or a layout of the paper.
+- **n2_16_25**: the layout of the paper with 2 rings on each link, 16 sensors a ring, tilted by 25°,
+  and one ring on the tool.
+- **Scene**: robot, poses, sensor, targets, obstacles and rules. The reference scene is a UR10 in
+  one pose with conical sensors of 25° and 1.5 m.
+- **Occlusion**: what the robot's body does to the sensors. The option ``--occlusion`` lists the
+  models. With ``ignore``, the default, sensors see through the robot, as in the paper. Add
+  ``--occlusion shadow`` to place rings that can be built.
+
+For example:
+
+```bash
+# near the arm, as in the paper
+place-rings --target V_S --radius 0.5
+# near the arm, with rings that can be built
+place-rings --target V_S --radius 0.5 --occlusion shadow
+# with 48 sensors, or with the fewest that cover 95 %
+place-rings --target V_S --radius 0.5 --sensors 48
+place-rings --target V_S --radius 0.5 --reach 95
+# near and far: with weights, or with at least 30 % far
+place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4
+place-rings --target V_S:0.5 --at-least V_S:1.5=30
+# in your own cell
+place-rings --scene cell.toml --out mine
+```
+
+``place-rings COMMAND --help`` explains a command.
+"""
+
+
+def _default_text(value: object) -> str | None:
+    """Return the default of an option for its help; flags and repeatable options show none."""
+    return None if value is None or value is False or value == () else str(value)
 
 
 def _version() -> str:
@@ -27,12 +75,12 @@ def _version() -> str:
 
 app = App(
     name="place-rings",
-    help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much \
-they see.
-
-Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
-``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
-``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
+    usage="Usage: place-rings [OPTIONS], or place-rings COMMAND [OPTIONS]",
+    help=_HELP,
+    group_arguments=ARGUMENTS,
+    group_commands=COMMANDS,
+    group_parameters=OPTIONS,
+    default_parameter=Parameter(show_default=_default_text),
     version=_version,
     suppress_keyboard_interrupt=False,
     console=Terminal(),
@@ -45,16 +93,28 @@ for _file in iter_modules(commands.__path__):
 
 
 def main() -> None:
-    """Run the command line; bad input is one line on stderr and exit code 2."""
+    """Run the command line; report bad input in one line on stderr with exit code 2."""
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     keep_compiled()
     words = sys.argv[1:]
     if not set(app.help_flags).isdisjoint(words):
-        app.resolved_commands()  # the list of commands shows the first line of each one's docstring
+        app.resolved_commands()  # loads the docstrings that the list of commands shows
     try:
         app(words, exit_on_error=False, print_error=False)
     except (UserError, CycloptsError, ValueError) as error:
-        text = error.written(option_of) if isinstance(error, InputError) else str(error)
-        say(f"place-rings: {' '.join(text.split())}", error=True)
+        say(f"place-rings: {' '.join(_message(error).split())}", error=True)
         sys.exit(2)
+
+
+def _message(error: Exception) -> str:
+    """Return the text of an error, with options instead of arguments of the Python API."""
+    match error:
+        case InputError():
+            return error.written(option_of)
+        case CycloptsError():
+            from .usage_errors import usage_line
+
+            return usage_line(error, sorted(name for name in app if not name.startswith("-")))
+        case _:
+            return str(error)

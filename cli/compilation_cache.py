@@ -1,8 +1,8 @@
-"""What JAX compiled is kept for the next run, in the user's folder for caches.
+"""Keep what JAX compiled for the next run, in the user's cache folder.
 
-The soft objective compiles for about as long as a small search runs. JAX names an entry by the
-program, the shapes and its own version; the folder's name adds the processor's abilities, as a home
-may serve several machines. No result is kept.
+Compiling the soft objective takes about as long as a small search. JAX names an entry by the
+program, the shapes and its own version. The folder's name adds the features of the processor,
+because a home folder may serve several machines. No result is kept.
 """
 
 import os
@@ -12,27 +12,27 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
-MOST = 500  # entries, of about 0.1 MB
+MOST = 500  # entries of about 0.1 MB each
 _ENTRY = "-cache"  # the end of an entry's name
-_LEAST_SECONDS = "0.1"  # of compiling: what is quicker is not worth a file
+_LEAST_SECONDS = "0.1"  # compile time from which an entry is kept
 
 
 def keep_compiled() -> None:
-    """Tell JAX, which is not loaded yet, where to keep what it compiles, unless the user did so."""
+    """Set JAX's cache folder, unless the user has set one; JAX is not loaded yet."""
     if "JAX_COMPILATION_CACHE_DIR" in os.environ:
         return
-    with suppress(OSError, RuntimeError):  # no home, no rights: everything is compiled anew
+    with suppress(OSError, RuntimeError):  # no home or no rights: nothing is cached
         folder = cache_folder()
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK | os.X_OK):
-            return  # JAX would warn at every program
+            return  # JAX would warn for every program
         _drop_oldest(folder)
         os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
         os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", _LEAST_SECONDS)
 
 
 def cache_folder() -> Path:
-    """The folder for this processor, by the conventions of the operating system.
+    """Return the folder for this processor, by the conventions of the operating system.
 
     Raises:
         RuntimeError: if the user has no home.
@@ -49,22 +49,24 @@ def cache_folder() -> Path:
 
 
 def _stated(variable: str) -> Path | None:
-    """The folder that the environment names; None for a relative one, which the XDG Base Directory
-    Specification wants ignored.
+    """Return the folder that the environment states; None for a relative one, which the XDG Base
+    Directory Specification ignores.
     """
     folder = Path(os.environ.get(variable, ""))
     return folder if folder.is_absolute() else None
 
 
 def _home() -> Path:
-    """The user's home; RuntimeError where the environment has an empty or a relative one."""
+    """Return the user's home; raise RuntimeError if the environment has an empty or relative
+    one.
+    """
     if sys.platform != "win32" and not Path(os.environ.get("HOME", "/")).is_absolute():
-        raise RuntimeError("HOME is no absolute path")
+        raise RuntimeError("HOME is not an absolute path")
     return Path.home()
 
 
 def _abilities() -> str:
-    """What the processor can do, in a line."""
+    """Return the features of the processor in one line."""
     with suppress(OSError), Path("/proc/cpuinfo").open() as file:
         for line in file:
             if line.startswith(("flags", "Features")):
@@ -73,16 +75,17 @@ def _abilities() -> str:
 
 
 def _drop_oldest(folder: Path) -> None:
-    """Let ``folder`` hold ``MOST`` of JAX's entries at most, those that were written last. Nothing
-    else is deleted, and nothing through a symbolic link.
+    """Delete the oldest of JAX's entries until ``MOST`` are left.
+
+    Nothing else is deleted, and nothing through a symbolic link.
     """
     if folder.is_symlink() or folder.parent.is_symlink():
         return
     entries = []
     for entry in os.scandir(folder):
         if entry.name.endswith(_ENTRY) and entry.is_file(follow_symlinks=False):
-            with suppress(FileNotFoundError):  # another process drops it too
+            with suppress(FileNotFoundError):  # another process deleted it
                 entries.append((entry.stat(follow_symlinks=False).st_mtime, entry.path))
     for _, path in sorted(entries)[: max(len(entries) - MOST, 0)]:
-        for name in (path, path.removesuffix(_ENTRY) + "-atime"):  # beside it: when it was read
+        for name in (path, path.removesuffix(_ENTRY) + "-atime"):  # "-atime": when it was read
             Path(name).unlink(missing_ok=True)

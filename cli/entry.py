@@ -1,5 +1,5 @@
-"""Where the command starts: the rest is imported under guard, as that takes a second and Ctrl-C may
-come before.
+"""Entry point of the command. It imports the rest itself, because that takes a second and the user
+may press Ctrl-C meanwhile.
 """
 
 import _thread
@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 # objects made between two runs of the garbage collector, 700 by default: what is imported stays, so
 # looking through it again and again takes up to a fifth of a short command's time
 _GARBAGE = 50_000
-_SOON = 0.02  # s, until Ctrl-C is raised again: by then the callback that it was lost in is over
+_SOON = 0.02  # s until Ctrl-C is raised again; the callback that lost it has ended by then
 
 
 def main() -> None:
@@ -22,17 +22,17 @@ def main() -> None:
     sys.unraisablehook = never_lost
     # XLA reports a slow compilation as an error, which says nothing to the user
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-    heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
-        if heeded:
-            # an exception through a half imported library can crash it
+        if by_default:
+            # an exception during the import of a library can crash it
             signal.signal(signal.SIGINT, _nothing_to_keep)
         from ..reporting.terminal import guard
         from .app import main as run
 
         guard()
 
-        if heeded:
+        if by_default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         run()
     except KeyboardInterrupt:
@@ -40,9 +40,11 @@ def main() -> None:
 
 
 def never_lost(dropped: Any) -> None:
-    """Raise Ctrl-C again where Python drops it, as it does with all that is raised in a callback of
-    the garbage collector (JAX has one, and in it a search spends a tenth of its first seconds); a
-    ``sys.unraisablehook``."""
+    """Raise Ctrl-C again if Python drops it; a ``sys.unraisablehook``.
+
+    Python drops every exception in a callback of the garbage collector. JAX has such a callback, in
+    which a search spends a tenth of its first seconds.
+    """
     if isinstance(dropped.exc_value, KeyboardInterrupt):
         again = threading.Timer(_SOON, _thread.interrupt_main)
         again.daemon = True

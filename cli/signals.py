@@ -1,4 +1,4 @@
-"""Signals of the operating system that a check turns into errors, so that it ends in order."""
+"""Signals of the operating system that a check turns into errors, so that it ends properly."""
 
 import os
 import signal
@@ -10,8 +10,10 @@ from typing import Any, NoReturn
 
 @contextmanager
 def gone_is_an_error() -> Iterator[None]:
-    """Let a write to a process that is gone raise BrokenPipeError. Elsewhere it ends the command,
-    as one whose reader had enough should end (``place-rings cones … | head``)."""
+    """Let a write to a process that has ended raise BrokenPipeError.
+
+    Otherwise such a write ends the command, as it should in ``place-rings cones … | head``.
+    """
     before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     try:
         yield
@@ -21,16 +23,16 @@ def gone_is_an_error() -> Iterator[None]:
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end what runs as Ctrl-C does, where nobody has decided otherwise (as
-    ``nohup`` does).
-    """
-    heeded = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
-    for number in heeded:
+    """Let SIGTERM and SIGHUP act like Ctrl-C, unless they are ignored already (as by ``nohup``)."""
+    by_default = [
+        n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL
+    ]
+    for number in by_default:
         signal.signal(number, _end)
     try:
         yield
     finally:
-        for number in heeded:
+        for number in by_default:
             signal.signal(number, signal.SIG_DFL)
 
 
@@ -41,10 +43,10 @@ def _end(number: int, frame: Any) -> NoReturn:
 
 
 def _let_go_of_the_terminal() -> None:
-    """Write to nowhere what would go to a terminal that is gone: every write to it would fail."""
+    """Redirect the output for a closed terminal to the null device; writes to it would fail."""
     for standard in range(3):
         if os.isatty(standard):
-            continue  # it is still there
+            continue  # the terminal is still open
         with suppress(OSError):
             if stat.S_ISCHR(os.fstat(standard).st_mode):
                 nowhere = os.open(os.devnull, os.O_RDWR)

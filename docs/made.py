@@ -46,6 +46,7 @@ def _plain(*event: Any) -> None:
 
 def command_sections() -> str:
     """Return all commands with their options as Markdown."""
+    commands.resolved_commands()  # loads the docstrings that the list of commands shows
     with patch.object(sys, "argv", ["place-rings"]):  # the usage line begins with this name
         return generate_markdown_docs(
             commands, heading_level=2, no_root_title=True, generate_toc=False

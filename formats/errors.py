@@ -1,6 +1,7 @@
 """Errors for the user: one line with the file, the key, the value found and the values allowed."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from .escaping import printable
@@ -58,10 +59,14 @@ def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> Us
     if first["type"] == "rule":
         text = first["msg"]
     elif first["type"] == "extra_forbidden":
-        text = f"found an unknown key, allowed: {', '.join(node.get('properties', rest))}"
+        keys = list(node.get("properties", rest))
+        near = get_close_matches(str(first["loc"][-1]), keys, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        text = f"found an unknown key{hint}, allowed: {', '.join(keys)}"
+    elif first["type"] == "missing":
+        text = f"missing; give {_allowed(node, schema)}"
     else:
-        found = "nothing" if first["type"] == "missing" else shown(first["input"])
-        text = f"found {found}, allowed: {_allowed(node, schema)}"
+        text = f"found {shown(first['input'])}, allowed: {_allowed(node, schema)}"
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
     return UserError(f"{file}: {where + ': ' if where else ''}{text}{more}")
 
@@ -129,8 +134,9 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         low, high = node.get("minItems", 0), node.get("maxItems")
         items = _resolve(node["items"] if "items" in node else node["prefixItems"][0], schema)
         size = f"{low}" if low == high else f"{low} or more" if high is None else f"{low} to {high}"
-        each = "table" if items.get("type") == "object" else _allowed(items, schema)
-        return f"a list of {size}, each {'a ' * (each == 'table')}{each}"
+        if items.get("type") == "object":
+            return f"a list of {size} table{'s' * (size != '1')}"
+        return f"a list of {size}, each {_allowed(items, schema)}"
     kinds = {
         "number": "a number",
         "integer": "an integer",
@@ -149,4 +155,9 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         if key in node
     ]
     unit = f" ({node['description']})" if "description" in node else ""
+    low, high = node.get("minimum"), node.get("maximum")
+    if low is not None and high is not None:
+        if low == high:
+            return f"the integer {low}{unit}"
+        limits = [f"from {low} to {high}"]
     return f"{kinds.get(str(kind), 'another value')} {' and '.join(limits)}".rstrip() + unit

@@ -221,10 +221,17 @@ def resolve(
         scene = scene or with_sensor(Scene(), sensor)
         setup = _mounted(path, scene, frames or FramePattern())
     else:
+        if not path.suffix and not path.exists():
+            raise UserError(
+                f"{name_or_path}: cannot be read: no such file; give a proposal (.toml), a list of"
+                " sensors (.csv, .json), a URDF (.urdf), or a name like n2_16_25"
+            )
         setup, own, _ = read_proposal(path, sensor)
         scene = scene or own
     if frames is not None and path.suffix.lower() != ".urdf":
-        raise UserError(f"--frames: found with {shown(name_or_path)}, allowed: only with a URDF")
+        raise UserError(
+            f"--frames, --beam: allowed only with a URDF (.urdf), found {shown(name_or_path)}"
+        )
     for i, ring in enumerate(setup.rings):
         if ring.link not in scene.robot.links:
             allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"

@@ -42,10 +42,8 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
             names the first.
     """
     try:
-        if not path.is_file():
-            raise UserError(
-                f"{path}: found {'no file' if path.exists() else 'nothing'}, allowed: a CSV file"
-            )
+        if path.exists() and not path.is_file():
+            raise UserError(f"{path}: not a regular file; give a CSV file")
         with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
             return _Reader(str(path), robot, degrees).read(file)
     except (OSError, ValueError) as error:
@@ -187,8 +185,8 @@ class _Reader:
                 raise self._refuse(
                     1,
                     name,
-                    f"{lower.count(name)} such columns among {named}",
-                    f"one each of {ways}",
+                    f"{lower.count(name)} columns of that name among {named}",
+                    f"one column for each joint, named {ways}",
                 )
         names = [times[0], *scheme]
         return [lower.index(name) for name in names], names
@@ -255,12 +253,12 @@ class _Reader:
         if not math.isfinite(value):
             allowed = "a finite number"
         elif column == 0:
-            allowed = f"above {before[row]:g}, the time before it"
+            allowed = f"above {before[row]:g}, the time of the row before"
         else:
             unit, hint = (
                 ("degrees", "")
                 if self.degrees
-                else ("rad", "; set the unit to degrees if the angles are in degrees")
+                else ("rad", '; if the angles are in degrees, state so (--degrees, unit = "deg")')
             )
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)

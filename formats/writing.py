@@ -97,6 +97,8 @@ def output_folder(path: Path, argument: str = "--out ") -> Path:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             return path
+    except FileExistsError as error:
+        raise UserError(f"{argument}{path}: cannot be written: a file; choose a folder") from error
     except OSError as error:
         raise UserError(
             f"{argument}{path}: cannot be written: {error.strerror}; choose a writable folder"

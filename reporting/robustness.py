@@ -13,7 +13,7 @@ from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
 from ..objectives.verify import Verifier
 from .progress import ProgressBar
-from .tables import target_label
+from .tables import Explained, target_label, target_legend
 from .terminal import Terminal
 
 
@@ -77,23 +77,22 @@ def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:
     return [[what, *(f"{v:.2f}" for v in values)] for what, values in rows.items()]
 
 
-def robustness_table(results: list[RobustnessResult]) -> Table:
+def robustness_table(results: list[RobustnessResult]) -> Explained:
     """Return the same rows as a table for the terminal."""
     first = results[0]
-    title = f"{first.setup} in percent, rule centre, voxels of {first.voxel:g} m"
-    table = Table(
-        title=title,
-        title_justify="left",
-        caption="worst: the sensor or ring whose loss costs most; mountings: random errors of"
-        " position and direction",
-        caption_justify="left",
-    )
+    title = f"{first.setup}: coverage ζ in percent (rule centre, voxels of {first.voxel:g} m)"
+    table = Table()
     table.add_column("")
     for r in results:
         table.add_column(target_label(r), justify="right")
     for row in robustness_rows(results):
         table.add_row(*row)
-    return table
+    return Explained(
+        title,
+        table,
+        "worst: the sensor or ring whose loss costs most; mountings: random errors of position and"
+        f" direction. {target_legend(results)}",
+    )
 
 
 def lines(r: RobustnessResult) -> str:

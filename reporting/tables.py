@@ -1,35 +1,49 @@
 """Tables for the terminal."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
+from .text import counted
 
 _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
 
-def ring_table(setup: Setup, robot: Robot) -> Table:
+_ENDLESS = 10_000  # columns, wider than any table
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A table with a title above it, and a text below it that explains its columns.
+
+    Title and text wrap at the width of the terminal; rich would wrap them at that of the table. A
+    table that is too wide for the terminal has no blanks beside its cells.
+    """
+
+    title: str
+    """The line above the table."""
+    table: Table
+    """The table, without title and caption."""
+    text: str
+    """What the columns mean."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        wanted = self.table.__rich_measure__(console, options.update(width=_ENDLESS)).maximum
+        self.table.padding = (0, 0) if wanted > options.max_width else (0, 1)
+        yield from (self.title, self.table, self.text)
+
+
+def ring_table(setup: Setup, robot: Robot) -> Explained:
     """Return a table of rings: link, position, sensors, tilt, phase."""
-    table = Table(
-        title=f"{len(setup.rings)} rings, {setup.sensors} sensors",
-        title_justify="left",
-        caption="position: 0 at the link's proximal end, 1 at its distal end; tilt: positive"
-        " towards distal; phase: angle of the first sensor about the link's axis",
-        caption_justify="left",
-    )
-    for name in (
-        "ring",
-        "link",
-        "position",
-        "mm from proximal end",
-        "sensors",
-        "tilt °",
-        "phase °",
-    ):
+    table = Table()
+    for name in ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °"):
         table.add_column(name, justify="left" if name == "link" else "right")
     for i, r in enumerate(setup.rings):
         length = robot.mount(r.link).length
@@ -46,7 +60,14 @@ def ring_table(setup: Setup, robot: Robot) -> Table:
             f"{math.degrees(r.tilt):+.1f}",
             f"{math.degrees(r.phase):.1f}",
         )
-    return table
+    title = f"{counted(len(setup.rings), 'ring')}, {counted(setup.sensors, 'sensor')}"
+    return Explained(
+        title,
+        table,
+        "position: 0 at the link's proximal end, 1 at its distal end; mm: distance from the"
+        " proximal end; tilt: positive towards the distal end; phase: angle of the first sensor"
+        " about the link's axis.",
+    )
 
 
 def target_label(result: VerifyResult | RobustnessResult) -> str:
@@ -82,13 +103,33 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
     )
 
 
-def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
+_TARGETS = {
+    "V_S": "V_S(r): everything within r m of the arm",
+    "V_O": "V_O: sphere of the robot's reach",
+    "V_T": "V_T: sphere of one sensor range around the tool",
+    "V_OT": "V_OT: V_O and V_T together",
+    "V_P": "V_P: protective volume of ISO/TS 15066",
+}
+
+
+def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
+    """Return a sentence that explains the targets of the results."""
+    names = {r.target for r in results}
+    return "; ".join(text for name, text in _TARGETS.items() if name in names) + "."
+
+
+def zeta_table(results: list[VerifyResult], sensors: dict[str, int], where: str) -> Explained:
     """Return ζ in percent with a row for each setup and a column for each target.
 
     Over several poses ζ is their mean; for few targets the table also shows the worst pose.
+
+    Args:
+        results: the counts.
+        sensors: number of sensors of each setup.
+        where: scene and way to count, for the title.
     """
     labels = list(dict.fromkeys(target_label(r) for r in results))
-    table = Table(title=title, title_justify="left")
+    table = Table()
     table.add_column("setup")
     table.add_column("sensors", justify="right")
     for label in labels:
@@ -112,7 +153,10 @@ def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str)
             *(least.get(label, "") for label in worst),
             style=style,
         )
-    return table
+    title = f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})"
+    poses = " Each figure is the mean over the poses" if any(r.worst for r in results) else ""
+    poses += "; worst: the pose with the least coverage." if worst else "." * bool(poses)
+    return Explained(title, table, target_legend(results) + poses)
 
 
 _LARGEST_ERROR = {0.0125: 0.12, 0.025: 0.12, 0.05: 0.62, 0.1: 1.48, 0.2: 7.1}
@@ -121,7 +165,7 @@ the paper's layouts (``place-rings study convergence``)."""
 
 
 def count_error_line(voxel: float) -> str | None:
-    """A sentence about the error of a count by ``centre``; None for voxels larger than were
+    """Return a sentence about the error of a count by ``centre``; None for voxels larger than were
     studied.
 
     The error grows at least in proportion to the voxel, so below the smallest one that was studied
@@ -133,5 +177,5 @@ def count_error_line(voxel: float) -> str | None:
     points = _LARGEST_ERROR[side] * min(voxel / min(_LARGEST_ERROR), 1.0)
     return (
         f"A count with voxels of {1000 * voxel:g} mm is off by up to about {points:.1g} points;"
-        " --rule certified returns an interval that is guaranteed."
+        " place-rings verify --rule certified computes a guaranteed interval."
     )

@@ -310,7 +310,7 @@ def test_a_scene_does_not_change():
 
 REFUSED = [
     ('pr.Scene(robot="ur9")', "robot: unknown robot 'ur9'; known: ur10,"),
-    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15"),
+    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15 m"),
     ('pr.Scene(targets=["V_S"])', "allowed: Shell,"),
     ("pr.Scene(poses=[0, 1])", "allowed: 6 angles"),
     ('pr.Scene(poses="x")', "poses: found something else than numbers"),
@@ -329,7 +329,7 @@ REFUSED = [
     ('pr.Scene().ring("leg", 0, 8)', "no link 'leg'"),
     ('pr.obstacle("a")', "one of size, file, points, floor"),
     ('pr.sensors.under("vl53l1x", ambient="9klx")', "allowed for vl53l1x"),
-    ('pr.Trajectory.from_csv("no.csv")', "found no file"),
+    ('pr.Trajectory.from_csv("no.csv")', "no.csv: no such file"),
     ("pr.Trajectory([0, 0], [[0], [1]])", "do not ascend"),
     ("pr.verify(3, pr.Scene())", "setup: found a int"),
     ('pr.verify("n1_8_0", pr.Scene(), voxel=-1)', "voxel"),
@@ -339,7 +339,7 @@ REFUSED = [
     ('pr.verify(pr.Setup([pr.Ring("leg", 0, 1)]))', "allowed: a link of ur10"),
     ('pr.certify("n1_8_0", pr.Scene(), width=0)', "width: found 0"),
     ('pr.robustness("n1_8_0", pr.Scene(), k=0)', "k: found 0"),
-    ("pr.search(pr.Scene(), sensors=9, rings_per_link=2)", "one of the two"),
+    ("pr.search(pr.Scene(), sensors=9, rings_per_link=2)", "use only one of them"),
     ("pr.search(pr.Scene(), sensors=9, reach_percent=50)", "only one of them"),
     ("pr.search(pr.Scene(), seed=-1)", "seed: found -1"),
     ('pr.search(pr.Scene(), redundancy=2, losing="ring")', "losing: found ring"),
@@ -512,7 +512,7 @@ def test_the_width_is_a_constant_and_other_shapes_are_refused():
 def test_a_command_names_options_where_the_api_names_arguments(run):
     with pytest.raises(pr.InputError) as refused:
         pr.search(sensors=20, rings_per_link=2)
-    line = "found 2 with {}sensors 20, allowed: one of the two; rings are free there"
+    line = "found 2 with {}sensors 20, where the search chooses the rings; use only one of them"
     assert refused.value.argument == "rings_per_link"
     assert str(refused.value).startswith(f"rings_per_link: {line.format('')}")
     code, _, err = run("--sensors", 20, "--rings-per-link", 2)

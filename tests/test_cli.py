@@ -109,10 +109,10 @@ REFUSED = {
     "a front in no scene": ["study", "pareto", "--scene", "absent.toml"],
 }
 FLOORS = {
-    "V_Q=50": 'found "V_Q", but unknown target',
+    "V_Q=50": "--at-least V_Q: unknown target",
     "V_S:0.1=50": "V_S:0.1=50, radius: found 0.1, allowed: above 0.15",
     "V_S=50": 'found "V_S=50", allowed: a V_S with its radius, like V_S:0.5=50',
-    "V_O=101": "found 101, allowed: percent",
+    "V_O=101": "found 101, allowed: above 0 and at most 100 (percent)",
     "V_O": 'found "V_O", allowed: NAME[:RADIUS]=PERCENT',
 }
 
@@ -130,8 +130,8 @@ def test_two_floors_for_one_target_are_refused(run):
     assert (code, err) == (
         2,
         (
-            'place-rings: --at-least: found "V_S:1.5=40" beside another floor for V_S(1.5),'
-            " allowed: one\n"
+            "place-rings: --at-least V_S:1.5=40: V_S(1.5) has a minimum already; state one for"
+            " each target\n"
         ),
     )
 
@@ -360,7 +360,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
     monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
     assert code == 0
-    for word in ("n3_16_55", "V_OT", "proposal.toml", "soft", "exact"):
+    for word in ("n3_16_55", "V_OT", "proposal.toml", "Search: coverage", "off by up"):
         assert word in out
     setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())

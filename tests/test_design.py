@@ -223,7 +223,7 @@ def test_the_papers_setups_are_among_the_starts():
 @pytest.mark.parametrize(
     ("rules", "sensors", "says"),
     [
-        (Rules(sensors=(6, 8)), 5, "fewer than the least"),
+        (Rules(sensors=(6, 8)), 5, "5 sensors are too few for a ring, which needs at least 6"),
         (Rules(sensors=(6, 8)), 5000, "do not fit"),
         (Rules(fixed=(Ring("forearm", 0.5, 30),)), 20, "fixed rings"),
         (Rules(spacing=10.0), 90, "do not fit"),

@@ -28,9 +28,9 @@ RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 BAD_SCENES = {
     "version = 2": "version: found 2, allowed: 1; update place-rings",
     "version = 2\nrobot = 'absent.toml'\nnew = 1": "version: found 2, allowed: 1; update",
-    "version = 0": "version: found 0, allowed: an integer at least 1",
-    "version = '1'": 'version: found "1", allowed: an integer',
-    "version = true": "version: found true, allowed: an integer",
+    "version = 0": "version: found 0, allowed: the integer 1",
+    "version = '1'": 'version: found "1", allowed: the integer 1',
+    "version = true": "version: found true, allowed: the integer 1",
     "[sensor]\nversion = 1": "sensor.version: found an unknown key",
     "robto = 'ur10'": "robto: found an unknown key",
     "robot = 'ur11'": 'robot: found "ur11", allowed: ur10, ur10_dh',
@@ -44,7 +44,7 @@ BAD_SCENES = {
     "poses = []": "poses: found a list of 0",
     "[[poses]]\nq_deg = [0, 1]": "poses[0].q_deg: found 2, allowed: 6 angles",
     "[[poses]]\nq_deg = [0, 0, 0, 0, 0, nan]": "poses[0].q_deg[5]: found nan",
-    "[[poses]]\nweight = 2": "poses[0].q_deg: found nothing",
+    "[[poses]]\nweight = 2": "poses[0].q_deg: missing; give a list of",
     "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nweight = 0": "poses[0].weight: found 0",
     "[[targets]]\nname = 'V_X'": 'targets[0].name: found "V_X", allowed: V_O, V_T, V_OT, V_S, V_P',
     "[[targets]]\nname = 'V_S'": "targets[0].radius: found nothing",
@@ -54,10 +54,10 @@ BAD_SCENES = {
     ),
     "[[targets]]\nname = 'V_O'\nradius = 0.5": "targets[0].radius: found 0.5, allowed: no radius",
     "[sensor]\nfov_deg = 180": "sensor.fov_deg: found 180",
-    "[sensor]\nrange = 1.5": "sensor.range: found an unknown key, allowed: fov_deg, range_m",
+    "[sensor]\nrange = 1.5": "sensor.range: found an unknown key (did you mean range_m?)",
     "[sensor]\nmodel = 'vl53l9'": 'sensor.model: found "vl53l9", allowed: vl53l0x',
     "[sensor]\nmodel = 'vl53l1x'\nambient = '9klx'": (
-        "sensor: found light '9klx', allowed for vl53l1x: dark, or kcps up to"
+        "sensor: found ambient light '9klx', allowed for vl53l1x: dark, or a number of kcps up to"
     ),
     "[sensor]\nmodel = 'vl53l1x'\nrange_m = 3.9": "sensor.range_m: found 3.9, allowed: 3.",
     "[sensor]\nambient = 'dark'": (
@@ -79,13 +79,13 @@ BAD_SCENES = {
 BAD_PROPOSALS = {
     "version = 99\nnew = 1": "version: found 99, allowed: 1; update place-rings",
     "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version: found an unknown key",
-    "": "rings: found nothing",
+    "": "rings: missing; give a list of 1 to 1000 tables",
     "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
     "[[rings]]\nlink = 'tool'\ncount = 0": (
-        "rings[0].count: found 0, allowed: an integer at least 1"
+        "rings[0].count: found 0, allowed: an integer from 1 to 1000"
     ),
     "[[rings]]\nlink = 'tool'\ncount = -3": "rings[0].count: found -3",
-    "[[rings]]\nlink = 'tool'": "rings[0].count: found nothing",
+    "[[rings]]\nlink = 'tool'": "rings[0].count: missing; give an integer",
     RING + "tilt_deg = 90": "rings[0].tilt_deg: found 90",
     RING + "tilt = 1": "rings[0].tilt: found an unknown key",
     RING + "position = 1.1": "rings[0].position: found 1.1",

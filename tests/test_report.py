@@ -305,7 +305,8 @@ def test_the_report_stands_alone_whatever_its_texts_are(made):
 
 def test_the_report_says_how_to_count_again_what_was_asked(made):
     read, file = made
-    line = next(line.strip() for line in read.text.splitlines() if "place-rings verify" in line)
+    lines = map(str.strip, read.text.splitlines())
+    line = next(line for line in lines if line.startswith("place-rings verify"))
     wanted = ["--occlusion", "ignore", "--target", "V_S:0.4", "--rule", "certified"]
     assert shlex.split(line) == ["place-rings", "verify", str(file), *wanted]
 

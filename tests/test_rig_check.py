@@ -290,31 +290,31 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        ([], "allowed: one of --rig sim, --robot-host HOST, --replay FILE"),
-        (["--rig", "sim", "--replay", "x"], "allowed: one of --rig sim"),
-        (["--robot-host", ""], "--robot-host: found nothing"),
-        (["--rig", "sim", "--move"], "--move: allowed: only with --robot-host"),
-        (["--robot-host", "h"], "--ring: found none for forearm, tool"),
+        ([], "give exactly one of --rig sim, --robot-host HOST, --replay FILE"),
+        (["--rig", "sim", "--replay", "x"], "give exactly one of --rig sim"),
+        (["--robot-host", ""], '--robot-host: found ""'),
+        (["--rig", "sim", "--move"], "--move: allowed only with --robot-host"),
+        (["--robot-host", "h"], "--ring: no port for forearm, tool; add --ring NAME=PORT"),
         (["--robot-host", "h", "--ring", "tool"], "allowed: NAME=PORT"),
         (
             ["--robot-host", "h", "--ring", "hand=/dev/x"],
-            'found "hand", allowed: each of forearm, tool once',
+            'found "hand", allowed: each ring once; still without a port: forearm, tool',
         ),
         (
             ["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"],
-            'found "forearm", allowed: each of tool',
+            'found "forearm", allowed: each ring once; still without a port: tool',
         ),
         (["--robot-host", "h", "--ring", "tool=/dev/x,morse"], "allowed: place-rings, esp32, text"),
         (
             ["--robot-host", "h", "--ring", "0=gone", "--ring", "tool=gone"],
-            '--ring forearm: found no "gone", allowed: a port',
+            '--ring forearm: port "gone" does not exist; give one that does',
         ),
         (
             ["--robot-host", "h", "--allow-reduced-near-stop"],
-            "--allow-reduced-near-stop: allowed: only with --move",
+            "--allow-reduced-near-stop: allowed only with --move",
         ),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
-        (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed: only with --part self"),
+        (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed only with --part self"),
         (
             ["--rig", "sim", "--target", "V_S", "--radius", "0.1"],
             "--radius: found 0.1, allowed: above 0.15",
@@ -600,7 +600,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
             rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n"
         )
         assert refused.returncode == 2
-        assert "not confirmed, nothing was moved" in refused.stderr
+        assert 'not confirmed (type "yes"); the robot was not moved' in refused.stderr
         assert "no safety function" in refused.stderr
         for word in (
             "Near stop along the route",
@@ -612,7 +612,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
             assert word in refused.stderr
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
         assert left.returncode == 3
-        assert "ended by who was asked" in left.stdout
+        assert "ended by the user" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
         asked = []
         monkeypatch.setattr(live, "_REAL", 25.0)

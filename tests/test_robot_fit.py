@@ -204,7 +204,7 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
         ("robot = 'nothing.toml'", "nothing.toml: cannot be read"),
         ("robot = 'arm.urdf'", "allowed: a robot file (.toml)"),
         ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
-        ("[robot]\nname = 'x'", "robot.reach: found nothing"),
+        ("[robot]\nname = 'x'", "robot.reach: missing; give a number"),
         (
             "[robot]\nname = 'x'\nreach = 1\njoints = 3",
             "robot.joints: found 3, allowed: a list of 1 to 20",

@@ -188,8 +188,8 @@ def test_other_columns_are_passed_over_and_blank_lines_too(tmp_path):
 BAD_RECORDS = {
     "": "line 1: found 0 columns of times among nothing, allowed: one of t, time",
     "0,0,0": "line 1: found 0 columns of times among 0, 0, 0",
-    "t,q0,q1,q2,q3,q4": "line 1, column q5: found 0 such columns among t, q0",
-    "t,q0,q1,q2,q3,q4,q5,q5": "line 1, column q5: found 2 such columns",
+    "t,q0,q1,q2,q3,q4": "line 1, column q5: found 0 columns of that name among t, q0",
+    "t,q0,q1,q2,q3,q4,q5,q5": "line 1, column q5: found 2 columns of that name",
     "t,time,q0,q1,q2,q3,q4,q5": "found 2 columns of times",
     HEADER: "found 0 rows of data, allowed: at least 2",
     f"{HEADER}\n0,{STILL}": "found 1 rows of data",
@@ -200,11 +200,11 @@ BAD_RECORDS = {
     f"{HEADER}\n0,{STILL}\n\n1,0,x,0,0,0,0": 'line 4, column q1: found "x", allowed: a number',
     f"{HEADER}\n0,{STILL}\n1,0,0": "line 3: found 3 columns, allowed: 7, as line 1 names",
     f"{HEADER}\n0,{STILL}\n1,{STILL}\n1,{STILL}": (
-        "line 4, column t: found 1.0, allowed: above 1, the time before it"
+        "line 4, column t: found 1.0, allowed: above 1, the time of the row before"
     ),
     f"{HEADER}\n0,{STILL}\n-1,{STILL}": "line 3, column t: found -1.0, allowed: above 0",
     f"{HEADER}\n0,{STILL}\n1,0,0,13,0,0,0": (
-        "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; set the unit"
+        "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; if the angles are"
     ),
     f"{HEADER}\n0,{STILL}\n1e7,{STILL}": (
         "found 1e+07 s from first to last, allowed: 0.001 to 1e+06"
@@ -309,7 +309,7 @@ def test_a_scene_takes_its_poses_from_a_record(cell):
 
 
 BAD_SCENES = {
-    "trajectory = 'absent.csv'": "absent.csv: found nothing, allowed: a CSV file",
+    "trajectory = 'absent.csv'": "absent.csv: cannot be read: No such file or directory",
     "trajectory = '../r.csv'": (
         'trajectory.file: found "../r.csv", allowed: a file in the folder of scene.toml or below'
     ),
@@ -320,7 +320,7 @@ BAD_SCENES = {
         "poses or a trajectory, not both"
     ),
     "[trajectory]\nfile = 'r.csv'\nposes = 0": (
-        "trajectory.poses: found 0, allowed: an integer at least 1"
+        "trajectory.poses: found 0, allowed: an integer from 1 to"
     ),
     "[trajectory]\nfile = 'r.csv'\nunit = 'grad'": (
         'trajectory.unit: found "grad", allowed: rad, deg'

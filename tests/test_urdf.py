@@ -70,7 +70,7 @@ BAD = {
     "<robot/>": "link: found 0, allowed: 1 to",
     LAUGHS + "]><robot name='&i;'/>": "found a document type, allowed: XML without one",
     "<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>": "found a document type",
-    f"<robot>{A}{B}</robot>": "--base: found nothing, allowed: one of a, b",
+    f"<robot>{A}{B}</robot>": "several links have no parent; choose one with --base: a, b",
     f"<robot>{A}{A}</robot>": 'link: found "a", allowed: unique names',
     f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
         'joint "j": type: found "screw", allowed: revolute, continuous'
@@ -103,7 +103,7 @@ BAD = {
     ),
     f"<robot>{A}{B}{moved(kind='fixed', inside='')}</robot>": "found 0 moving joints",
     f"<robot>{A}{B}<link name='c'/>{moved()}{moved('k', child='c')}</robot>": (
-        "--tip: found nothing, allowed: one of b, c"
+        "several chains are equally long; choose one with --tip: b, c"
     ),
     f"<robot>{A}{mesh('nothing.stl')}{moved()}</robot>": (
         'link "b": mesh: found "nothing.stl", allowed: a file in'

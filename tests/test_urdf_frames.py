@@ -151,9 +151,12 @@ REFUSED = {
     "no such pose": (("--to", "csv", "--pose", "1"), "--pose: found 1, allowed: 0 to 0"),
     "no such URDF": (
         ("--to", "urdf", "--urdf", "none.urdf"),
-        "none.urdf: found nothing, allowed: a file",
+        "none.urdf: cannot be read: No such file or directory",
     ),
-    "frames of a name": (("--to", "csv", "--frames", "a"), "--frames: found with"),
+    "frames of a name": (
+        ("--to", "csv", "--frames", "a"),
+        "--frames, --beam: allowed only with a URDF",
+    ),
     "an unknown axis": (("--to", "csv", "--beam", "w"), "--beam"),
 }
 

@@ -1,4 +1,4 @@
-"""The command on a rig: check."""
+"""The command check."""
 
 import sys
 from pathlib import Path
@@ -16,46 +16,61 @@ def check(
         str | None,
         Parameter(
             name="PROPOSAL_OR_NAME",
-            help="A proposal's file or a name like n2_16_25; none with --replay.",
+            help=(
+                "The setup: a proposal (.toml) or a layout of the paper, for example n2_16_25. Not"
+                " needed with --replay."
+            ),
         ),
     ] = None,
     /,
     *,
     rig: Annotated[
-        Literal["sim"] | None, Parameter(help="sim: a simulated rig, badly mounted by the seed.")
+        Literal["sim"] | None,
+        Parameter(help="sim: check a simulated robot with randomly misplaced rings."),
     ] = None,
     robot_host: Annotated[
-        str | None, Parameter(help="Name or address of the robot's controller.")
+        str | None, Parameter(help="Host name or address of the robot's controller.")
     ] = None,
     ring: Annotated[
         tuple[str, ...],
         Parameter(
             name="--ring",
             negative=(),
-            help="NAME=PORT[,DECODER[,BAUD]], for every ring: tool=/dev/ttyUSB0.",
+            help=(
+                "Serial port of a ring: NAME=PORT[,DECODER[,BAUD]], for example tool=/dev/ttyUSB0."
+                " Repeat it for every ring."
+            ),
         ),
     ] = (),
-    replay: Annotated[Path | None, Parameter(help="A recording, to be judged anew.")] = None,
+    replay: Annotated[
+        Path | None, Parameter(help="Recording of an earlier check (.rig) to assess again.")
+    ] = None,
     part: Annotated[
         tuple[Literal["self", "mount", "coverage"], ...],
         Parameter(
             name="--part",
             negative=(),
-            help="Only this part. Repeatable; all three if none is given.",
+            help="Run only this part. Repeatable. Default: all three.",
         ),
     ] = (),
     move: Annotated[
         bool,
         Parameter(
             negative=(),
-            help="Let the real robot be moved, slowly, once you said yes; else you move it.",
+            help=(
+                "Move the real robot slowly, after you confirm. Default: you move it with the"
+                " pendant."
+            ),
         ),
     ] = False,
     allow_reduced_near_stop: Annotated[
         bool,
         Parameter(
             negative=(),
-            help="Move although fewer sensors than near_share keep the whole near stop.",
+            help=(
+                "Move although too few sensors stop the robot at the full distance (near_share in"
+                " [motion] of the scene)."
+            ),
         ),
     ] = False,
     scene: SceneFileOption = None,
@@ -65,44 +80,59 @@ def check(
         bool,
         Parameter(
             negative=(),
-            help="In the self check a hand passed over the sensors tells which is which.",
+            help="In the self check, identify the sensors by a hand that passes them.",
         ),
     ] = False,
     seconds: Annotated[
-        float, Parameter(validator=Number(gt=0, lte=3600), help="Of the self check, s.")
+        float,
+        Parameter(validator=Number(gt=0, lte=3600), help="Duration of the self check in seconds."),
     ] = 5.0,
     stops: Annotated[
-        int, Parameter(validator=Number(gte=3, lte=1000), help="Of the mount check.")
+        int,
+        Parameter(
+            validator=Number(gte=3, lte=1000), help="Number of robot poses in the mount check."
+        ),
     ] = 24,
     trials: Annotated[
         int,
         Parameter(
-            validator=Number(gte=2, lte=10_000), help="Of the coverage check, over all targets."
+            validator=Number(gte=2, lte=10_000),
+            help="Number of rod positions in the coverage check, over all targets.",
         ),
     ] = 120,
     rod_mm: Annotated[
-        str, Parameter(help="The test rod: thickness and length over all, mm.")
+        str, Parameter(help="Size of the test rod: THICKNESSxLENGTH in mm.")
     ] = "70x370",
     seed: Seed = 0,
     voxel: Voxel = 0.01,
     out: Annotated[
-        Path, Parameter(help="Folder for recording, report, plans and the setup as built.")
+        Path, Parameter(help="Output folder for the recording, report, plans and setup as built.")
     ] = Path("place-rings-check"),
     as_json: Json = False,
 ) -> None:
-    """Check on a rig that a setup is mounted as proposed and sees what it should. This is no safety
-    function.
+    """Check on a robot that the rings are mounted as proposed and cover what was predicted.
 
-    self: does every sensor answer, how often, how noisily. mount: where each ring truly sits, from
-    stops in a known cell. coverage: a test rod at drawn points, seen or not. Nothing is sent to a
-    real robot unless --move is given.
+    The robot is real (--robot-host), simulated (--rig sim), or recorded (--replay). The check has
+    three parts:
 
-    Example: place-rings check n2_16_25 --rig sim
+    - self: whether every sensor answers, how often, and how noisily.
+    - mount: where each ring really sits, measured from stops in a known cell.
+    - coverage: whether a test rod is detected at random points.
 
-    Example: place-rings check proposal.toml --robot-host 192.0.2.7 --ring forearm.0=/dev/ttyUSB0
-    --ring tool=/dev/ttyUSB1
+    Nothing is sent to a real robot unless you pass --move. The exit code is 0 if the rings are as
+    proposed, 1 if they differ, 3 if the check ended without a verdict. **This is no safety
+    function.**
 
-    Example: place-rings check --replay place-rings-check/recording-1.rig --out again
+    For example:
+
+    ```bash
+    place-rings check n2_16_25 --rig sim
+    place-rings check proposal.toml --robot-host 192.0.2.7 \\
+        --ring forearm.0=/dev/ttyUSB0 --ring tool=/dev/ttyUSB1
+    place-rings check --replay place-rings-check/recording-1.rig --out again
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import resolve
     from ...rig.check.models import PortModel
@@ -113,25 +143,25 @@ def check(
     from ..runs.check import check_live, check_replay
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
-        raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
+        raise UserError("check: give exactly one of --rig sim, --robot-host HOST, --replay FILE")
     if robot_host == "":
-        raise UserError("--robot-host: found nothing, allowed: a name or an address")
+        raise UserError('--robot-host: found "", allowed: a host name or an address')
     if robot_host is None and (ring or move):
-        raise UserError(f"--{'ring' if ring else 'move'}: allowed: only with --robot-host")
+        raise UserError(f"--{'ring' if ring else 'move'}: allowed only with --robot-host")
     if allow_reduced_near_stop and not move:
-        raise UserError("--allow-reduced-near-stop: allowed: only with --move")
+        raise UserError("--allow-reduced-near-stop: allowed only with --move")
     if replay is not None:
         sys.exit(check_replay(subject, replay, out, as_json))
     if subject is None:
         raise UserError(
-            "check: found no proposal, allowed: a proposal's file or a name like n2_16_25"
+            "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
         )
     parts = part or PARTS
     if wave and "self" not in parts:
-        raise UserError("--wave: allowed: only with --part self")
+        raise UserError("--wave: allowed only with --part self, or without --part")
     rod = resolve_rod(rod_mm)
     setup, given = resolve(subject, resolve_scene(scene, None))
-    found = with_goals(given, parse_goals(target, radius))
+    where = with_goals(given, parse_goals(target, radius))
     ports = list[PortModel]()
     if robot_host is not None:
         ports = resolve_ports(setup, ring)
@@ -140,4 +170,4 @@ def check(
     options = CheckOptions(
         parts, seconds, wave, stops, trials, rod, move, allow_reduced_near_stop, voxel, seed
     )
-    sys.exit(check_live(subject, setup, found, options, robot_host, ports, out, as_json))
+    sys.exit(check_live(subject, setup, where, options, robot_host, ports, out, as_json))

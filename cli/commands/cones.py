@@ -4,9 +4,18 @@ from ..options.common import RobotOption, SceneFileOption, Subject
 
 
 def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
-    """Print every sensor's cone at every pose, as CSV in the base frame.
+    """Print the beam of every sensor at every pose as CSV, in the robot's base frame.
 
-    Example: place-rings cones n2_16_25 > cones.csv
+    The columns are pose, ring and sensor (counted from 0), apex and range in metres, axis, and full
+    angle in degrees. Other commands read this list as a setup.
+
+    For example:
+
+    ```bash
+    place-rings cones n2_16_25 > cones.csv
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import resolve
     from ...formats.sensors.sensor_lists import sensor_list

@@ -1,4 +1,4 @@
-"""The command export: a setup for other programs."""
+"""The command export."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,39 +17,53 @@ def export(
     to: Annotated[
         tuple[str, ...],
         Parameter(
-            negative=(), help="urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl. Repeatable."
+            negative=(),
+            help=(
+                "Format: urdf, mjcf, glb, csv, json, coppeliasim, ros2 or stl."
+                " Repeatable; required."
+            ),
         ),
     ] = (),
-    out: Annotated[Path, Parameter(help="Folder for the files.")] = Path("place-rings-export"),
-    pose: Annotated[int, Parameter(help="Pose of the scene, counted from 0.")] = 0,
+    out: Annotated[Path, Parameter(help="Output folder.")] = Path("place-rings-export"),
+    pose: Annotated[int, Parameter(help="Number of the scene's pose to export, from 0.")] = 0,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     urdf: Annotated[
         Path | None,
         Parameter(
-            help="The robot's own URDF, which gets the sensors; that of --robot, if it is one."
+            help="URDF of the robot, to which sensors are added. Default: that of --robot, if any."
         ),
     ] = None,
     packages: Annotated[
         tuple[Path, ...],
-        Parameter(negative=(), help="A folder with packages that package:// may mean. Repeatable."),
+        Parameter(
+            negative=(),
+            help="Folder in which to find the package:// meshes of the URDF. Repeatable.",
+        ),
     ] = (),
     points: Annotated[
         int,
         Parameter(
-            validator=Number(gte=0, lte=1_000_000), help="glb: points of each target, seen or not."
+            validator=Number(gte=0, lte=1_000_000),
+            help="Number of target points to draw in a glb, coloured by coverage.",
         ),
     ] = 0,
     mounted: FrameOptions = NO_FRAMES,
 ) -> None:
-    """Write a setup for other programs: its robot with a frame for each sensor, a scene to look at,
-    tables, scripts.
+    """Export a setup to URDF, MJCF, GLB, CSV, JSON, CoppeliaSim, ROS 2, or printable STL.
 
-    Example: place-rings export n2_16_25 --to urdf --to mjcf --to glb --out exported
+    URDF holds the robot with a frame for each sensor, MJCF with a rangefinder for each. GLB is a
+    scene to look at, STL the rings to print.
 
-    Example: place-rings export proposal.toml --to urdf --urdf my.urdf --out exported
+    For example:
 
-    Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
+    ```bash
+    place-rings export n2_16_25 --to urdf --to mjcf --to glb --out exported
+    place-rings export proposal.toml --to urdf --urdf my.urdf --out exported
+    place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..._export import export as write
     from ..._export import formats_of

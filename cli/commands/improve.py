@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import Floors, Json, Subject, Voxel
+from ..options.common import Floors, Json, Seed, Subject, TimeLimit, Voxel
 from ..options.groups import NO_FRAMES, REFERENCE, FrameOptions, SceneOptions, SubjectOptions
 
 
@@ -16,50 +16,52 @@ def improve(
     *,
     place: SceneOptions = REFERENCE,
     changes: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")
+        int, Parameter(validator=Number(gte=1, lte=20), help="Largest number of rings to change.")
     ] = 3,
     add_sensors: Annotated[
-        int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")
+        int, Parameter(validator=Number(gte=0, lte=1000), help="Largest number of sensors to add.")
     ] = 0,
     at_least: Floors = (),
     mounted: FrameOptions = NO_FRAMES,
-    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
-    time: Annotated[
-        float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")
-    ] = None,
+    seed: Seed = 0,
+    time: TimeLimit = None,
     voxel: Voxel = 0.01,
     out: Annotated[
         Path | None,
         Parameter(
             help=(
-                "Folder for a proposal of each step, a picture and improve.json; nothing is written"
-                " without."
+                "Output folder for a proposal of each number of changes, a picture and"
+                " improve.json. Default: none; nothing is written."
             )
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find the best single change to what is mounted, the best two, and so on: what each gains, and
-    the work it is.
+    """Improve rings that are already mounted: find the best change, the best two, and so on.
 
-    One change is one ring touched: set anew on its link, carried to another, added, or taken away.
+    A change moves, tilts or turns one ring, carries it to another link, adds it, or removes it. The
+    answer lists what each number of changes gains and how much work it is.
 
-    Example: place-rings improve n3_16_55 --target V_S --radius 1.5
+    For example:
 
-    Example: place-rings improve mounted.csv --changes 2 --add-sensors 8 --out better
+    ```bash
+    place-rings improve n3_16_55 --target V_S --radius 1.5
+    place-rings improve mounted.csv --changes 2 --add-sensors 8 --out better
+    place-rings improve mounted.urdf --frames "tof_.*" --target V_S:1.5
+    ```
 
-    Example: place-rings improve mounted.urdf --frames "tof_.*" --target V_S --radius 1.5
+    ``place-rings --help`` explains the terms.
     """
     from ..._search import cap_of
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 
     cap = cap_of(time)
-    setup, asked = SubjectOptions(place, mounted=mounted).resolve(subject)
+    setup, scene = SubjectOptions(place, mounted=mounted).resolve(subject)
     run(
         subject,
         setup,
-        with_floors(asked, at_least),
+        with_floors(scene, at_least),
         changes,
         add_sensors,
         seed,

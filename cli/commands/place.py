@@ -1,4 +1,4 @@
-"""What runs without a command: the search."""
+"""The search, which runs without a command."""
 
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.choices import Losing
 from ...formats.errors import UserError
-from ..options.common import Count, Floors, Json, Seed, Voxel
+from ..options.common import Floors, Json, Seed, TimeLimit, Voxel
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -18,76 +18,99 @@ from ..options.groups import (
     SceneOptions,
     SensorOptions,
 )
+from ..options.panels import FAILURES
+
+_COUNT = Number(gte=1, lte=200)
 
 
 def place(
     *,
     where: SceneOptions = REFERENCE,
-    rings_per_link: Count | None = None,
-    sensors_per_ring: Count | None = None,
+    rings_per_link: Annotated[
+        int | None,
+        Parameter(
+            validator=_COUNT,
+            help="Rings on each link that has a length; the tool carries one more. Default: 2.",
+        ),
+    ] = None,
+    sensors_per_ring: Annotated[
+        int | None,
+        Parameter(
+            validator=_COUNT,
+            help=(
+                "Sensors on each ring. Default: 16, or the nearest number that the rules of the"
+                " scene allow."
+            ),
+        ),
+    ] = None,
     sensors: Annotated[
         int | None,
-        Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings."),
+        Parameter(
+            validator=Number(gte=1, lte=2000),
+            help="Number of sensors to place; the search also chooses the rings.",
+        ),
     ] = None,
     reach: Annotated[
-        float | None, Parameter(help="Find the fewest sensors that cover so many percent.")
+        float | None,
+        Parameter(help="Target coverage in percent; find the fewest sensors that reach it."),
     ] = None,
     at_least: Floors = (),
     sensing: SensorOptions = NO_SENSOR,
     motion: MotionOptions = NO_MOTION,
     worst: Annotated[
-        bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")
+        bool,
+        Parameter(negative=(), help="Maximise the coverage of the worst pose instead of the mean."),
     ] = False,
-    redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
+    redundancy: Annotated[
+        int,
+        Parameter(
+            group=FAILURES,
+            help="Number of sensors that must see a point for it to count as covered.",
+        ),
+    ] = 1,
     losing: Annotated[
-        Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")
+        Losing | None,
+        Parameter(
+            group=FAILURES,
+            help="Maximise the coverage that remains when the most important ring or sensor fails.",
+        ),
     ] = None,
     tolerant: Annotated[
-        bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")
+        bool,
+        Parameter(
+            group=FAILURES,
+            negative=(),
+            help="Maximise the mean coverage over random mounting errors.",
+        ),
     ] = False,
     position_error_mm: Annotated[
-        float | None, Parameter(help="With --tolerant: see robustness; 5.")
+        float | None,
+        Parameter(
+            group=FAILURES,
+            help="With --tolerant: largest error of a ring along its link, in mm. Default: 5.",
+        ),
     ] = None,
     direction_error_deg: Annotated[
-        float | None, Parameter(help="With --tolerant: see robustness; 2.")
+        float | None,
+        Parameter(
+            group=FAILURES,
+            help=(
+                "With --tolerant: largest error in the direction of a ring and of each sensor, in"
+                " degrees. Default: 2."
+            ),
+        ),
     ] = None,
     seed: Seed = 0,
-    time: Annotated[
-        float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")
-    ] = None,
+    time: TimeLimit = None,
     voxel: Voxel = 0.01,
     out: Annotated[
-        Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")
+        Path, Parameter(help="Output folder for proposal.toml, placement.png and result.json.")
     ] = Path("place-rings-out"),
     as_json: Json = False,
 ) -> None:
-    """Search a placement, verify it, and show it beside the paper's.
+    """Search a placement, count its coverage, and compare it with the layouts of the paper.
 
-    Example: place-rings --target V_S --radius 0.5
-
-    Example: place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3
-
-    Example: place-rings --target V_S --radius 0.5 --sensors 48
-
-    Example: place-rings --target V_S --radius 0.5 --reach 95
-
-    Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
-
-    Example: place-rings --target V_S --radius 0.5 --redundancy 2
-
-    Example: place-rings --target V_S --radius 0.5 --occlusion shadow
-
-    Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
-
-    Example: place-rings --target V_S --radius 0.5 --sensor vl53l1x --ambient 50kcps --target-size
-    0.1x0.4
-
-    Parameters
-    ----------
-    rings_per_link
-        Rings on each link with a length, 2; the tool carries one more.
-    sensors_per_ring
-        Sensors on each ring; 16, or what a scene's rules allow next to it.
+    The help of the program (in app.py) replaces this docstring.
     """
     from ..._search import InfeasibleError, cap_of, search
     from ...formats.loader import with_sensor
@@ -97,15 +120,15 @@ def place(
     from ..runs.place import place as run
 
     cap_of(time)
-    asked = where.applied(where.given() or Scene())
-    asked = with_sensor(asked, sensing.asked(asked.sensor))
-    asked = motion.applied(with_floors(asked, at_least), worst)
+    scene = where.applied(where.given() or Scene())
+    scene = with_sensor(scene, sensing.selected(scene.sensor))
+    scene = motion.applied(with_floors(scene, at_least), worst)
     errors = resolve_errors(
         tolerant, position_error_mm=position_error_mm, direction_error_deg=direction_error_deg
     )
     find = partial(
         search,
-        asked,
+        scene,
         sensors=sensors,
         rings_per_link=rings_per_link,
         sensors_per_ring=sensors_per_ring,
@@ -119,6 +142,6 @@ def place(
         **errors,
     )
     try:
-        run(find, asked, voxel, out, as_json)
+        run(find, scene, voxel, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

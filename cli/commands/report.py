@@ -1,4 +1,4 @@
-"""The command report: a setup as a page to read, to print and to build from."""
+"""The command report."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,16 +17,28 @@ def report(
     given: SubjectOptions = AS_IT_IS,
     draws: Annotated[
         int,
-        Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance."),
+        Parameter(
+            validator=Number(gte=1, lte=100_000),
+            help="Number of random mountings in the tolerance section.",
+        ),
     ] = 100,
     seed: Seed = 0,
     voxel: Voxel = 0.01,
-    out: Annotated[Path, Parameter(help="Folder for report.html.")] = Path("place-rings-report"),
+    out: Annotated[Path, Parameter(help="Output folder for report.html.")] = Path(
+        "place-rings-report"
+    ),
 ) -> None:
-    """Write a report of a setup that needs nothing else: what it sees, where it is blind, how to
-    mount it, what it takes.
+    """Write a report of a setup on one HTML page, to read, to print and to build from.
 
-    Example: place-rings report place-rings-out/proposal.toml --out place-rings-out
+    The page has the coverage, the blind spots, the robustness, a mounting table and a parts list.
+
+    For example:
+
+    ```bash
+    place-rings report place-rings-out/proposal.toml --out place-rings-out
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..runs.report import report as run
 

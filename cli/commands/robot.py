@@ -11,36 +11,54 @@ from ...coverage.choices import Surface
 
 def robot(
     what: Annotated[
-        str, Parameter(name="URDF_OR_NAME", help="A URDF, or a robot that is built in.")
+        str, Parameter(name="URDF_OR_NAME", help="A URDF (.urdf), or the name of a built-in robot.")
     ],
     /,
     *,
-    base: Annotated[str | None, Parameter(help="The link that stands still: the root.")] = None,
+    base: Annotated[
+        str | None, Parameter(help="Link that does not move. Default: the root of the URDF.")
+    ] = None,
     tip: Annotated[
-        str | None, Parameter(help="The link at the TCP: the end of the longest chain.")
+        str | None,
+        Parameter(help="Link at the tool centre point. Default: the end of the longest chain."),
     ] = None,
     packages: Annotated[
         tuple[Path, ...],
         Parameter(
             negative=(),
-            help="A folder with packages that package:// may mean, beside the URDF's. Repeatable.",
+            help=(
+                "Folder in which to find the package:// meshes of the URDF, besides the URDF's own"
+                " folder. Repeatable."
+            ),
         ),
     ] = (),
     capsules: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=8), help="Capsules of a link, at most.")
+        int,
+        Parameter(validator=Number(gte=1, lte=8), help="Largest number of capsules for a link."),
     ] = 3,
-    surface: Annotated[Surface, Parameter(help="The meshes that capsules contain.")] = "collision",
-    name: Annotated[str | None, Parameter(help="The robot's name: as in the URDF.")] = None,
-    out: Annotated[Path, Parameter(help="Folder for robot.toml, scene.toml and robot.png.")] = Path(
-        "place-rings-robot"
-    ),
+    surface: Annotated[
+        Surface, Parameter(help="Meshes to which capsules are fitted.")
+    ] = "collision",
+    name: Annotated[
+        str | None, Parameter(help="Name of the robot. Default: the name in the URDF.")
+    ] = None,
+    out: Annotated[
+        Path, Parameter(help="Output folder for robot.toml, scene.toml and robot.png.")
+    ] = Path("place-rings-robot"),
 ) -> None:
-    """Fit capsules to a robot's meshes, propose mount axes, and write them with a picture to check
-    and a scene to edit.
+    """Make a robot file from a URDF: fit capsules to its links and propose where rings can sit.
 
-    Example: place-rings robot my.urdf --packages ~/robots --out mine
+    A capsule is a cylinder with round ends; a few of them contain each link. Check the picture
+    robot.png, edit robot.toml and scene.toml, then search in that scene.
 
-    Example: place-rings --scene mine/scene.toml --target V_S --radius 0.5
+    For example:
+
+    ```bash
+    place-rings robot my.urdf --packages ~/robots --out mine
+    place-rings --scene mine/scene.toml --target V_S --radius 0.5
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..runs.robot import robot as run
 

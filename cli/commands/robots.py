@@ -2,9 +2,16 @@
 
 
 def robots() -> None:
-    """List the robots that are built in: joints, reach, links with mounts.
+    """List the built-in robots with their joints, their reach, and the links that carry rings.
 
-    Example: place-rings robots
+    For example:
+
+    ```bash
+    place-rings robots
+    place-rings verify n2_16_25 --robot ur5e
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..runs.robots import robots as run
 

@@ -16,18 +16,19 @@ def robustness(
     place: SceneOptions = REFERENCE,
     mounted: FrameOptions = NO_FRAMES,
     k: Annotated[
-        int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")
+        int,
+        Parameter(name="--k", help="Count the points that at least 1, 2, … up to K sensors see."),
     ] = 3,
-    draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
+    draws: Annotated[int, Parameter(help="Number of random mountings.")] = 100,
     position_error_mm: Annotated[
-        float, Parameter(help="Of each ring, along its link, either way.")
+        float, Parameter(help="Largest error of each ring along its link, in mm.")
     ] = 5.0,
     direction_error_deg: Annotated[
         float,
         Parameter(
             help=(
-                "Of each ring as a whole (rocked two ways and turned) and of each sensor on it,"
-                " either way."
+                "Largest error in direction, in degrees: of each ring about three axes, and of each"
+                " sensor on it about two."
             )
         ),
     ] = 2.0,
@@ -35,8 +36,8 @@ def robustness(
         Law,
         Parameter(
             help=(
-                "uniform: errors up to these limits. normal: the limits are two standard"
-                " deviations."
+                "Distribution of the errors. uniform: within these limits. normal: the limits are"
+                " two standard deviations."
             )
         ),
     ] = "uniform",
@@ -44,10 +45,18 @@ def robustness(
     voxel: Voxel = 0.01,
     as_json: Json = False,
 ) -> None:
-    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of
-    mounting.
+    """Compute the coverage that remains after a failure, and with mounting errors.
 
-    Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
+    It counts the share of the target that at least 1, 2 and 3 sensors see, the coverage without the
+    most important sensor or ring, and the coverage of randomly misplaced rings.
+
+    For example:
+
+    ```bash
+    place-rings robustness n2_16_25 --target V_S --radius 0.5
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..._robustness import check_drawing, mounting_errors
     from ..runs.robustness import robustness as run

@@ -22,43 +22,62 @@ def safety(
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     approaches: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=100_000), help="Walks that are drawn.")
+        int, Parameter(validator=Number(gte=1, lte=100_000), help="Number of simulated approaches.")
     ] = 720,
     directions: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=360), help="Sectors that are told apart.")
+        int,
+        Parameter(
+            validator=Number(gte=1, lte=360),
+            help="Number of sectors around the robot in the report.",
+        ),
     ] = 12,
     rate: Annotated[
         float | None,
         Parameter(
-            validator=Number(gt=0, lte=10_000), help="Readings a second; the sensor's own, or 20."
+            validator=Number(gt=0, lte=10_000),
+            help="Measurements per second. Default: the rate of the sensor, or 20.",
         ),
     ] = None,
     latency: Annotated[
-        float, Parameter(validator=Number(gte=0, lte=5), help="From a reading to the report, s.")
+        float,
+        Parameter(
+            validator=Number(gte=0, lte=5),
+            help="Time from a measurement to its report, in seconds.",
+        ),
     ] = 0.02,
     occlusion: Annotated[
         Occlusion | None,
         Parameter(
             help=(
-                "What the robot does to its sensors; the scene's, but shadow in place of ignore, if"
-                " none is given."
+                "What the robot's body does to the sensors. ignore: beams pass through it. shadow:"
+                " points behind it are not covered. blind: a one-zone sensor covers nothing beyond"
+                " the nearest surface in its beam. Default: that of the scene, with shadow instead"
+                " of ignore."
             )
         ),
     ] = None,
     seed: Seed = 0,
     out: Annotated[
-        Path, Parameter(help="Folder for README.md, safety.png, approaches.csv and safety.json.")
+        Path,
+        Parameter(help="Output folder for README.md, safety.png, approaches.csv, safety.json."),
     ] = Path("place-rings-safety"),
     as_json: Json = False,
 ) -> None:
-    """Let a dark person walk in from all sides while the robot moves: is each reported before its
-    separation distance?
+    """Simulate people who walk up to the moving robot, and report how many are detected in time.
 
-    With --sensor, a target of 17 % reflectance and the size of a torso unless told otherwise. What
-    the distances are made of stands in a scene's [safety]. An engineering aid: no safety rating
-    follows.
+    In time means: before the person is closer than the separation distance of ISO/TS 15066, which
+    follows from the keys in [safety] of a scene. With --sensor the person wears dark clothes
+    (reflectance 0.17) and is as large as a torso (0.45x0.7 m), unless options state otherwise.
+    **This is an engineering aid; it confers no safety rating.**
 
-    Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
+    For example:
+
+    ```bash
+    place-rings task > task.csv
+    place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..options.scenes import resolve_scene
     from ..runs.safety import DARK_TARGET, TORSO, SafetyOptions
@@ -69,9 +88,9 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, found = sensing.resolve(subject, resolve_scene(scene, robot))
+    setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
     if motion.degrees and motion.trajectory is None:
-        raise UserError("--degrees: found alone, allowed: only with --trajectory")
-    own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
-    asked = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
-    run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
+        raise UserError("--degrees: allowed only with --trajectory FILE; add it")
+    own: Occlusion = "shadow" if where.occlusion == "ignore" else where.occlusion
+    options = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
+    run(subject, setup, where, motion.trajectory, motion.degrees, options, out, as_json)

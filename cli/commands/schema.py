@@ -1,31 +1,42 @@
 """The command schema."""
 
 import json
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
 
 def schema(
-    name: Literal[
-        "scene",
-        "robot",
-        "proposal",
-        "verify",
-        "robustness",
-        "result",
-        "improve",
-        "safety",
-        "printing",
-        "check",
-        "sensors",
+    name: Annotated[
+        Literal[
+            "scene",
+            "robot",
+            "proposal",
+            "verify",
+            "robustness",
+            "result",
+            "improve",
+            "safety",
+            "printing",
+            "check",
+            "sensors",
+        ],
+        Parameter(help="File, or command with --json, to describe."),
     ],
     /,
 ) -> None:
-    """Print the JSON Schema of a file or of a command's JSON.
+    """Print the JSON Schema of a file, or of what a command prints with --json.
 
-    Example: place-rings schema scene
+    For example:
+
+    ```bash
+    place-rings schema scene
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.schema.files import model_named
     from ...reporting.terminal import say_json

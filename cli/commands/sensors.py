@@ -4,10 +4,16 @@ from ..options.common import Json
 
 
 def sensors(*, as_json: Json = False) -> None:
-    """Print the catalogue of sensors: beams, ranges by light and target, rates, and where each
-    figure is from.
+    """List the sensor catalogue: beam, zones, ranges by light and target, rates, and their sources.
 
-    Example: place-rings sensors
+    For example:
+
+    ```bash
+    place-rings sensors
+    place-rings verify n2_16_25 --sensor vl53l1x --ambient 50kcps
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..runs.sensors import sensors as run
 

@@ -8,62 +8,77 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...formats.errors import UserError, shown
-from ..options.common import SceneFileOption, Targets
 
 
 def study(
-    name: Literal["bound", "convergence", "paper", "pareto", "robots"],
+    name: Annotated[
+        Literal["bound", "convergence", "paper", "pareto", "robots"],
+        Parameter(help="Study to run."),
+    ],
     /,
     *,
-    target: Targets = (),
+    target: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name="--target",
+            negative=(),
+            help="pareto: one of its two targets, as NAME[:RADIUS]. Default: V_S:0.5 and V_S:1.5.",
+        ),
+    ] = (),
     sensors: Annotated[
         int | None,
         Parameter(
             validator=Number(gte=1, lte=2000),
-            help="pareto: of the front with most points, 80; 24, 48, 80, 112 go along.",
+            help=(
+                "pareto: number of sensors of the finest front; 24, 48, 80 and 112 get coarser"
+                " ones. Default: 80."
+            ),
         ),
     ] = None,
-    scene: SceneFileOption = None,
-    out: Annotated[
-        Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")
+    scene: Annotated[
+        Path | None,
+        Parameter(name="--scene", help="pareto: scene file. Default: the reference scene."),
     ] = None,
+    out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
-        Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures."),
+        Parameter(
+            validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
+        ),
     ] = 0,
     workers: Annotated[
         int,
         Parameter(
             validator=Number(gte=1, lte=1024),
-            help="Processes of this machine; 1: this one, with its threads.",
+            help="Number of processes on this machine; above 1 it needs the cluster extra.",
         ),
     ] = 1,
     scheduler: Annotated[
         str | None,
         Parameter(
-            help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers."
+            help="Address of a dask scheduler that you trust (tcp://HOST:PORT), not with --workers."
         ),
     ] = None,
 ) -> None:
-    """Run a study into a folder; one that was stopped goes on where it was.
+    """Run a study, and write its data, pictures and a page. A stopped study resumes.
 
-    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched
-    setups.
+    - bound: how far the search can be from the best setup on a grid, from linear and integer
+      programmes.
+    - convergence: how coverage depends on the size of the voxels, for each way to count them.
+    - paper: the measurements of Kumar and Sahin (2019), repeated, beside searched setups.
+    - pareto: the best trade-offs between two targets, by default V_S:0.5 and V_S:1.5.
+    - robots: what it costs on six robots to ignore the robot's body in the search.
 
-    bound: how far the search can be from the best setup of a grid, by linear and integer
-    programmes.
+    A study takes minutes to hours.
 
-    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10
-    chains.
+    For example:
 
-    pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
+    ```bash
+    place-rings study paper --workers 16
+    place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
+    ```
 
-    robots: what ignoring the robot's body costs on six robots: searches under each model of
-    occlusion, seen under all three.
-
-    Example: place-rings study paper --workers 16
-
-    Example: place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
+    ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
@@ -74,11 +89,11 @@ def study(
     folder = out or Path("results") / name
     if name != "pareto" and (target or scene or sensors):
         raise UserError(
-            f"study {name}: found --target, --scene or --sensors, allowed: only with pareto"
+            f"study {name}: --target, --scene and --sensors are allowed only with study pareto"
         )
     if name == "convergence" and seed:
         raise UserError(
-            f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there"
+            f"--seed {seed}: not allowed with study convergence, which uses no random numbers"
         )
     if name == "bound":
         study_bound(folder, seed, workers, scheduler)
@@ -94,18 +109,17 @@ def study(
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
-    """Check where a study shall run: on ``workers`` processes of this machine, or on the machines
-    of a scheduler.
+    """Check the processes of a study: ``workers`` on this machine, or those of a scheduler.
 
     Raises:
-        UserError: if on both, or if the libraries that either needs are not installed.
+        UserError: if both are given, or if the libraries for them are not installed.
     """
     if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
         raise UserError(
             f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
         )
     if scheduler is not None and workers != 1:
-        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
+        raise UserError(f"--workers {workers}: not allowed with --scheduler; use one of them")
     if scheduler is not None or workers != 1:
         from ...formats.optional_dependencies import require
 

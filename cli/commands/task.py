@@ -5,20 +5,28 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import RobotOption
-
 
 def task(
     *,
-    robot: RobotOption = None,
+    robot: Annotated[
+        str | None, Parameter(help="Chain of the UR10: ur10 or ur10_dh. Default: ur10.")
+    ] = None,
     rate: Annotated[
-        float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")
+        float, Parameter(validator=Number(gte=1, lte=1000), help="Rows per second.")
     ] = 25.0,
 ) -> None:
-    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded
-    motion: CSV in radians.
+    """Print the pick-and-place task of the paper as a recorded motion (CSV, radians).
 
-    Example: place-rings task > task.csv
+    The task moves ten products from one table to another in 100 s. Pass the file to --trajectory.
+
+    For example:
+
+    ```bash
+    place-rings task > task.csv
+    place-rings verify n2_16_25 --trajectory task.csv --voxel 0.04
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ...coverage.robots.built_in import PAPER_ROBOTS
     from ...formats.errors import UserError, shown
@@ -28,7 +36,7 @@ def task(
 
     if robot is not None and robot not in PAPER_ROBOTS:
         raise UserError(
-            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the"
-            " paper's"
+            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, because the paper"
+            " uses a UR10"
         )
     run(resolve_scene(None, robot) or Scene(), rate)

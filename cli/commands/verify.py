@@ -16,31 +16,52 @@ def verify(
     given: SubjectOptions = AS_IT_IS,
     voxel: Annotated[
         float | None,
-        Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size."),
+        Parameter(
+            help=(
+                "Edge length in metres of the small cubes (voxels) in which coverage is counted."
+                " Default: 0.01. With --rule certified: use cells of this size only, instead of"
+                " refining them."
+            )
+        ),
     ] = None,
-    rule: Annotated[Rule, Parameter(help="How a voxel is counted.")] = "centre",
+    rule: Annotated[
+        Rule,
+        Parameter(
+            help=(
+                "How to count. centre: voxels whose centre is covered. touch: voxels of which any"
+                " part is covered, as in the paper. certified: compute an interval that is"
+                " guaranteed to hold the coverage."
+            )
+        ),
+    ] = "centre",
     width: Annotated[
         float | None,
-        Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1."),
+        Parameter(
+            help="With --rule certified: width of the interval in percentage points. Default: 0.1."
+        ),
     ] = None,
     memory: Annotated[
         float | None,
         Parameter(
             help=(
-                "GB that sets of voxels may take; what needs more is streamed. Half of the free"
-                " memory."
+                "Memory for sets of voxels in GB; larger sets are processed in parts. Default: half"
+                " of the free memory."
             )
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Count the exact coverage of a setup, or prove an interval that holds it.
+    """Count the exact coverage of a setup, or compute an interval that is guaranteed to hold it.
 
-    Example: place-rings verify n2_16_25 --target V_S --radius 0.5
+    For example:
 
-    Example: place-rings verify n3_16_55 --target V_S --radius 0.5 --rule certified --width 0.01
+    ```bash
+    place-rings verify n2_16_25 --target V_S --radius 0.5
+    place-rings verify n2_16_25 --target V_S:0.5 --rule certified --width 1
+    place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps
+    ```
 
-    Example: place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
+    ``place-rings --help`` explains the terms.
     """
     from ..runs.verify import verify as run
 

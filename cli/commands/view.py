@@ -1,4 +1,4 @@
-"""The command view: a setup in a browser."""
+"""The command view."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,34 +15,51 @@ def view(
     /,
     *,
     compare: Annotated[
-        str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")
+        str | None, Parameter(help="Second setup, shown beside the first in the same scene.")
     ] = None,
     given: SubjectOptions = AS_IT_IS,
     urdf: Annotated[
-        Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")
+        Path | None, Parameter(help="URDF whose meshes show the surface of the robot.")
     ] = None,
     packages: Annotated[
-        tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")
+        tuple[Path, ...],
+        Parameter(negative=(), help="Folder with the meshes of --urdf. Repeatable."),
     ] = (),
     out: Annotated[
-        Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")
+        Path | None,
+        Parameter(
+            help=(
+                "Folder in which the page may save proposals and pictures. Default: none; the page"
+                " cannot save."
+            )
+        ),
     ] = None,
     host: Annotated[
-        str, Parameter(help="Address to serve at: this machine only, unless you say another.")
+        str, Parameter(help="Address to serve on; the default serves this machine only.")
     ] = "127.0.0.1",
     port: Annotated[
-        int, Parameter(validator=Number(gte=0, lte=65535), help="0: any that is free.")
+        int,
+        Parameter(
+            validator=Number(gte=0, lte=65535), help="Port to serve on; 0 selects a free one."
+        ),
     ] = 0,
     browser: Annotated[
         bool, Parameter(negative="--no-browser", help="Open the page in a browser.")
     ] = True,
 ) -> None:
-    """Show a setup in a browser: robot, rings, cones, what is seen and what is not; change it,
-    count it, search on from it.
+    """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
 
-    Example: place-rings view n3_16_55
+    On the page you can move rings, count the coverage again, continue the search, and save
+    proposals.
 
-    Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
+    For example:
+
+    ```bash
+    place-rings view n3_16_55
+    place-rings view place-rings-out/proposal.toml --compare n3_16_55
+    ```
+
+    ``place-rings --help`` explains the terms.
     """
     from ..._validation import ResolvedSetup
     from ...formats.loader import resolve

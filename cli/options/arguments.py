@@ -1,4 +1,4 @@
-"""Arguments of the API by the names of the options that give them."""
+"""Map arguments of the Python API to the command-line options that set them."""
 
 _OPTIONS = {
     "folder": "--out",
@@ -10,5 +10,5 @@ _OPTIONS = {
 
 
 def option_of(argument: str) -> str:
-    """The option that gives an argument of the API."""
+    """Return the option that sets an argument of the API."""
     return _OPTIONS.get(argument, f"--{argument.replace('_', '-')}")

@@ -6,37 +6,93 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from .panels import SCENE
+
 Targets = Annotated[
     tuple[str, ...],
     Parameter(
         name="--target",
+        group=SCENE,
         negative=(),
-        help="V_O, V_T, V_OT, V_S, V_P; radius, weight: V_S:0.5=0.6. Repeatable.",
+        help=(
+            "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_S:0.5=0.6. V_S: everything"
+            " within RADIUS metres of the arm. V_O: the robot's reach. V_T: one sensor range around"
+            " the tool. V_OT: V_O and V_T together. V_P: the protective volume of ISO/TS 15066."
+            " Repeatable. Default: the targets of the scene."
+        ),
     ),
 ]
 Radius = Annotated[
-    float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")
+    float | None,
+    Parameter(
+        group=SCENE,
+        help=(
+            "Radius in metres of a V_S that states none: --target V_S --radius 0.5 is --target"
+            " V_S:0.5."
+        ),
+    ),
 ]
 SceneFileOption = Annotated[
-    Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")
+    Path | None,
+    Parameter(
+        name="--scene",
+        group=SCENE,
+        help=(
+            "Scene file (TOML): robot, poses, sensor, targets, obstacles and rules. Default: the"
+            " scene in the proposal, or the reference scene (a UR10 in one pose)."
+        ),
+    ),
 ]
 RobotOption = Annotated[
-    str | None, Parameter(help="A built-in robot (see robots), a robot's file (.toml), or a .urdf.")
+    str | None,
+    Parameter(
+        group=SCENE,
+        help=(
+            "Built-in robot (see place-rings robots), robot file (.toml) or URDF (.urdf)."
+            " Default: the robot of the scene."
+        ),
+    ),
 ]
-Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
+Voxel = Annotated[
+    float,
+    Parameter(
+        help="Edge length in metres of the small cubes (voxels) in which coverage is counted."
+    ),
+]
 Json = Annotated[
-    bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")
+    bool, Parameter(name="--json", negative=(), help="Print JSON instead of text, for scripts.")
 ]
 Subject = Annotated[
     str,
     Parameter(
         name="PROPOSAL_OR_NAME",
-        help="A proposal's file, sensors (.csv, .json, .urdf), or a name like n2_16_25.",
+        help=(
+            "The setup: a proposal (.toml), a list of sensors (.csv, .json), a URDF with sensor"
+            " frames (.urdf), or a layout of the paper. n2_16_25 is the layout with 2 rings on each"
+            " link, 16 sensors a ring, tilted by 25°, and one ring on the tool."
+        ),
     ),
 ]
 Floors = Annotated[
     tuple[str, ...],
-    Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable."),
+    Parameter(
+        negative=(),
+        help=(
+            "Minimum coverage of a target in percent: NAME[:RADIUS]=PERCENT, for example"
+            " V_S:1.5=60. Repeatable."
+        ),
+    ),
 ]
-Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
-Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
+Seed = Annotated[
+    int,
+    Parameter(validator=Number(gte=0), help="Random seed; the same seed gives the same answer."),
+]
+TimeLimit = Annotated[
+    float | None,
+    Parameter(
+        help=(
+            "Time limit of the search in seconds. Default: none; the search ends by its own"
+            " schedule."
+        )
+    ),
+]

@@ -1,4 +1,4 @@
-"""Errors of mounting that a search tolerates, from the options."""
+"""Options for the mounting errors that a search tolerates."""
 
 from typing import Any
 
@@ -7,11 +7,13 @@ from .arguments import option_of
 
 
 def resolve_errors(tolerant: bool, **errors: float | None) -> dict[str, Any]:
-    """The errors that are given, as the API takes them; UserError for one without
-    ``--tolerant``.
+    """Return the errors that were given, as arguments of the API.
+
+    Raises:
+        UserError: for an error without ``--tolerant``.
     """
     given = {name: value for name, value in errors.items() if value is not None}
     for name, value in given.items():
         if not tolerant:
-            raise UserError(f"{option_of(name)}: found {value:g}, allowed: only with --tolerant")
+            raise UserError(f"{option_of(name)} {value:g}: allowed only with --tolerant; add it")
     return given

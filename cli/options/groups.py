@@ -1,5 +1,5 @@
-"""Options that several commands share, in groups: a setup's scene, sensor, motion, and the frames
-of a URDF.
+"""Options that several commands share, in groups: the scene, the sensor, the motion, and the sensor
+frames of a URDF.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from cyclopts import Parameter
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from .common import Radius, RobotOption, SceneFileOption, Targets
+from .panels import FRAMES, MOTION, SCENE, SENSOR
 
-if TYPE_CHECKING:  # what the options stand for is imported when they are resolved
+if TYPE_CHECKING:  # imported when the options are resolved
     from ..._validation import ResolvedSetup
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
@@ -20,10 +21,10 @@ if TYPE_CHECKING:  # what the options stand for is imported when they are resolv
     from ...objectives.scene import Scene
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=SCENE)
 @dataclass(frozen=True)
 class SceneOptions:
-    """Where a setup stands, and what it is to see."""
+    """The scene and the targets of a setup."""
 
     target: Targets = ()
     radius: Radius = None
@@ -31,17 +32,24 @@ class SceneOptions:
     robot: RobotOption = None
     occlusion: Annotated[
         Occlusion | None,
-        Parameter(help="The robot's own body: ignored, throws shadows, or blinds sensors."),
+        Parameter(
+            help=(
+                "What the robot's body does to the sensors. ignore: beams pass through it. shadow:"
+                " points behind it are not covered. blind: a one-zone sensor covers nothing beyond"
+                " the nearest surface in its beam. Default: that of the scene (reference scene:"
+                " ignore)."
+            )
+        ),
     ] = None
 
     def given(self) -> "Scene | None":
-        """The scene that the options describe; None where they leave it to a proposal."""
+        """Return the scene that the options state, or None if the proposal's scene applies."""
         from .scenes import resolve_scene
 
         return resolve_scene(self.scene, self.robot, self.target, self.radius)
 
     def applied(self, scene: "Scene") -> "Scene":
-        """``scene`` with the targets and the occlusion that are asked for."""
+        """Return ``scene`` with the targets and the occlusion model of the options."""
         from .scenes import with_occlusion
         from .targets import parse_goals, with_goals
 
@@ -50,28 +58,50 @@ class SceneOptions:
         )
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=SENSOR)
 @dataclass(frozen=True)
 class SensorOptions:
-    """Another sensor than the scene's, or other conditions for it."""
+    """A sensor, or conditions, that replace those of the scene."""
 
     sensor: Annotated[
-        str | None, Parameter(help="A sensor of the catalogue: see place-rings sensors.")
+        str | None,
+        Parameter(
+            help=(
+                "Sensor of the catalogue (see place-rings sensors). Default: the sensor of the"
+                " scene (reference scene: a cone of 25°, 1.5 m long)."
+            )
+        ),
     ] = None
     ambient: Annotated[
         str | None,
-        Parameter(help="With --sensor: light, like 50kcps or 5klx. The darkest, if none is given."),
+        Parameter(
+            help=(
+                "Ambient light on a catalogue sensor, for example dark, 50kcps or 5klx. Default:"
+                " the weakest light in the catalogue."
+            )
+        ),
     ] = None
     reflectance: Annotated[
-        float | None, Parameter(help="With --sensor: of the target, 0.17 for 17 %.")
+        float | None,
+        Parameter(
+            help=(
+                "Reflectance of the target of a catalogue sensor, above 0 up to 1; 0.17 is dark"
+                " cloth. Default: the white target of the manufacturer."
+            )
+        ),
     ] = None
     target_size: Annotated[
         str | None,
-        Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else."),
+        Parameter(
+            help=(
+                "Size of the target of a catalogue sensor: WIDTHxHEIGHT in metres. Default: the"
+                " target fills the beam."
+            )
+        ),
     ] = None
 
-    def asked(self, own: "Sensor | None" = None) -> "Sensor | None":
-        """The sensor asked for; ``own`` is the one that conditions alone are about."""
+    def selected(self, own: "Sensor | None" = None) -> "Sensor | None":
+        """Return the sensor of the options; conditions without ``--sensor`` apply to ``own``."""
         from .sensors import resolve_sensor
 
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
@@ -79,50 +109,61 @@ class SensorOptions:
     def resolve(
         self, subject: str, scene: "Scene | None", frames: "FramePattern | None" = None
     ) -> "tuple[Setup, Scene]":
-        """A setup and its scene, as ``resolve`` has them, with the sensor asked for."""
+        """Return a setup and its scene, with the sensor of the options."""
         from ...formats.loader import resolve
 
         own = None
         if self.sensor is None and self != NO_SENSOR:
             own = resolve(subject, scene, frames=frames)[1].sensor
-        return resolve(subject, scene, self.asked(own), frames)
+        return resolve(subject, scene, self.selected(own), frames)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=MOTION)
 @dataclass(frozen=True)
 class MotionOptions:
-    """A recorded motion instead of a scene's poses."""
+    """A recorded motion that replaces the poses of a scene."""
 
     trajectory: Annotated[
         Path | None,
-        Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses."),
+        Parameter(
+            help=(
+                "Recorded motion (CSV: time in seconds, joint angles in radians) that replaces the"
+                " poses of the scene."
+            )
+        ),
     ] = None
     degrees: Annotated[
-        bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")
+        bool, Parameter(negative=(), help="Read the angles of --trajectory in degrees.")
     ] = False
 
     def applied(self, scene: "Scene", worst: bool = False) -> "Scene":
-        """``scene`` along the motion; ``worst``: where the worst pose is to be made large."""
+        """Return ``scene`` along the motion; ``worst`` maximises the worst pose."""
         from .scenes import with_motion
 
         return with_motion(scene, self.trajectory, self.degrees, worst)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=FRAMES)
 @dataclass(frozen=True)
 class FrameOptions:
-    """Which frames of a URDF are sensors."""
+    """The sensor frames of a URDF."""
 
     frames: Annotated[
         str | None,
-        Parameter(help="Of a .urdf: the frames that are sensors, a regular expression: tof_.*"),
+        Parameter(
+            help=(
+                "Regular expression for the names of the sensor frames in a .urdf setup. Default:"
+                f" {SENSOR_FRAMES}"
+            )
+        ),
     ] = None
     beam: Annotated[
-        Along | None, Parameter(help="Of a .urdf: the axis along which these frames look: x.")
+        Along | None,
+        Parameter(help="Axis along which the sensor frames of a .urdf setup look. Default: x."),
     ] = None
 
     def resolve(self) -> "FramePattern | None":
-        """What the two mean; None where nothing is asked."""
+        """Return the pattern of the options, or None if neither is given."""
         if self == NO_FRAMES:
             return None
         from ...formats.sensors.urdf_frames import FramePattern
@@ -141,7 +182,7 @@ REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = (
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SubjectOptions:
-    """All that says how a setup is to be looked at."""
+    """The options that state under which conditions a setup is evaluated."""
 
     place: SceneOptions = REFERENCE
     sensing: SensorOptions = NO_SENSOR
@@ -149,14 +190,12 @@ class SubjectOptions:
     mounted: FrameOptions = NO_FRAMES
 
     def resolve(self, subject: str) -> "tuple[Setup, Scene]":
-        """The setup of a file or of a name, and the scene in which the options want it looked
-        at.
-        """
+        """Return the setup of a file or a name, and the scene in which to evaluate it."""
         setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
         return setup, self.motion.applied(self.place.applied(scene))
 
     def resolved(self, subject: str) -> "ResolvedSetup":
-        """The same with its name, as the API takes it."""
+        """Return the setup and its scene with the setup's name, for the API."""
         from ..._validation import ResolvedSetup
 
         return ResolvedSetup(subject, *self.resolve(subject))

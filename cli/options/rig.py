@@ -1,4 +1,4 @@
-"""What the options of ``check`` mean: where rings are, which parts, how large the rod is."""
+"""Options of ``check``: serial ports of the rings, and size of the test rod."""
 
 import os
 import re
@@ -18,12 +18,14 @@ _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
 
 
-def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
-    """The ports of all rings, from NAME=PORT[,DECODER[,BAUD]]; UserError where one is missing,
-    named twice, or unknown.
+def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
+    """Return the ports of all rings from texts NAME=PORT[,DECODER[,BAUD]].
+
+    Raises:
+        UserError: if a ring is missing, named twice, or unknown.
     """
-    names, found = ring_names(setup), dict[str, PortModel]()
-    for text in asked:
+    names, ports = ring_names(setup), dict[str, PortModel]()
+    for text in texts:
         match = _RING.fullmatch(text)
         if match is None:
             raise UserError(
@@ -33,45 +35,48 @@ def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
         name, decoder = match["name"], match["decoder"] or "place-rings"
         if name.isdecimal() and int(name) < len(names):
             name = names[int(name)]
-        if name not in names or name in found:
-            left = [n for n in names if n not in found]
+        if name not in names or name in ports:
+            left = [n for n in names if n not in ports]
             raise UserError(
-                f"--ring: found {shown(name)}, allowed: each of {', '.join(left) or 'none more'}"
-                " once"
+                f"--ring: found {shown(name)}, allowed: each ring once; still without a port:"
+                f" {', '.join(left) or 'none'}"
             )
         if decoder not in DECODERS:
             raise UserError(
                 f"--ring {text}: found decoder {shown(decoder)}, allowed: {', '.join(DECODERS)}"
             )
         count = setup.rings[names.index(name)].count
-        found[name] = PortModel(
+        ports[name] = PortModel(
             name=match["port"], count=count, decoder=decoder, baud=int(match["baud"] or BAUD)
         )
-    if missing := [n for n in names if n not in found]:
+    if missing := [n for n in names if n not in ports]:
         raise UserError(
-            f"--ring: found none for {', '.join(missing)}, allowed: NAME=PORT for every ring of the"
-            " proposal"
+            f"--ring: no port for {', '.join(missing)}; add --ring NAME=PORT for each of them"
         )
-    return [found[n] for n in names]
+    return [ports[n] for n in names]
 
 
 def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
-    """UserError for a port that is not there, or that this user may not read and write."""
+    """Check that all ports exist and that the user may read and write them.
+
+    Raises:
+        UserError: if not.
+    """
     for name, port in zip(ring_names(setup), ports, strict=True):
         if os.name == "posix" and not Path(port.name).exists():
             raise UserError(
-                f"--ring {name}: found no {shown(port.name)}, allowed: a port that is there, like"
+                f"--ring {name}: port {shown(port.name)} does not exist; give one that does, like"
                 " /dev/ttyUSB0"
             )
         if os.name == "posix" and not os.access(port.name, os.R_OK | os.W_OK):
             raise UserError(
-                f"--ring {name}: found {shown(port.name)} without rights to it, allowed: one to"
-                " read and write"
+                f"--ring {name}: no right to read and write port {shown(port.name)}; join the group"
+                " that owns it"
             )
 
 
 def resolve_rod(text: str) -> Rod:
-    """A rod of so many mm of thickness and of length over all, as 70x370."""
+    """Return the rod of a text THICKNESSxLENGTH in mm, such as 70x370."""
     match = _ROD.fullmatch(text)
     thick, long = (float(match["thick"]), float(match["long"])) if match else (0.0, 0.0)
     if not 1 <= thick <= long <= 5000:
@@ -83,5 +88,9 @@ def resolve_rod(text: str) -> Rod:
 
 
 def check_installed() -> None:
-    """UserError that says what to install, where what speaks to robots and rings is not there."""
+    """Check that the libraries of the rig are installed.
+
+    Raises:
+        UserError: if not; the message says how to install them.
+    """
     require("rig", "check", "rtde_receive", "rtde_control", "serial")

@@ -21,27 +21,30 @@ from .targets import parse_goals, with_goals
 def resolve_scene(
     scene: Path | None, robot: str | None, targets: Sequence[str] = (), radius: float | None = None
 ) -> Scene | None:
-    """The scene that the options describe; None where they leave it to a proposal.
+    """Return the scene that the options state, or None if the proposal's scene applies.
 
     Raises:
         UserError: for an unknown robot or target, or a shell that lies within the robot's own
             volume.
     """
     goals = parse_goals(targets, radius)
-    asked = read_scene(scene) if scene else None
+    stated = read_scene(scene) if scene else None
     if robot is not None:
-        asked = _on_robot(scene, asked, given_robot(robot))
-    return with_goals(asked, goals) if asked is not None else None
+        stated = _on_robot(scene, stated, given_robot(robot))
+    return with_goals(stated, goals) if stated is not None else None
 
 
 def urdf_of(robot: str | None) -> Path | None:
-    """The file of ``--robot``, if that is a URDF."""
+    """Return the file of ``--robot`` if it is a URDF."""
     return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
 
 
 def given_robot(text: str) -> Robot:
-    """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which
-    bodies and mounts are then fitted; UserError for none of them."""
+    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF.
+
+    Raises:
+        UserError: if it is none of them.
+    """
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
     if (urdf := urdf_of(text)) is not None:
@@ -51,12 +54,19 @@ def given_robot(text: str) -> Robot:
     try:
         return built_in(text)
     except ValueError as error:
-        raise UserError(f"--robot: {error}, or a file .toml or .urdf") from error
+        raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
 
 
 def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
-    """``scene``, that of the file at ``path``, on another robot, in that robot's own pose where the
-    scene has the one of its own; UserError where its poses, mounts or rings are not that robot's.
+    """Return ``scene`` on another robot; a scene in its robot's rest pose takes the new one's.
+
+    Args:
+        path: file of the scene, for errors.
+        scene: the scene; None for the reference scene.
+        robot: the new robot.
+
+    Raises:
+        UserError: if the scene's poses, mounts or rings do not fit the robot.
     """
     if scene is None:
         return Scene(robot=robot, poses=(Pose(robot.rest),))
@@ -71,25 +81,35 @@ def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
 
 
 def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
-    """``scene`` under ``--occlusion``, if that is given; UserError for a robot that has no bodies
-    to shadow or blind.
+    """Return ``scene`` with the occlusion model of ``--occlusion``, if one is given.
+
+    Raises:
+        UserError: if the model needs bodies that the robot does not have.
     """
     if occlusion is None:
         return scene
     if occlusion != "ignore" and not scene.robot.bodies:
         raise UserError(
-            f"--occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no"
-            " bodies"
+            f"--occlusion: found {occlusion}, allowed: ignore, because robot {scene.robot.name} has"
+            " no bodies; place-rings robot fits them to a URDF"
         )
     return replace(scene, occlusion=occlusion)
 
 
 def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
-    """``scene`` with the poses of a recorded motion in place of its own, where one is given;
-    ``worst``: the worst pose is to be made large, which one pose is itself. UserError for a record
-    that does not serve."""
+    """Return ``scene`` with the poses of a recorded motion, if one is given.
+
+    Args:
+        scene: the scene.
+        trajectory: file of the motion.
+        degrees: its angles are in degrees.
+        worst: maximise the worst pose; without effect for a single pose.
+
+    Raises:
+        UserError: if the file is not usable.
+    """
     if degrees and trajectory is None:
-        raise UserError("--degrees: found alone, allowed: only with --trajectory")
+        raise UserError("--degrees: allowed only with --trajectory FILE; add it")
     if trajectory is not None:
         scene = with_record(scene, trajectory, degrees=degrees)
     return replace(scene, over_poses="worst") if worst and len(scene.poses) > 1 else scene

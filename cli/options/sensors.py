@@ -13,18 +13,28 @@ def resolve_sensor(
     size: str | None,
     own: Sensor | None = None,
 ) -> Sensor | None:
-    """What ``--sensor`` and what goes with it mean; None where nothing is asked. The others alone
-    are about ``own``, the scene's sensor, if that is one of the catalogue."""
+    """Return the sensor of ``--sensor`` under the given conditions, or None if none is given.
+
+    Args:
+        name: model in the catalogue.
+        ambient: ambient light.
+        reflectance: reflectance of the target.
+        size: size of the target, WIDTHxHEIGHT in metres.
+        own: the scene's sensor, to which conditions apply without ``--sensor``.
+
+    Raises:
+        UserError: if conditions are given for a sensor that is not in the catalogue.
+    """
     given = {"--ambient": ambient, "--reflectance": reflectance, "--target-size": size}
-    asked = {option: value for option, value in given.items() if value is not None}
-    if name is None and not asked:
+    stated = {option: value for option, value in given.items() if value is not None}
+    if name is None and not stated:
         return None
     base = own.use if name is None and own is not None else None
     if name is None and base is None:
-        option, value = next(iter(asked.items()))
+        option, value = next(iter(stated.items()))
         raise UserError(
-            f"{option}: found {value}, allowed: only with --sensor, or a scene whose sensor names"
-            " its model"
+            f"{option} {value}: allowed only for a sensor of the catalogue; add --sensor, or set"
+            " model in [sensor] of the scene"
         )
     use = base or Use(str(name))
     try:

@@ -11,10 +11,11 @@ from ...objectives.scene import Goal, Scene
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
+_RADIUS = "--radius 0.5"
 
 
 def positive(option: str, text: str) -> float:
-    """``text`` as a positive finite number; UserError names the option."""
+    """Return ``text`` as a positive finite number; the UserError names ``option``."""
     try:
         value = float(text)
     except ValueError:
@@ -25,8 +26,16 @@ def positive(option: str, text: str) -> float:
 
 
 def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
-    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S
-    without its own, and ``option`` is blamed."""
+    """Return the goal of a text NAME[:RADIUS][=WEIGHT], such as ``V_S:0.5=0.6``.
+
+    Args:
+        text: the text.
+        radius: radius of a V_S that states none, m.
+        option: the option that errors name.
+
+    Raises:
+        UserError: if the text does not state a target.
+    """
     match = _TARGET.fullmatch(text)
     if match is None:
         raise UserError(
@@ -39,11 +48,12 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
     try:
         return Goal(Target(match["name"], own), weight)
     except ValueError as error:
-        raise UserError(f"{option}: found {shown(text)}, but {error}") from error
+        hint = f"; write V_S:0.5, or add {_RADIUS}" if text.partition("=")[0] == "V_S" else ""
+        raise UserError(f"{option} {text}: {error}{hint}") from error
 
 
 def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...]:
-    """All goals of the options ``--target`` and ``--radius``; none where no target was given."""
+    """Return the goals of ``--target`` and ``--radius``; empty if no target was given."""
     if radius is not None and not (math.isfinite(radius) and radius > 0):
         raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
     goals = tuple(parse_goal(text, radius) for text in targets)
@@ -52,27 +62,28 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
     )
     if radius is not None and not used:
         raise UserError(
-            f"--radius: found {radius:g}, allowed: only with a --target V_S that has no radius of"
-            " its own"
+            f"--radius {radius:g}: allowed only with a --target V_S that has no radius of its own;"
+            " add --target V_S"
         )
     return goals
 
 
 def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") -> Scene:
-    """``scene`` with these goals in place of its own, if there are any; ``option`` is blamed."""
+    """Return ``scene`` with these goals, if there are any; errors name ``option``."""
     for goal in goals:
         inner = scene.shape.robot_radius
         if goal.target.radius is not None and goal.target.radius <= inner:
             raise UserError(
-                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of"
-                " the robot's own V_R"
+                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g} m, because all"
+                " within that distance of the arm counts as the robot itself"
             )
     return replace(scene, goals=goals) if goals else scene
 
 
 def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
-    """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it
-    becomes one of weight 0.
+    """Return ``scene`` with minimum coverages NAME[:RADIUS]=PERCENT.
+
+    A target that the scene lacks is added with weight 0.
     """
     goals, floored = list(scene.goals), list[Target]()
     for text in floors:
@@ -84,7 +95,7 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
         percent = positive(f"--at-least {text}, percent", match["weight"])
         if percent > 100:
             raise UserError(
-                f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100"
+                f"--at-least {text}: found {percent:g}, allowed: above 0 and at most 100 (percent)"
             )
         if match["name"] == "V_S" and not match["radius"]:
             raise UserError(
@@ -95,7 +106,7 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
         with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
         if target in floored:
             raise UserError(
-                f"--at-least: found {shown(text)} beside another floor for {target}, allowed: one"
+                f"--at-least {text}: {target} has a minimum already; state one for each target"
             )
         floored.append(target)
         place = next((i for i, g in enumerate(goals) if g.target == target), None)
@@ -107,13 +118,14 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
 
 
 def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
-    """The two targets of a front in ``scene``: the near and the far shell where none are given."""
+    """Return the two targets of a front; by default the near and the far shell."""
     goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
     if weighted := [text for text in targets if "=" in text]:
         raise UserError(
-            f"--target: found {shown(weighted[0])}, allowed: no weight, as a front has all of them"
+            f"--target: found {shown(weighted[0])}, allowed: no weight, because a front covers all"
+            " weights"
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
-        raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+        raise UserError(f"--target: found {len(goals)} of them, allowed: two different targets")
     with_goals(scene, goals)
     return goals[0].target, goals[1].target

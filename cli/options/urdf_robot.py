@@ -1,4 +1,4 @@
-"""The robot in a URDF, fitted to its meshes."""
+"""Fit a robot to the meshes of a URDF, with progress on stderr."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,8 +20,19 @@ def import_urdf(
     surface: Surface = "collision",
     name: str | None = None,
 ) -> RobotFit:
-    """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError
-    for one that is bad.
+    """Return the robot of a URDF with bodies and mounts fitted to its meshes.
+
+    Args:
+        path: the URDF.
+        base: link that does not move; by default the root.
+        tip: link at the TCP; by default the end of the longest chain.
+        packages: folders with the packages of ``package://`` addresses.
+        capsules: largest number of capsules for a link.
+        surface: meshes to which capsules are fitted.
+        name: name of the robot; by default that in the URDF.
+
+    Raises:
+        UserError: if the URDF or a mesh is not usable.
     """
     urdf = read_urdf(path)
     picked = pick_chain(urdf, base, tip)
@@ -35,10 +46,13 @@ def import_urdf(
     if picked.left_out:
         names = ", ".join(picked.left_out)
         log.print(
-            f"left out, as joints beside the chain move them: {names}",
+            f"Ignored, because their joints are not on the chain: {names}",
             highlight=False,
             soft_wrap=True,
         )
     if not fit.links:
-        log.print("no link has a shape: no bodies, and no mount but the tool", highlight=False)
+        log.print(
+            "No link has a shape, so the robot has no bodies and only the tool carries a ring.",
+            highlight=False,
+        )
     return fit

@@ -1,4 +1,4 @@
-"""The command that checks a proposed setup on a rig, real, simulated or recorded."""
+"""Check a setup on a real, simulated or recorded robot."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -27,7 +27,7 @@ from .check_view import View
 
 
 class TerminalAttendant:
-    """The person at a check, in a terminal."""
+    """Questions and messages to the person at a check, in a terminal."""
 
     def __init__(self, console: Terminal) -> None:
         self._console = console
@@ -59,11 +59,19 @@ def check_live(
     out: Path,
     as_json: bool,
 ) -> int:
-    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where
-    ``host`` is None.
+    """Check ``setup`` on a robot.
+
+    Args:
+        name: name of the setup.
+        setup, scene: the setup and its scene.
+        options: parts and settings of the check.
+        host: the robot's controller; None for a simulated rig.
+        ports: serial ports of the rings.
+        out: output folder.
+        as_json: print JSON instead of text.
 
     Returns:
-        the exit code of the verdict.
+        The exit code of the verdict.
     """
     console = Terminal(stderr=True)
     if host is None:
@@ -76,28 +84,36 @@ def check_live(
     with gone_is_an_error(), ended_by_signals():
         record = live.record(plans, ports, folder, TerminalAttendant(console))
     try:
-        with console.status("judging"):
+        with console.status("assessing"):
             assessment = assess(record.check, record.gathered, RecordingReader(record.file).wall)
         files = [*write_files(record.check, assessment, folder), *files, record.file.name]
         return tell(assessment, files, folder, as_json)
     except KeyboardInterrupt:
-        text = f"interrupted; {record.file} is whole, and check --replay judges it"
+        text = f"interrupted; the recording is complete: check --replay {record.file} assesses it"
         say(f"place-rings: {text}", error=True)
         raise SystemExit(130) from None
 
 
 def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> int:
-    """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must
-    be of.
+    """Assess a recording again and write its report.
+
+    Args:
+        subject: the setup that must have been recorded; None for any.
+        path: the recording.
+        out: output folder.
+        as_json: print JSON instead of text.
+
+    Returns:
+        The exit code of the verdict.
     """
     recorded = RecordingReader(path)
     check = PlannedCheck.read(str(path), recorded.about.get("check"))
     if subject is not None and subject != check.about.setup:
         raise UserError(
-            f"{path}: found a recording of {check.about.setup}, allowed: one of {subject}"
+            f"{path}: found a recording of {check.about.setup}, allowed: a recording of {subject}"
         )
     folder = output_folder(out)
-    with Terminal(stderr=True).status("judging"):
+    with Terminal(stderr=True).status("assessing"):
         gathered = replay(recorded, check.ports, check.about.stale_s)
         assessment = assess(check, gathered, recorded.wall, recorded.damage)
     return tell(assessment, write_files(check, assessment, folder), folder, as_json)

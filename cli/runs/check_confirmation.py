@@ -1,4 +1,4 @@
-"""What a check tells a person before it moves the robot, and the question whether it may."""
+"""Tell a person what will move, and ask for confirmation."""
 
 import math
 
@@ -15,14 +15,15 @@ from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops, by_ring
 
 EXEMPT = (
-    "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move,"
-    " without a floor and [motion] cell_complete in the scene, and with relaxed limits of time. A"
-    " real robot does not."
+    "The simulated rig moves without --move, without a floor and [motion] cell_complete in the"
+    " scene, and with relaxed time limits. A real robot does not."
 )
 
 
 def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
-    """Print what each ring keeps of the near stop along the route, and why not all of it."""
+    """Print the share of the near stop that each ring keeps along the route, and what reduces
+    it.
+    """
     table = Table(
         title=(
             f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot"
@@ -54,7 +55,11 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Termi
 
 
 def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
-    """Say what will move and what stops it, and ask; UserError unless the answer is yes."""
+    """Print what will move and what stops it, and ask for confirmation.
+
+    Raises:
+        UserError: unless the answer is yes.
+    """
     reached, motion = sum(map(len, itinerary.reached)), scene.motion
     floors = ", ".join(f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys)
     lines = [
@@ -68,10 +73,10 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
             f" joint at up to {math.degrees(motion.speed):g}°/s and"
             f" {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in the"
             " table above, on a ring that is silent, frozen or reports failures, on a fault of a"
-            " link, and on Ctrl-C."
+            " connection, and on Ctrl-C."
         ),
         DISCLAIMER,
-        "Keep out of its reach, and a hand on its emergency stop.",
+        "Keep out of its reach, and keep a hand on its emergency stop.",
     ]
     for line in lines:
         console.print(line, highlight=False, soft_wrap=True)
@@ -80,4 +85,4 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
     except (EOFError, OSError, UnicodeDecodeError):
         answer = ""
     if answer != "yes":
-        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
+        raise UserError('--move: not confirmed (type "yes"); the robot was not moved')

@@ -1,4 +1,4 @@
-"""What a check says in a terminal when it is over."""
+"""Print the result of a check."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +10,7 @@ EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 
 
 def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bool) -> int:
-    """Print the verdict and where the files are, or the result as JSON; the exit code of the
-    verdict.
-    """
+    """Print the verdict and the files, or the result as JSON; return the exit code."""
     r = assessment.result
     if as_json:
         say_json(r.model_dump_json(indent=2))
@@ -27,14 +25,15 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
             )
             lines.append(f"ring {one.ring} ({one.link}): {errors}")
         lines += [
-            f"{z.named}: {z.proposed_percent:.2f} % as proposed, {z.alive_percent:.2f} % as built"
-            " and answering"
+            f"coverage of {z.named}: {z.proposed_percent:.2f} % as proposed,"
+            f" {z.alive_percent:.2f} %"
+            " as built, with the sensors that answer"
             for z in r.mount.zeta
         ]
     for c in r.coverage:
-        found = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
+        measured = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
         lines.append(
-            f"rod: seen in {found} of {c.named} by {c.trials} trials, predicted"
+            f"test rod: detected in {measured} of {c.named} ({c.trials} trials); predicted"
             f" {c.predicted_percent:.1f} %"
         )
     for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:

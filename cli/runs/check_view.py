@@ -1,6 +1,4 @@
-"""What a terminal shows while a check runs: each ring's distances and health, the robot, how far it
-is.
-"""
+"""Live view of a check: distances and state of each ring, the robot, and the progress."""
 
 import time
 from contextlib import suppress
@@ -20,15 +18,17 @@ from ...rig.robot.vetting import LinkFaultError
 from ...rig.session.session import Session
 
 _BARS = "█▇▆▅▄▃▂▁"  # near to far
-_WORDS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}
-_OFTEN = 4  # times a second
+_PARTS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}
+_RATE = 4  # updates per second
 
 
 def bars(frame: Frame | None, range_m: float) -> Text:
-    """A sensor a character: the nearer the higher; a dot: nothing; a cross: no answer."""
+    """Return one character for each sensor: a higher bar is nearer, a dot is no target, x a
+    failure.
+    """
     text = Text()
     if frame is None:
-        return Text("not heard", style="red")
+        return Text("no data", style="red")
     for distance, status in zip(frame.distance, frame.status, strict=True):
         if status == Status.FAILED:
             text.append("x", style="red")
@@ -43,7 +43,7 @@ def bars(frame: Frame | None, range_m: float) -> Text:
 
 
 class View:
-    """The live view of a session. ranges: of each ring's sensors, m; names: of the rings."""
+    """Live view of a session."""
 
     def __init__(
         self, session: Session, names: list[str], ranges: list[float], console: Console
@@ -54,7 +54,7 @@ class View:
         self._live = Live(
             get_renderable=self.table,
             console=console,
-            refresh_per_second=_OFTEN,
+            refresh_per_second=_RATE,
             transient=True,
             redirect_stdout=False,
         )
@@ -69,32 +69,35 @@ class View:
             self._live.stop()
 
     def show(self, part: Part, done: int, of: int) -> None:
-        """So many steps of a part are done; told in a line where there is no terminal to draw
-        on.
-        """
+        """Show that ``done`` of ``of`` steps are done; without a terminal, print each new part."""
         if not self._console.is_terminal and part != self._said:
             with suppress(OSError):
-                self._console.print(f"{_WORDS[part]} …", highlight=False)
-        self._part, self._done, self._of, self._said = _WORDS[part], done, of, part
+                self._console.print(f"{_PARTS[part]} …", highlight=False)
+        self._part, self._done, self._of, self._said = _PARTS[part], done, of, part
 
     def ask(self, words: str) -> bool:
-        """Tell a person what to do, and wait: Enter, it is done; s, it is left out; q or the end of
-        input: no more.
+        """Tell a person what to do, and wait for the answer.
+
+        Returns:
+            True for Enter (done), False for s (skip).
+
+        Raises:
+            EndedError: for q, or at the end of the input.
         """
         try:
             self._live.stop()
-            prompt = Text(f"{words}\n  Enter: done, s: leave it out, q: end the check > ")
+            prompt = Text(f"{words}\n  Enter: done, s: skip, q: end the check > ")
             answer = self._console.input(prompt).strip().lower()
         except (EOFError, OSError, UnicodeDecodeError):
             answer = "q"
         if self._console.is_terminal:
             self._live.start()
         if answer == "q":
-            raise EndedError("ended by who was asked")
+            raise EndedError("ended by the user")
         return answer != "s"
 
     def table(self) -> Group:
-        """What is drawn."""
+        """Return the table, the progress and the disclaimer."""
         seconds = max(time.monotonic() - self._begin, 1e-3)
         table = Table(title=f"{self._robot()}, {seconds:.0f} s", title_justify="left")
         for name in ("ring", "frames/s", "lost", "late", "corrupt", "nearest, m"):

@@ -1,4 +1,4 @@
-"""Progress bars that appear with the first report, so that an error before it stands alone."""
+"""Progress bars that appear only when work starts, so that earlier errors stand alone."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ from ...reporting.terminal import Terminal
 
 @contextmanager
 def late_progress(console: Terminal) -> Iterator[ProgressBar]:
-    """A bar that the caller starts; it is gone at the end."""
+    """Return a bar that the caller starts; it disappears at the end."""
     bar = ProgressBar(console)
     try:
         yield bar

@@ -1,4 +1,4 @@
-"""The default command: search, verify, compare, show."""
+"""The default command: search a placement, compare it, write and print it."""
 
 import shlex
 import sys
@@ -20,19 +20,29 @@ from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar
-from ...reporting.tables import ring_table, target_label, zeta_table
+from ...reporting.tables import count_error_line, ring_table, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
+from ...reporting.text import counted
 from .late_progress import late_progress
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
-_INTERRUPTED = "interrupted: the comparison ends here, the proposal is kept"
+_INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 
 def place(
     find: Callable[..., Proposal], scene: Scene, voxel: float, out: Path, as_json: bool
 ) -> None:
-    """Search by ``find``, compare what it found with the paper's setups, and write proposal,
-    picture and result; InfeasibleError where the rules leave no setup.
+    """Search a placement, compare it with the paper's layouts, and write and print it.
+
+    Args:
+        find: runs the search; it takes the callback ``progress``.
+        scene: the scene.
+        voxel: side of a voxel, m.
+        out: output folder.
+        as_json: print JSON instead of text.
+
+    Raises:
+        InfeasibleError: if no setup satisfies the rules of the scene.
     """
     console, log = Terminal(), Terminal(stderr=True)
     with made_folder(out) as folder:
@@ -58,11 +68,11 @@ def place(
     for path in paths.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(folder)])
-    console.print(f"For a report to read and to print: {report}", highlight=False, soft_wrap=True)
+    console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
 def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
-    """What the search gives, with its progress on ``console``."""
+    """Return the result of the search; its progress goes to ``console``."""
     with late_progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
@@ -83,7 +93,7 @@ def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
 
 
 def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
-    """Zeta of the proposal and of the paper's setups for all targets."""
+    """Return ζ of the proposal and of the paper's layouts for all targets."""
     with ProgressBar(console) as bar:
         task = bar.add_task("verifying", total=None)
         results = proposal.compare(
@@ -96,12 +106,13 @@ def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
 
 
 def _compared_criterion(proposal: Proposal, console: Terminal) -> dict[str, float]:
-    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not
-    zeta itself.
+    """Return the search criterion, in percent, of the proposal and of the paper's layouts.
+
+    It is empty if the criterion is ζ itself.
     """
     if proposal.criterion.plain:
         return {}
-    with console.status("counting what was asked for"):
+    with console.status("counting the search criterion"):
         values = proposal.compare_criterion()
         if len(values) < 1 + len(papers(proposal.scene.core)):
             console.print(_INTERRUPTED)
@@ -115,26 +126,32 @@ def _show(
     voxel: float,
     console: Terminal,
 ) -> None:
-    """Print the rings, zeta beside the paper's setups, and how the search went."""
+    """Print the rings, ζ next to the paper's layouts, and how the search ended."""
     scene, setup, comparison = proposal.scene.core, proposal.setup, record.comparison
     console.print(ring_table(setup, scene.robot))
     sensors = {"proposal": setup.sensors} | {
         name: one.sensors for name, one in papers(scene).items()
     }
-    where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
-    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
+    where = (
+        f"robot {scene.robot.name}, occlusion {scene.occlusion},"
+        f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
+    )
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(
         zeta_table(
-            sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title
+            sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, where
         )
     )
+    if (error := count_error_line(voxel)) is not None:
+        console.print(error, highlight=False, soft_wrap=True)
     own = mine[0].unseeing if mine else []
-    mount = [f"No real mount: {line}." for line in mounting_lines(scene, setup)]
+    mount = [f"Not a real mount: {line}." for line in mounting_lines(scene, setup)]
     print_sight(console, comparison, own, scene, [*without_lines(scene, setup), *mount])
     if record.asked_percent:
         each = ", ".join(f"{name} {value:.2f}" for name, value in record.asked_percent.items())
-        console.print(f"Asked for, {proposal.criterion}, in percent: {each}.", highlight=False)
+        console.print(
+            f"Search criterion ({proposal.criterion}), in percent: {each}.", highlight=False
+        )
     lines = (
         *(worst_line(r) for r in mine),
         record_line(scene),
@@ -147,9 +164,11 @@ def _show(
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
     if record.reach:
-        console.print(_told(record.reach))
+        console.print(_reached_line(record.reach))
     if record.short_percent:
-        console.print(f"The floors are missed by {record.short_percent:.2f} points.")
+        console.print(
+            f"The minimum coverages (--at-least) are missed by {record.short_percent:.2f} points."
+        )
 
 
 def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
@@ -157,21 +176,20 @@ def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Term
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
-        f"Found{sought}: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width"
-        f" {1000 * spent.width:g} mm, difference {100 * (result.soft - result.exact):+.2f});"
-        f" {spent.starts} starts, {spent.evaluations} evaluations, {spent.seconds:.0f} s;"
-        f" {result.outcome.value}."
+        f"Search{sought}: coverage {100 * result.exact:.2f} %; its smooth approximation gave"
+        f" {100 * result.soft:.2f} % ({spent.starts} starts, {spent.evaluations} evaluations,"
+        f" {spent.seconds:.0f} s); {result.outcome.value}."
     )
 
 
-def _told(reached: ReachModel) -> str:
+def _reached_line(reached: ReachModel) -> str:
     tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
     if not reached.reached:
         return (
-            f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each"
-            f" search: {tried}."
+            f"{reached.wanted_percent:g} % was not reached. Each search, as sensors: coverage in"
+            f" percent: {tried}."
         )
     return (
-        f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in"
-        f" percent: {tried}."
+        f"Fewest sensors that reached {reached.wanted_percent:g} %: see the table. Each search, as"
+        f" sensors: coverage in percent: {tried}."
     )

@@ -1,4 +1,4 @@
-"""A setup as a page to read, to print and to build from: write it, and print its answer."""
+"""Write the report of a setup, and print its main result."""
 
 import sys
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 from ..._report import write_report
 from ..._validation import ResolvedSetup
 from ...reporting.setup_report.report_page import answer
+from ...reporting.tables import count_error_line
 from ...reporting.terminal import Terminal, say
 
 
@@ -14,4 +15,6 @@ def report(subject: ResolvedSetup, voxel: float, draws: int, seed: int, out: Pat
     console = Terminal(stderr=True)
     page, facts = write_report(subject, None, out, voxel, draws, seed, sys.argv[1:], console)
     say(answer(facts).replace("**", ""))
+    if (line := count_error_line(voxel)) is not None:
+        say(line)
     say(f"  {page}")

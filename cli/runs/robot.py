@@ -1,4 +1,4 @@
-"""A robot from a URDF or one that is built in, with a picture to check and files to edit."""
+"""Write a robot from a URDF, or a built-in one, as files to edit with a picture to check."""
 
 import math
 import re
@@ -19,22 +19,23 @@ from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
 from ...objectives.scene import Rules, Scene
 from ...reporting.robot_picture import robot_picture
+from ...reporting.tables import Explained
 from ...reporting.terminal import Terminal
 from ..options.urdf_robot import import_urdf
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
-_HEADING = """A robot, for place-rings. Edit it freely; a scene names it by robot = "{file}".
-Lengths in metres, angles in degrees. A mount is the axis of a link around which rings sit: from \
-start along axis
-(proximal to distal), in the frame of the joint that moves the link. A body is a capsule that \
-stands for a part.
-Of a URDF, reach (the radius of V_O) is an estimate: the data sheet knows better."""
+_HEADING = """A robot for place-rings. You can edit it; a scene names it by robot = "{file}".
+Lengths are in metres, angles in degrees. A mount is the axis of a link around which rings sit,
+from start along axis (proximal to distal), in the frame of the joint that moves the link. A body
+is a capsule (a cylinder with round ends) that contains a part of the robot. The reach (radius of
+V_O) of a URDF is an estimate: replace it by the value of the datasheet."""
 
 
 def ring_radius(robot: Robot) -> float:
-    """A radius at which rings clear all sections, and go around all links as real ones, m, up to
-    the next 5 mm.
+    """Return a radius, in m, at which rings clear all sections and can be closed around all links.
+
+    It is rounded up to the next 5 mm.
     """
     real = Scene(robot=robot, rules=Rules(mount="real"))
     around = max(m.section + m.aside for m in robot.mounts) + _CLEARANCE
@@ -45,7 +46,7 @@ def ring_radius(robot: Robot) -> float:
 
 
 def scene_text(robot: Robot, file: str) -> str:
-    """A scene that names the robot's file, as TOML."""
+    """Return a scene that names the robot's file, as TOML."""
     angles = ", ".join(f"{round(math.degrees(a), 3) + 0.0:g}" for a in robot.rest)
     keys = [tomli_w.dumps({link: 0}).removesuffix(" = 0\n") for link in robot.links]
     links = "".join(f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n" for key in keys)
@@ -67,29 +68,27 @@ def robot(
     name: str | None,
     out: Path,
 ) -> None:
-    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a
-    URDF.
-    """
+    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a built-in robot or a URDF."""
     if what in ROBOTS:
         fit = RobotFit(ROBOTS[what], ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
         raise UserError(
-            f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}"
+            f"robot: found {shown(what)}, allowed: a URDF (.urdf), or one of {', '.join(ROBOTS)}"
         )
-    found = fit.robot
+    fitted = fit.robot
     folder = output_folder(out)
     files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
-    robot_picture(files[2], found, fit.links)
-    text = to_toml(RobotFile.from_domain(found), _HEADING.format(file=files[0].name))
+    robot_picture(files[2], fitted, fit.links)
+    text = to_toml(RobotFile.from_domain(fitted), _HEADING.format(file=files[0].name))
     write_text(
         files[0],
         _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
     )
-    write_text(files[1], scene_text(found, files[0].name))
+    write_text(files[1], scene_text(fitted, files[0].name))
     console = Terminal()
-    console.print(_mount_table(found))
+    console.print(_mount_table(fitted))
     if fit.links:
         console.print(_body_table(fit))
         console.print(outlines(fit.links) + ".", highlight=False)
@@ -97,8 +96,8 @@ def robot(
         console.print(f"  {path}", highlight=False, soft_wrap=True)
 
 
-def _mount_table(robot: Robot) -> Table:
-    table = Table(title=f"{robot.name}: mounts", title_justify="left")
+def _mount_table(robot: Robot) -> Explained:
+    table = Table()
     for column in ("link", "moved by", "length, mm", "usable", "section, mm"):
         table.add_column(column, justify="left" if column in ("link", "moved by") else "right")
     names = (*robot.chain.joints, "tcp")
@@ -107,15 +106,24 @@ def _mount_table(robot: Robot) -> Table:
         table.add_row(
             m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}"
         )
-    return table
+    return Explained(
+        f"{robot.name}: where rings can sit",
+        table,
+        "length: of the axis along which rings sit; usable: the part of it around which a ring can"
+        " be closed (0 proximal, 1 distal); section: largest radius of the link there.",
+    )
 
 
-def _body_table(fit: RobotFit) -> Table:
-    table = Table(title="capsules", title_justify="left")
-    for column in ("link", "capsules", "radii, mm", "times its volume"):
+def _body_table(fit: RobotFit) -> Explained:
+    table = Table()
+    for column in ("link", "capsules", "radii, mm", "volume ratio"):
         table.add_column(column, justify="left" if column == "link" else "right")
     for link in fit.links:
         radii = ", ".join(f"{1000 * c.radius:.0f}" for c in link.capsules)
         ratio = f"{link.ratio:.2f}" if np.isfinite(link.ratio) else "flat"
         table.add_row(link.name, str(len(link.capsules)), radii, ratio)
-    return table
+    return Explained(
+        "Capsules that contain each link",
+        table,
+        "volume ratio: volume of the capsules divided by that of the link; 1 is a perfect fit.",
+    )

@@ -1,12 +1,10 @@
-"""How robust a setup is against blind sensors and rings, and against errors of its mounting: print
-it.
-"""
+"""Print how robust a setup is against failed sensors and rings and against mounting errors."""
 
 from ..._robustness import robustness as assess
 from ..._validation import ResolvedSetup
 from ...coverage.choices import Law
 from ...reporting.robustness import lines, robustness_table
-from ...reporting.tables import target_label
+from ...reporting.tables import count_error_line, target_label
 from ...reporting.terminal import Terminal, say_json
 from .late_progress import late_progress
 
@@ -51,5 +49,7 @@ def robustness(
         return
     console = Terminal()
     console.print(robustness_table(results))
+    if (line := count_error_line(voxel)) is not None:
+        console.print(line, highlight=False, soft_wrap=True)
     for r in results:
         console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)

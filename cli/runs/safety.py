@@ -1,6 +1,4 @@
-"""The command that asks whether a person is detected in time: simulate, say what was found, write
-the report.
-"""
+"""Simulate people who walk in, print how many are detected in time, and write the report."""
 
 import shlex
 import sys
@@ -44,33 +42,38 @@ from ...simulation.detection import (
 )
 from ...simulation.motion_samples import STEP, Moments, moments_of_record, moments_of_scene
 
-ASSUMED_HZ = 20.0  # where no rate is sourced
-# reflectance where none is asked: the darkest that is sourced for the most common sensor
+ASSUMED_HZ = 20.0  # rate of a sensor without a stated rate
+# default reflectance: the darkest with a stated range for the most common sensor
 DARK_TARGET = 0.17
-TORSO = "0.45x0.7"  # m, of a person
+TORSO = "0.45x0.7"  # m, width and height of a person
 
 
 @dataclass(frozen=True)
 class SafetyOptions:
-    """How approaches are drawn and reported: their number, directions that are told apart, rate of
-    the sensors in Hz (None: theirs), latency s, occlusion, seed."""
+    """How approaches are drawn and reported."""
 
     approaches: int
+    """Number of approaches."""
     directions: int
+    """Number of sectors in the report."""
     rate: float | None
+    """Measurements per second; None: the rate of each sensor."""
     latency: float
+    """Time from a measurement to its report, s."""
     occlusion: Occlusion
+    """Occlusion model of the robot's body."""
     seed: int
+    """Random seed."""
 
 
-def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
-    """Period and latency of each sensor, and whether a rate had to be assumed."""
+def timing(setup: Setup, options: SafetyOptions) -> tuple[Timing, bool]:
+    """Return period and latency of each sensor, and whether a rate had to be assumed."""
     rates = [
-        asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
+        options.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
         for r in setup.rings
     ]
     period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
-    return Timing(period, asked.latency), any(rate is None for rate in rates)
+    return Timing(period, options.latency), any(rate is None for rate in rates)
 
 
 def safety(
@@ -79,15 +82,15 @@ def safety(
     scene: Scene,
     trajectory: Path | None,
     degrees: bool,
-    asked: SafetyOptions,
+    options: SafetyOptions,
     out: Path,
     as_json: bool,
 ) -> None:
-    """Simulate approaches to ``setup`` in ``scene``, print what was found and write the report."""
+    """Simulate approaches to ``setup`` in ``scene``, print the result and write the report."""
     began = time.perf_counter()
-    when, assumed = timing(setup, asked)
+    when, assumed = timing(setup, options)
     late = float(when.spent.max())
-    # Period and latency are counted by themselves; what is left of T_r stays in S.
+    # The simulation has period and latency itself; S keeps the rest of the reaction time T_r.
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, late))
     left = replace(whole, reaction=whole.reaction - late)
     try:
@@ -105,17 +108,17 @@ def safety(
     except ValueError as error:
         raise UserError(f"safety: {error}") from error
     folder = output_folder(out)
-    azimuths = np.random.default_rng((asked.seed, 1)).uniform(0, 2 * np.pi, asked.approaches)
+    azimuths = np.random.default_rng((options.seed, 1)).uniform(0, 2 * np.pi, options.approaches)
     needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
     farther = seeing_as_far(setup, needed)
     start = start_of(scene.robot, farther, moments)
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
-    found: list[Approaches] = []
+    simulated: list[Approaches] = []
     with ProgressBar(Terminal(stderr=True)) as bar:
-        task = bar.add_task("walking in", total=len(setups) * asked.approaches)
+        task = bar.add_task("simulating approaches", total=len(setups) * options.approaches)
         for one in setups:
-            done = len(found) * asked.approaches
+            done = len(simulated) * options.approaches
 
             def tell(n: int, done: int = done) -> None:
                 bar.update(task, completed=done + n)
@@ -124,15 +127,17 @@ def safety(
                 when,
                 scene.safety.human,
                 azimuths,
-                asked.seed,
-                asked.occlusion,
+                options.seed,
+                options.occlusion,
                 start,
                 tell,
                 stands,
                 floor,
             )
-            found.append(approach(scene.robot, one, moments, *walk))
-    result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
+            simulated.append(approach(scene.robot, one, moments, *walk))
+    result = _result(
+        name, setup, scene, options, moments, full, simulated, when, assumed, range_m, began
+    )
     result = result.model_copy(
         update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})}
     )
@@ -142,13 +147,13 @@ def safety(
         scene.robot,
         setup,
         moments,
-        found[0],
+        simulated[0],
         person,
         floor,
-        asked.directions,
+        options.directions,
         folder / "safety.png",
     )
-    write_text(folder / "approaches.csv", csv_text(detection_page.rows(found[0], moments)))
+    write_text(folder / "approaches.csv", csv_text(detection_page.rows(simulated[0], moments)))
     write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
     write_text(folder / "README.md", detection_page.page(result, command))
     if as_json:
@@ -157,8 +162,8 @@ def safety(
     _show(result, folder)
 
 
-def _share(found: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
-    share, low, high = found.share(some)
+def _share(simulated: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
+    share, low, high = simulated.share(some)
     return {"percent": 100 * share, "low_percent": 100 * low, "high_percent": 100 * high}
 
 
@@ -166,20 +171,20 @@ def _result(
     name: str,
     setup: Setup,
     scene: Scene,
-    asked: SafetyOptions,
+    options: SafetyOptions,
     moments: Moments,
     full: Moments,
-    found: list[Approaches],
+    simulated: list[Approaches],
     when: Timing,
     assumed: bool,
     range_m: float,
     began: float,
 ) -> SafetyResult:
-    first, edges = found[0], np.linspace(0, 360, asked.directions + 1)
+    first, edges = simulated[0], np.linspace(0, 360, options.directions + 1)
     sector = np.clip(
         np.searchsorted(edges, np.degrees(first.azimuth) % 360, side="right") - 1,
         0,
-        asked.directions - 1,
+        options.directions - 1,
     )
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, float(when.spent.max())))
     fastest = float(full.speed.max())
@@ -187,11 +192,11 @@ def _result(
     known = moments.together or all(p.rate is not None for p in scene.poses)
     return SafetyResult(
         setup=name,
-        approaches=asked.approaches,
+        approaches=options.approaches,
         moments=len(moments.weight),
         seconds_of_motion=STEP * (len(moments.weight) - 1) if moments.together else None,
         in_time=ShareModel(**_share(first)),
-        if_far_enough=ShareModel(**_share(found[1])) if len(found) > 1 else None,
+        if_far_enough=ShareModel(**_share(simulated[1])) if len(simulated) > 1 else None,
         never_reported=int(np.isnan(first.report).sum()),
         nearest_report_m=(
             float(np.nanmin(first.report)) if np.isfinite(first.report).any() else None
@@ -217,15 +222,15 @@ def _result(
         ),
         separation_at_report_m=float(moments.asked.max()),
         period_s=float(when.period.max()),
-        latency_s=asked.latency,
+        latency_s=options.latency,
         rate_assumed=assumed,
         range_m=range_m,
         range_needed_m=float(full.asked.max()),
         range_suffices_percent=100 * float(full.weight @ (full.asked.max(axis=1) <= range_m)),
-        occlusion=asked.occlusion,
+        occlusion=options.occlusion,
         obstacles=[o.name for o in scene.obstacles],
         floor_m=floor_of(scene),
-        seed=asked.seed,
+        seed=options.seed,
         sensors=sensor_records(setup),
         disclaimer=detection_page.DISCLAIMER,
         seconds=time.perf_counter() - began,
@@ -240,35 +245,35 @@ def _show(r: SafetyResult, folder: Path) -> None:
 
     say(
         f"{r.setup}: {r.in_time.percent:.1f} % of {r.approaches} approaches are reported in time"
-        f" ({r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f}); {r.never_reported} are"
-        " not before contact."
+        f" (95 % interval {r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f});"
+        f" {r.never_reported} are not reported before contact."
     )
     say(
-        f"At the fastest part {formula(r.separation)} (ISO/TS 15066); S is"
-        f" {r.separation.least_m:.2f} m at least."
+        f"Separation distance at the fastest part: {formula(r.separation)} (ISO/TS 15066). The"
+        f" smallest S is {r.separation.least_m:.2f} m."
     )
     if r.range_m < r.range_needed_m:
         say(
-            f"The sensors cannot reach the distance asked: they see {r.range_m:.2f} m,"
-            f" {r.range_needed_m:.2f} m are needed; {r.range_m:.2f} m suffice at"
-            f" {r.range_suffices_percent:.0f} % of the moments."
+            f"The range of the sensors is too short: it is {r.range_m:.2f} m, but"
+            f" {r.range_needed_m:.2f} m are needed. It suffices during"
+            f" {r.range_suffices_percent:.0f} % of the motion."
         )
     if r.if_far_enough is not None:
         say(
-            f"With the same beams seeing {r.range_needed_m:.2f} m, {r.if_far_enough.percent:.1f} %"
-            " would be in time."
+            f"With the same beams and a range of {r.range_needed_m:.2f} m,"
+            f" {r.if_far_enough.percent:.1f} % would be reported in time."
         )
     if not r.separation.speeds_known:
         say(
-            f"No joint speeds are known: all parts are taken at {r.separation.fastest_m_s:g} m/s."
-            " Give --trajectory."
+            f"No joint speeds are known, so every part is assumed to move at"
+            f" {r.separation.fastest_m_s:g} m/s. Pass --trajectory."
         )
     for line in sensor_lines(r.sensors):
         say(line)
     if not r.sensors:
         say(
-            "The sensor is not of the catalogue: its nominal range is taken as it is, for any"
-            " target and light."
+            "The sensor is not in the catalogue, so its nominal range is used for any target and"
+            " light. Pass --sensor."
         )
     say(r.disclaimer)
     for name in ("README.md", "safety.png", "approaches.csv", "safety.json"):

@@ -1,4 +1,4 @@
-"""The catalogue of sensors as a table."""
+"""Print the sensor catalogue as a table."""
 
 import json
 
@@ -8,6 +8,7 @@ from ...coverage.sensors.catalogue import MODELS, Model
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Use
 from ...formats.schema.sensor_records import SensorRecord
+from ...reporting.tables import Explained
 from ...reporting.terminal import Terminal, say, say_json
 
 
@@ -32,11 +33,8 @@ def sensors(as_json: bool) -> None:
             )
         )
         return
-    table = Table(
-        title="Ranges in m of a white target (88 %, Benewake 90) that fills the beam, unless said",
-        title_justify="left",
-    )
-    for column in ("sensor", "beam", "zones", "range", "least m", "Hz"):
+    table = Table()
+    for column in ("sensor", "beam", "zones", "range, m", "least m", "Hz"):
         table.add_column(
             column,
             justify="right" if column in ("least m", "Hz") else "left",
@@ -48,7 +46,16 @@ def sensors(as_json: bool) -> None:
         zones = "1" if m.zones == 1 else f"{m.zones}×{m.zones}"
         table.add_row(m.name, beam, zones, _figures(m), least, rate)
     console = Terminal()
-    console.print(table)
+    console.print(
+        Explained(
+            "Sensor catalogue",
+            table,
+            "beam: full angle, of a square beam from side to side; range: for a white target (88 %,"
+            " of Benewake 90 %) that fills the beam, unless another reflectance is stated, in the"
+            " light in brackets; least: shortest distance that is measured correctly; Hz:"
+            " measurements per second. The sources follow.",
+        )
+    )
     for m in MODELS.values():
         note = f" ({m.note})" if m.note else ""
         console.print(f"{m.name}: {m.source}{note}", highlight=False, soft_wrap=True)
@@ -62,6 +69,6 @@ def sensors(as_json: bool) -> None:
                 soft_wrap=True,
             )
     say(
-        "No prices: none is sourced. Nearer than its least range a sensor still answers, with a"
-        " distance not to be trusted."
+        "Below its least distance a sensor still answers, but the distance is wrong. The catalogue"
+        " has no prices."
     )

@@ -1,4 +1,4 @@
-"""The commands that run studies into a folder."""
+"""Run studies and write their data, pictures and pages."""
 
 import shlex
 import sys
@@ -35,14 +35,14 @@ from ...studies.robots import report as robots_report
 from ...studies.robots import study as robots
 from ..signals import gone_is_an_error
 
-_SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
+_SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # sensors of the finest front, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @contextmanager
 def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[Any]]]:
-    """Runs cells in this process, on so many processes of this machine, or where a scheduler
-    says.
+    """Return a function that runs cells in this process, in ``workers`` processes of this machine,
+    or on the machines of a scheduler.
     """
     if workers == 1 and scheduler is None:
         yield run
@@ -58,8 +58,8 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
 
 @contextmanager
 def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Measure]:
-    """Measures cells under a progress bar with a heading; what the folder holds already is not
-    measured again.
+    """Return a function that measures cells with a progress bar; finished cells of the folder are
+    not measured again.
     """
     with (
         Store(folder / "cells.sqlite", programs(TASKS)) as store,
@@ -76,8 +76,9 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
         except KeyboardInterrupt:
             bar.stop()
             say(
-                f"place-rings: stopped; what is measured is kept in {store.file}, run again to"
-                " go on",
+                f"place-rings: stopped; finished measurements are kept in {store.file}; run the"
+                " same"
+                " command again to resume",
                 error=True,
             )
             sys.exit(130)
@@ -118,9 +119,13 @@ def study_pareto(
     workers: int = 1,
     scheduler: str | None = None,
 ) -> None:
-    """Search, draw and write the front of two targets, with fewer points for those of the paper's
-    numbers of sensors that the scene's rules allow; InfeasibleError where they do not allow
-    ``sensors``."""
+    """Search, draw and write the front of two targets.
+
+    The paper's numbers of sensors get fronts of fewer points, if the scene's rules allow them.
+
+    Raises:
+        InfeasibleError: if the scene's rules do not allow ``sensors``.
+    """
     keys, wanted = (
         SceneModel.from_domain(scene).model_dump(mode="json", exclude_defaults=True),
         sensors or _SENSORS,
@@ -164,7 +169,7 @@ def study_bound(out: Path, seed: int, workers: int = 1, scheduler: str | None = 
 
 
 def study_robots(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
-    """Measure, draw and write what ignoring the robot's body costs on several robots."""
+    """Measure, draw and write the cost of ignoring the robot's body on several robots."""
     folder = output_folder(out)
     with _measuring(folder, workers, scheduler) as measure:
         rows = robots.measure(measure, seed)

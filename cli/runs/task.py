@@ -1,4 +1,4 @@
-"""The paper's task as CSV."""
+"""Print the paper's task as CSV."""
 
 import csv
 import io

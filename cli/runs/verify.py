@@ -1,4 +1,4 @@
-"""The exact coverage of a setup: print it."""
+"""Print the exact coverage of a setup."""
 
 from ..._validation import ResolvedSetup
 from ..._verify import Coverage, certify, check_counting
@@ -16,7 +16,7 @@ from ...reporting.tables import count_error_line, percent, proof_line, target_la
 from ...reporting.terminal import Terminal, say_json
 from ..options.groups import SubjectOptions
 
-_SHOWN = 16  # poses up to which each is shown
+_SHOWN = 16  # largest number of poses of which each is printed
 
 
 def verify(
@@ -28,12 +28,12 @@ def verify(
     memory: float | None,
     as_json: bool,
 ) -> None:
-    """Print the exact zeta of a setup for its scene's goals."""
+    """Print the exact coverage of a setup for the targets of its scene."""
     certified = rule == "certified"
     check_counting(voxel=voxel, width=width if certified else None, memory_gb=memory)
     if not certified:
         if width is not None:
-            raise UserError(f"--width: found {width:g}, allowed: only with --rule certified")
+            raise UserError(f"--width {width:g}: allowed only with --rule certified; add it")
         voxel = VOXEL if voxel is None else voxel
     subject = given.resolved(name)
     scene, setup = subject.scene, subject.setup
@@ -45,21 +45,19 @@ def verify(
         return
     console = Terminal()
     console.print(
-        zeta_table(
-            results, {name: setup.sensors}, f"ζ in percent, {_how(rule, voxel)}, {_place(scene)}"
-        )
+        zeta_table(results, {name: setup.sensors}, f"{_place(scene)}, {_how(rule, voxel)}")
     )
     if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene)
-    for told in results[0].mounting:
-        console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)
+    for fault in results[0].mounting:
+        console.print(f"Not a real mount: {fault}.", highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
         if 1 < len(scene.poses) <= _SHOWN:
             each = ", ".join(percent(p, r.rule) for p in r.poses)
-            console.print(f"{target_label(r)}: pose by pose {each}")
+            console.print(f"{target_label(r)} at each pose, in percent: {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
     sensors = sensor_lines(results[0].sensors)
@@ -75,7 +73,7 @@ def _counted(
     width: float | None,
     memory: float | None,
 ) -> Coverage:
-    """The coverage and its records, with what is counted beside a spinner on stderr."""
+    """Return the coverage and its records; a spinner on stderr shows the progress."""
     poses = len(subject.scene.poses)
     with Terminal(stderr=True).status("counting") as status:
 
@@ -99,11 +97,11 @@ def _counted(
 
 
 def _place(scene: Scene) -> str:
-    """Robot and model of occlusion in words."""
+    """Return the robot and the occlusion model as text."""
     return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 
 
 def _how(rule: Rule, voxel: float | None) -> str:
-    """Rule and size of voxels in words."""
+    """Return the rule and the size of the voxels as text."""
     size = "" if voxel is None else f", voxels of {voxel:g} m"
     return f"rule {rule}{size}"

@@ -1,4 +1,4 @@
-"""A setup in a browser: serve the page until Ctrl-C."""
+"""Show a setup in a browser: serve the page until Ctrl-C."""
 
 import os
 import sys
@@ -11,7 +11,7 @@ from ..._views import view as serve
 from ...reporting.terminal import Terminal, say
 from ...viewer.server import LOOPBACK
 
-_PATIENCE = 0.5  # s, for the server to take leave of its pages
+_PATIENCE = 0.5  # s, time for the server to close its pages
 
 
 def view(
@@ -40,10 +40,10 @@ def view(
         )
     if host not in (LOOPBACK, "localhost", "::1"):
         console.print(
-            f"Careful: whoever reaches {host} can use this page; it has no password.",
+            f"Warning: anyone who can reach {host} can use this page; it has no password.",
             highlight=False,
         )
-    say(f"{page.url}  (Ctrl-C ends it)")
+    say(f"{page.url}  (press Ctrl-C to stop)")
     try:
         if browser:
             webbrowser.open(page.url)
@@ -56,5 +56,5 @@ def view(
         ending.join(_PATIENCE)
         console.print("closed")
         sys.stdout.flush()
-        # what is still at work has nothing to keep: a proposal is written whole or not at all
+        # running tasks have nothing to save: a proposal is written completely or not at all
         os._exit(0)

@@ -155,8 +155,8 @@ def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_R
     match = _NAME.fullmatch(name)
     if match is None:
         raise ValueError(
-            f"unknown setup {name!r}; names have the form n{{1,2,3}}_{{sensors per ring}}_{{tilt}},"
-            " such as n2_16_25"
+            f"unknown setup {name!r}; a name like n2_16_25 states the rings on each link (1 to 3),"
+            " the sensors on each ring, and the tilt in degrees"
         )
     rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
     places = {

@@ -108,14 +108,15 @@ def _light(m: Model, ambient: str) -> Light:
         return named[0]
     most = m.lights[-1]
     known = (
-        f"dark, or {m.unit} up to {most.label}"
+        f"dark, or a number of {m.unit} up to {most.label}"
         if m.unit and most.value
         else ", ".join(x.label for x in m.lights)
     )
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([a-z]+)", ambient) if m.unit else None
     if match is None or match[2] != m.unit or float(match[1]) > most.value:
         raise ValueError(
-            f"found light {ambient!r}, allowed for {m.name}: {known}; no source states more"
+            f"found ambient light {ambient!r}, allowed for {m.name}: {known}; no source states a"
+            " range in stronger light"
         )
     return next(light for light in m.lights if light.value >= float(match[1]))
 

@@ -129,10 +129,8 @@ def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
     """
     name = name or str(path)
     try:
-        if not path.is_file():
-            raise UserError(
-                f"{name}: found {'no file' if path.exists() else 'nothing'}, allowed: a file"
-            )
+        if path.exists() and not path.is_file():
+            raise UserError(f"{name}: not a regular file; give a file")
         with path.open("rb") as file:
             data = file.read(most + 1)
     except (OSError, ValueError) as error:

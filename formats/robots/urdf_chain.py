@@ -90,7 +90,7 @@ def _path(urdf: Urdf, above: dict[str, Joint], base: str, tip: str) -> list[Join
     while at != base:
         if at not in above:
             raise UserError(
-                f"{urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints carry from"
+                f"{urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints connect to"
                 f" {base}"
             )
         path.append(above[at])
@@ -111,13 +111,13 @@ def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
             leaves[name] = (moving, joints)
     if not leaves:
         raise UserError(
-            f"{urdf.path}: --base: found {shown(base)}, allowed: a link with child joints"
+            f"{urdf.path}: link {shown(base)} has no joints; the base (--base) needs a chain of"
+            " joints"
         )
     longest = [name for name, length in leaves.items() if length == max(leaves.values())]
     if len(longest) > 1:
         raise UserError(
-            f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally"
-            " long chains"
+            f"{urdf.path}: several chains are equally long; choose one with --tip: {_some(longest)}"
         )
     return longest[0]
 
@@ -140,8 +140,7 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
     if base is None:
         if len(roots) > 1:
             raise UserError(
-                f"{urdf.path}: --base: found nothing, allowed: one of {_some(roots)}, links without"
-                " a parent"
+                f"{urdf.path}: several links have no parent; choose one with --base: {_some(roots)}"
             )
         base = roots[0]
     tip = tip or _tip(urdf, above, base)

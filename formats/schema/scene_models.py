@@ -215,7 +215,8 @@ class SceneModel(MappedModel[Scene]):
                     (
                         ("targets", i, "radius"),
                         target.radius,
-                        f"above {inner:g}, the radius of the robot's own V_R",
+                        f"above {inner:g} m, because all within that distance of the arm counts as"
+                        " the robot itself",
                     )
                 )
         faults += [

@@ -87,7 +87,9 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "json_invalid":
-            raise UserError(f"{name}: not JSON: {first['msg']}") from error
+            raise UserError(
+                f"{name}: not JSON: {first['msg'].removeprefix('Invalid JSON: ')}"
+            ) from error
         raise explain(name, error, SensorPosesFile) from error
     robot, sensors = scene.robot, []
     names = (*robot.chain.joints, TCP_FRAME)

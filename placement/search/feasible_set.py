@@ -222,7 +222,9 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
             f"{space.sensors} sensors are fewer than the {held} of the fixed rings; request more"
         )
     if 0 < space.free < least:
-        raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
+        raise InfeasibleError(
+            f"{space.free} sensors are too few for a ring, which needs at least {least}"
+        )
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
             raise InfeasibleError(
@@ -250,8 +252,8 @@ def _check_layout(space: FeasibleSet, layout: Setup) -> None:
         free = space.room(used, ring.link)
         if not free:
             n = sum(r.link == ring.link for r in layout.rings)
-            beside = f"with these limits, keep-outs, spacing, fixed rings{space.barred(ring.link)}"
-            raise InfeasibleError(f"no room for {n} rings on {ring.link} {beside}")
+            beside = f"limits, keep-outs, spacing and fixed rings{space.barred(ring.link)}"
+            raise InfeasibleError(f"no room for {n} rings on {ring.link} within its {beside}")
         used.append(free[0])
         if space.tilts(ring.link, ring.count) is None:
             raise InfeasibleError(_too_many(space, ring))

@@ -12,7 +12,7 @@ from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.mounting import REAL
 from ...objectives.feasibility.violations import faults
 from ...objectives.scene import Scene
-from ..tables import target_label
+from ..tables import Explained, target_label
 from ..terminal import Terminal
 
 ADVICE = (
@@ -43,7 +43,7 @@ def without_lines(scene: Scene, setup: Setup) -> list[str]:
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
-def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
+def occlusion_table(results: Sequence[VerifyResult]) -> Explained | None:
     """Return ζ with a row for each setup and a column for each target and model of occlusion.
 
     Returns:
@@ -52,13 +52,7 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
     shown = [r for r in results if r.by_occlusion_percent]
     if not shown:
         return None
-    table = Table(
-        title="ζ in percent under each occlusion model",
-        title_justify="left",
-        caption="ignore: beams pass through the robot; shadow: points behind its body are not"
-        " covered; blind: a sensor that sees the body covers nothing beyond it",
-        caption_justify="left",
-    )
+    table = Table()
     table.add_column("setup")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
     for label in labels:
@@ -70,7 +64,12 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
             f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS
         ]
         table.add_row(name, *cells, style="bold" if name == "proposal" else None)
-    return table
+    return Explained(
+        "Coverage ζ in percent under each occlusion model",
+        table,
+        "ignore: beams pass through the robot; shadow: points behind its body are not covered;"
+        " blind: a one-zone sensor covers nothing beyond the nearest surface in its beam.",
+    )
 
 
 def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:

@@ -17,7 +17,7 @@ from ..lines.protective_volume import protective_lines
 from ..lines.sensors import sensor_lines
 from ..pages import code, escaped, table
 from ..robustness import lines, robustness_rows
-from ..tables import target_label
+from ..tables import count_error_line, target_label
 from ..text import counted, listed
 from .bill_of_materials import materials
 from .directions import beside, metres
@@ -176,7 +176,8 @@ def _coverage(f: Facts) -> Iterator[str]:
         f"ζ, the covered share of each target, in percent{many}, counted by rule `centre` with"
         f" voxels of {f.voxel:g} m;"
     )
-    yield "the paper's layouts use this scene's sensor.\n"
+    error = count_error_line(f.voxel)
+    yield f"the paper's layouts use this scene's sensor. {error or ''}".rstrip() + "\n"
     labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
     models: list[Occlusion] = [
         m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
@@ -340,5 +341,5 @@ def _limits(f: Facts) -> Iterator[str]:
     mountings = counted(f.robust[0].errors.draws, "drawn mounting")
     yield (
         f"- The figures under mounting errors have the Monte Carlo error of {mountings}; all"
-        " others are exact counts.\n"
+        " others are counts of voxels.\n"
     )
