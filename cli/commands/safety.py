@@ -60,8 +60,10 @@ def safety(
 
     Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
     """
+    from ..._trajectory import Trajectory
+    from ..._validation import ResolvedSetup
     from ..options.scenes import resolve_scene
-    from ..runs.safety import DARK_TARGET, TORSO, SafetyOptions
+    from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
     if sensing.sensor is not None:
@@ -69,9 +71,19 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, found = sensing.resolve(subject, resolve_scene(scene, robot))
+    setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
-    own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
-    asked = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
-    run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
+    path = motion.trajectory
+    run(
+        ResolvedSetup(subject, setup, where),
+        out,
+        as_json,
+        trajectory=path and Trajectory(None, None, path=path, degrees=motion.degrees),
+        approaches=approaches,
+        directions=directions,
+        rate=rate,
+        latency=latency,
+        occlusion=occlusion,
+        seed=seed,
+    )

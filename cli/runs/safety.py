@@ -1,235 +1,49 @@
-"""The command that asks whether a person is detected in time: simulate, say what was found, write
-the report.
-"""
+"""The command that simulates approaching people: run, print and write it."""
 
 import shlex
 import sys
-import time
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from ...coverage.occlusion.occlusion_mode import Occlusion
-from ...coverage.rings.ring import Setup, sensor_optics
-from ...coverage.robots.separation_distance import separation, stopping_time
-from ...coverage.sensors.catalogue import MODELS
-from ...formats.errors import UserError
-from ...formats.recorded_motion import check_limits, read_record
-from ...formats.schema.sensor_records import sensor_records
-from ...formats.schema.separation_models import (
-    DirectionModel,
-    SafetyResult,
-    SeparationModel,
-    ShareModel,
-)
-from ...formats.writing import output_folder, write_text
-from ...objectives.scene import Scene
-from ...reporting import detection_page
-from ...reporting.detection_figure import picture
+from ..._safety import FILES
+from ..._safety import safety as simulate
+from ..._validation import ResolvedSetup
+from ...formats.schema.separation_models import SafetyResult
+from ...formats.writing import made_folder
 from ...reporting.lines.protective_volume import formula
 from ...reporting.lines.sensors import sensor_lines
-from ...reporting.pages import csv_text
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say_json
-from ...simulation.detection import (
-    Approaches,
-    Timing,
-    approach,
-    floor_of,
-    seeing_as_far,
-    start_of,
-    walker,
-)
-from ...simulation.motion_samples import STEP, Moments, moments_of_record, moments_of_scene
 
-ASSUMED_HZ = 20.0  # where no rate is sourced
-# reflectance where none is asked: the darkest that is sourced for the most common sensor
+# reflectance where none is given: the lowest that a source states for the most common sensor
 DARK_TARGET = 0.17
 TORSO = "0.45x0.7"  # m, of a person
 
 
-@dataclass(frozen=True)
-class SafetyOptions:
-    """How approaches are drawn and reported: their number, directions that are told apart, rate of
-    the sensors in Hz (None: theirs), latency s, occlusion, seed."""
+def safety(subject: ResolvedSetup, out: Path, as_json: bool, **options: Any) -> None:
+    """Simulate approaches to a setup, print the shares and write the report.
 
-    approaches: int
-    directions: int
-    rate: float | None
-    latency: float
-    occlusion: Occlusion
-    seed: int
+    Args:
+        subject: the setup in its scene.
+        out: output folder.
+        as_json: print JSON instead of text.
+        options: options of ``place_rings.safety``.
+    """
+    with made_folder(out) as folder:
+        with ProgressBar(Terminal(stderr=True)) as bar:
+            task = bar.add_task("walking in", total=None)
 
+            def tell(done: int, total: int) -> None:
+                bar.update(task, completed=done, total=total)
 
-def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
-    """Period and latency of each sensor, and whether a rate had to be assumed."""
-    rates = [
-        asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
-        for r in setup.rings
-    ]
-    period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
-    return Timing(period, asked.latency), any(rate is None for rate in rates)
-
-
-def safety(
-    name: str,
-    setup: Setup,
-    scene: Scene,
-    trajectory: Path | None,
-    degrees: bool,
-    asked: SafetyOptions,
-    out: Path,
-    as_json: bool,
-) -> None:
-    """Simulate approaches to ``setup`` in ``scene``, print what was found and write the report."""
-    began = time.perf_counter()
-    when, assumed = timing(setup, asked)
-    late = float(when.spent.max())
-    # Period and latency are counted by themselves; what is left of T_r stays in S.
-    whole = replace(scene.safety, reaction=max(scene.safety.reaction, late))
-    left = replace(whole, reaction=whole.reaction - late)
-    try:
-        record = None if trajectory is None else read_record(trajectory, scene.robot, degrees)
-        if trajectory is not None and record is not None:
-            check_limits(trajectory, scene.robot, zip(record.time_s, record.q, strict=True))
-        moments, full = (
-            (
-                moments_of_scene(scene, s)
-                if record is None
-                else moments_of_record(scene.robot, record, s)
-            )
-            for s in (left, whole)
-        )
-    except ValueError as error:
-        raise UserError(f"safety: {error}") from error
-    folder = output_folder(out)
-    azimuths = np.random.default_rng((asked.seed, 1)).uniform(0, 2 * np.pi, asked.approaches)
-    needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
-    farther = seeing_as_far(setup, needed)
-    start = start_of(scene.robot, farther, moments)
-    stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
-    setups = [setup] if range_m >= needed else [setup, farther]
-    found: list[Approaches] = []
-    with ProgressBar(Terminal(stderr=True)) as bar:
-        task = bar.add_task("walking in", total=len(setups) * asked.approaches)
-        for one in setups:
-            done = len(found) * asked.approaches
-
-            def tell(n: int, done: int = done) -> None:
-                bar.update(task, completed=done + n)
-
-            walk = (
-                when,
-                scene.safety.human,
-                azimuths,
-                asked.seed,
-                asked.occlusion,
-                start,
-                tell,
-                stands,
-                floor,
-            )
-            found.append(approach(scene.robot, one, moments, *walk))
-    result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
-    result = result.model_copy(
-        update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})}
-    )
-    command = shlex.join(["place-rings", *sys.argv[1:]])
-    person = walker(scene.safety.human, start, floor)
-    picture(
-        scene.robot,
-        setup,
-        moments,
-        found[0],
-        person,
-        floor,
-        asked.directions,
-        folder / "safety.png",
-    )
-    write_text(folder / "approaches.csv", csv_text(detection_page.rows(found[0], moments)))
-    write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
-    write_text(folder / "README.md", detection_page.page(result, command))
+            report = simulate(subject, **options, progress=tell)
+        command = shlex.join(["place-rings", *sys.argv[1:]])
+        replace(report, command=command).save(folder)
     if as_json:
-        say_json(result.model_dump_json(indent=2))
+        say_json(report.record.model_dump_json(indent=2))
         return
-    _show(result, folder)
-
-
-def _share(found: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
-    share, low, high = found.share(some)
-    return {"percent": 100 * share, "low_percent": 100 * low, "high_percent": 100 * high}
-
-
-def _result(
-    name: str,
-    setup: Setup,
-    scene: Scene,
-    asked: SafetyOptions,
-    moments: Moments,
-    full: Moments,
-    found: list[Approaches],
-    when: Timing,
-    assumed: bool,
-    range_m: float,
-    began: float,
-) -> SafetyResult:
-    first, edges = found[0], np.linspace(0, 360, asked.directions + 1)
-    sector = np.clip(
-        np.searchsorted(edges, np.degrees(first.azimuth) % 360, side="right") - 1,
-        0,
-        asked.directions - 1,
-    )
-    whole = replace(scene.safety, reaction=max(scene.safety.reaction, float(when.spent.max())))
-    fastest = float(full.speed.max())
-    largest = separation(whole, fastest, stopping_time(whole, scene.robot.name, fastest))
-    known = moments.together or all(p.rate is not None for p in scene.poses)
-    return SafetyResult(
-        setup=name,
-        approaches=asked.approaches,
-        moments=len(moments.weight),
-        seconds_of_motion=STEP * (len(moments.weight) - 1) if moments.together else None,
-        in_time=ShareModel(**_share(first)),
-        if_far_enough=ShareModel(**_share(found[1])) if len(found) > 1 else None,
-        never_reported=int(np.isnan(first.report).sum()),
-        nearest_report_m=(
-            float(np.nanmin(first.report)) if np.isfinite(first.report).any() else None
-        ),
-        by_direction=[
-            DirectionModel(
-                from_deg=low,
-                to_deg=high,
-                approaches=int((sector == k).sum()),
-                **_share(first, sector == k),
-            )
-            for k, (low, high) in enumerate(pairwise(edges))
-            if (sector == k).any()
-        ],
-        separation=SeparationModel.from_domain(
-            largest,
-            least_m=float(full.asked.min()),
-            mean_m=float(moments.weight @ full.asked.mean(axis=1)),
-            fastest_m_s=fastest,
-            speeds_known=known,
-            human_speed=whole.human,
-            reaction_s=whole.reaction,
-        ),
-        separation_at_report_m=float(moments.asked.max()),
-        period_s=float(when.period.max()),
-        latency_s=asked.latency,
-        rate_assumed=assumed,
-        range_m=range_m,
-        range_needed_m=float(full.asked.max()),
-        range_suffices_percent=100 * float(full.weight @ (full.asked.max(axis=1) <= range_m)),
-        occlusion=asked.occlusion,
-        obstacles=[o.name for o in scene.obstacles],
-        floor_m=floor_of(scene),
-        seed=asked.seed,
-        sensors=sensor_records(setup),
-        disclaimer=detection_page.DISCLAIMER,
-        seconds=time.perf_counter() - began,
-    )
+    _show(report.record, folder)
 
 
 def _show(r: SafetyResult, folder: Path) -> None:
@@ -271,5 +85,5 @@ def _show(r: SafetyResult, folder: Path) -> None:
             " target and light."
         )
     say(r.disclaimer)
-    for name in ("README.md", "safety.png", "approaches.csv", "safety.json"):
+    for name in FILES:
         say(f"  {folder / name}")
