@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ._scene import Scene, obstacle
     from ._search import search
     from ._soft import coverage_fraction, sample_points
+    from ._study import StudyReport, study
     from ._targets import (
         ProtectiveVolume,
         ReachAndToolSpheres,
@@ -69,6 +70,7 @@ __all__ = [
     "Sensor",
     "Setup",
     "Shell",
+    "StudyReport",
     "ToolSphere",
     "Trajectory",
     "certify",
@@ -85,6 +87,7 @@ __all__ = [
     "save",
     "search",
     "sensors",
+    "study",
     "verify",
     "view",
 ]
@@ -103,6 +106,7 @@ _MODULES = {
     "_scene": ("Scene", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
+    "_study": ("StudyReport", "study"),
     "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),

@@ -1,13 +1,13 @@
 """The command study."""
 
-import re
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ...formats.errors import UserError, shown
 from ..options.common import SceneFileOption, Targets
 
 
@@ -65,49 +65,18 @@ def study(
 
     Example: place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
     """
+    from ..._study import StudyOptions, check_machines, check_study
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
     from ..options.targets import resolve_pair
-    from ..runs.study import study_bound, study_convergence, study_paper, study_pareto, study_robots
+    from ..runs.study import study as run
 
     check_machines(workers, scheduler)
-    folder = out or Path("results") / name
-    if name != "pareto" and (target or scene or sensors):
-        raise UserError(
-            f"study {name}: found --target, --scene or --sensors, allowed: only with pareto"
-        )
-    if name == "convergence" and seed:
-        raise UserError(
-            f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there"
-        )
-    if name == "bound":
-        study_bound(folder, seed, workers, scheduler)
-    elif name == "convergence":
-        study_convergence(folder, workers, scheduler)
-    elif name == "paper":
-        study_paper(folder, seed, workers, scheduler)
-    elif name == "robots":
-        study_robots(folder, seed, workers, scheduler)
-    else:
-        where = read_scene(scene) if scene else Scene()
-        study_pareto(folder, seed, resolve_pair(target, where), sensors, where, workers, scheduler)
-
-
-def check_machines(workers: int, scheduler: str | None) -> None:
-    """Check where a study shall run: on ``workers`` processes of this machine, or on the machines
-    of a scheduler.
-
-    Raises:
-        UserError: if on both, or if the libraries that either needs are not installed.
-    """
-    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
-        raise UserError(
-            f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
-        )
-    if scheduler is not None and workers != 1:
-        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
-    if scheduler is not None or workers != 1:
-        from ...formats.optional_dependencies import require
-
-        option = "--workers" if scheduler is None else "--scheduler"
-        require("cluster", option, "dask", "distributed", "cryptography")
+    check_study(name, seed, target or None, sensors, scene)
+    where = read_scene(scene) if scene else Scene()
+    command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
+    if name == "pareto":
+        command = ["place-rings", *sys.argv[1:]]
+    pair = resolve_pair(target, where)
+    options = StudyOptions(seed, pair, sensors, where, shlex.join(command))
+    run(name, out or Path("results") / name, options, workers, scheduler)
