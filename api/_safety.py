@@ -360,6 +360,7 @@ def _record(
     """
     first, moments, needed = simulated[0], motion.moments, motion.full.asked
     range_m = float(sensor_optics(setup)[1].min())
+    suffices = float(motion.full.weight @ (needed.max(axis=1) <= range_m))
     reported = np.isfinite(first.report)
     return SafetyResult(
         setup=name,
@@ -378,7 +379,7 @@ def _record(
         rate_assumed=motion.assumed,
         range_m=range_m,
         range_needed_m=float(needed.max()),
-        range_suffices_percent=100 * float(motion.full.weight @ (needed.max(axis=1) <= range_m)),
+        range_suffices_percent=min(100 * suffices, 100.0),  # the weights' sum is rounded
         occlusion=options.occlusion,
         obstacles=[o.name for o in scene.obstacles],
         floor_m=floor_of(scene),

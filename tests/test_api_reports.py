@@ -104,7 +104,7 @@ def test_safety_gives_what_the_command_prints(run, tmp_path, moving):
     assert seen[-1] == (seen[0][1],) * 2
     low, high = report.interval
     assert low <= report.in_time <= high
-    assert report.in_time == report.approaches.in_time.mean()
+    assert report.in_time == pytest.approx(report.approaches.in_time.mean())
     assert "reported in time" in repr(report)
 
 
