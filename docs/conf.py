@@ -35,6 +35,8 @@ copybutton_selector = "div.highlight:not(.highlight-text *) pre"  # commands and
 smartquotes = False  # options begin with two hyphens, which it would join
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 html_title = "place-rings"
 html_math_renderer = "mathml"
 html_copy_source = False

@@ -1,14 +1,16 @@
 """Draw the pictures of the pages that the toolkit itself makes: its outputs, and the viewer.
 
-Each picture is made by a command that its page shows. The picture of a robot needs the extra
-``robots``, that of the viewer Chromium and the extra ``test``.
+The picture of a robot needs the extra ``robots``, that of the viewer Chromium and the extra
+``test``.
 
 Run: python docs/screenshots.py [placement | ring | robot | viewer] ...
 """
 
+import math
 import shutil
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -34,20 +36,19 @@ def placement(folder: Path) -> Path:
 
 def ring(folder: Path) -> Path:
     """Draw a printed ring with its boards."""
-    sensor = ("--occlusion", "shadow", "--sensor", "vl53l4cd")
-    command("--target", "V_S", "--radius", "0.5", *sensor, "--out", str(folder))
-    rings = str(folder / "rings")
-    command("export", str(folder / "proposal.toml"), "--to", "stl", "--out", rings)
-    return folder / "rings" / "assembled.png"
+    real = pr.Rules(mount="real")
+    scene = pr.Scene(sensor=pr.sensors["vl53l4cd"], occlusion="shadow", rules=real)
+    one = scene.ring("forearm", 0.9, 12, tilt=math.radians(-45), phase=math.radians(15))
+    pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
+    return folder / "assembled.png"
 
 
 def robot(folder: Path) -> Path:
     """Draw a robot from its URDF."""
-    from example_robot_data import getModelPath
-
-    path = "iiwa_description/urdf/iiwa14.urdf"
-    packages = getModelPath(path)
-    command("robot", f"{packages}/{path}", "--packages", packages, "--out", str(folder))
+    site = Path(sysconfig.get_paths()["purelib"])
+    data = site / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+    urdf = data / "panda_description" / "urdf" / "panda.urdf"
+    command("robot", str(urdf), "--packages", str(data), "--out", str(folder))
     return folder / "robot.png"
 
 
