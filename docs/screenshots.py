@@ -47,8 +47,8 @@ def robot(folder: Path) -> Path:
     """Draw a robot from its URDF."""
     site = Path(sysconfig.get_paths()["purelib"])
     data = site / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
-    urdf = data / "panda_description" / "urdf" / "panda.urdf"
-    command("robot", str(urdf), "--packages", str(data), "--out", str(folder))
+    urdf, packages = data / "xarm_description" / "urdf" / "xarm7.urdf", data.parent.parent
+    command("robot", str(urdf), "--packages", str(packages), "--out", str(folder))
     return folder / "robot.png"
 
 
