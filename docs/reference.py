@@ -7,13 +7,11 @@ Run: python docs/reference.py
 """
 
 import re
+import subprocess
 import sys
 from pathlib import Path
-from unittest.mock import patch
 
 import place_rings as pr
-from cyclopts.docs.markdown import generate_markdown_docs
-from place_rings.cli.app import app
 
 sys.path.insert(0, str(Path(__file__).parent))  # the files beside this one
 
@@ -21,6 +19,14 @@ import api_pages
 import keys
 
 FOLDER = Path(__file__).parent / "reference"
+_COMMANDS = """
+import sys
+from cyclopts.docs.markdown import generate_markdown_docs
+from place_rings.cli.app import app
+sys.stdout.reconfigure(encoding="utf-8")
+sys.argv = ["place-rings"]  # the usage line begins with this name
+print(generate_markdown_docs(app, heading_level=2, no_root_title=True, generate_toc=False))
+"""
 _MARK = r"^<!-- (commands|keys|api)(?:: ([\w ]+))? -->$"
 _SECTION = re.compile(
     _MARK + r"(?:(?:(?!^<!-- (?:commands|keys|api)\b).)*?^<!-- end -->$)?",
@@ -29,9 +35,12 @@ _SECTION = re.compile(
 
 
 def commands() -> str:
-    """Return all commands with their options as Markdown."""
-    with patch.object(sys, "argv", ["place-rings"]):  # the usage line begins with this name
-        text = generate_markdown_docs(app, heading_level=2, no_root_title=True, generate_toc=False)
+    """Return all commands with their options as Markdown.
+
+    They come from a process of their own, because their order depends on what ran before.
+    """
+    line = (sys.executable, "-c", _COMMANDS)
+    text = subprocess.run(line, check=True, capture_output=True, encoding="utf-8").stdout
     return re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip()
 
 
