@@ -20,7 +20,12 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 
 def _read(app: Sphinx, page: str, source: list[str]) -> None:
-    source[0] = _OUTSIDE.sub(r"{download}`\1 <\2>`", source[0])
+    source[0] = _OUTSIDE.sub(_download, source[0])
+
+
+def _download(link: re.Match[str]) -> str:
+    label = link[1].replace("`", "")  # code cannot stand inside a role
+    return f"{{download}}`{label} <{link[2]}>`"
 
 
 def _plain(*event: Any) -> None:
