@@ -319,7 +319,7 @@ def instruction(change: Change, mounted: int, robot: Robot) -> str:
     elif change.moved:
         way = "distal" if after.position > before.position else "proximal"
         does.append(
-            f"move {1000 * change.moved:.0f} mm towards {way}{place.replace(',', ' to', 1)}"
+            f"move {1000 * change.moved:.0f} mm towards the {way} end, to{place.removeprefix(',')}"
         )
     if change.tilted:
         does.append(f"tilt {_deg(before.tilt)} → {_deg(after.tilt)}")

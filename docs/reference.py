@@ -25,6 +25,7 @@ from cyclopts.docs.markdown import generate_markdown_docs
 from place_rings.cli.app import app
 sys.stdout.reconfigure(encoding="utf-8")
 sys.argv = ["place-rings"]  # the usage line begins with this name
+app.resolved_commands()  # loads the docstrings that the list of commands shows
 print(generate_markdown_docs(app, heading_level=2, no_root_title=True, generate_toc=False))
 """
 _MARK = r"^<!-- (commands|keys|api)(?:: ([\w ]+))? -->$"

@@ -22,7 +22,7 @@ from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
 
-_MOST_TOLD = 5  # broken rules
+_MOST_LISTED = 5  # violated rules that are printed
 
 
 def improve(
@@ -52,7 +52,7 @@ def improve(
         _print_broken(improvement, log)
         record = improvement.record
         if not all([record.zeta, *(step.zeta for step in record.steps)]):
-            log.print("interrupted: the count goal by goal ends here, what was found is kept")
+            log.print("interrupted: the count of each target is incomplete; the changes are kept")
         if folder:
             record = write_improvement(improvement, folder)
     if as_json:
@@ -67,7 +67,9 @@ def _searched(search: Callable[..., Improvement], changes: int, console: Termina
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Progress) -> None:
-            what = f"change {p.stage} of {changes}" if p.stage <= changes else "a change less"
+            what = (
+                f"change {p.stage} of {changes}" if p.stage <= changes else "trying fewer changes"
+            )
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=p.climbs, completed=p.done, best=best)
 
@@ -75,14 +77,14 @@ def _searched(search: Callable[..., Improvement], changes: int, console: Termina
 
 
 def _print_broken(improvement: Improvement, log: Terminal) -> None:
-    """Print the rules that the mounted setup breaks."""
+    """Print the rules that the mounted rings violate."""
     broken = improvement.result.broken
     if not broken:
         return
-    some, more = [fault.text for fault in broken[:_MOST_TOLD]], len(broken) - _MOST_TOLD
+    some, more = [fault.text for fault in broken[:_MOST_LISTED]], len(broken) - _MOST_LISTED
     rest = f"; and {more} more" if more > 0 else ""
     log.print(
-        f"Taken as it is, though it breaks rules: {'; '.join(some)}{rest}.",
+        f"The mounted rings violate rules of the scene and are kept: {'; '.join(some)}{rest}.",
         soft_wrap=True,
         highlight=False,
     )
@@ -104,18 +106,19 @@ def _show(record: ImproveResult, improvement: Improvement, console: Terminal) ->
     last = len(result.steps[-1].changes) if result.steps else 0
     if not last:
         console.print(
-            f"No gain: nothing of up to {_changes(record.most_changes)} was found that gains"
-            f" {least} or more."
+            f"No gain: no improvement of {least} or more with up to"
+            f" {_changes(record.most_changes)}."
         )
     elif last < record.most_changes and result.outcome is Outcome.FINISHED:
         console.print(
-            f"More changes, up to {record.most_changes}, were not found to gain {least} more."
+            f"Up to {_changes(record.most_changes)} were searched; more than {last} gain less than"
+            f" {least}."
         )
     if result.mounted.short:
         shorts = ", ".join(f"{step.short_percent:.2f}" for step in record.steps)
         console.print(
-            f"Floors are missed by {record.short_percent:.2f} points as mounted; step by step:"
-            f" {shorts or '–'}."
+            f"The minimum coverages (--at-least) are missed by {record.short_percent:.2f} points as"
+            f" mounted; after the changes: {shorts or '–'}."
         )
     console.print(
         f"{result.statistics.evaluations} evaluations, {result.statistics.seconds:.0f} s;"

@@ -31,7 +31,8 @@ def study(
             bar.stop()
             kept = folder / CELLS
             say(
-                f"place-rings: stopped; what is measured is kept in {kept}, run again to go on",
+                f"place-rings: stopped; finished measurements are kept in {kept}; run the same"
+                " command again to resume",
                 error=True,
             )
             sys.exit(130)
