@@ -3,11 +3,13 @@
 From the checkout's root a checker may find a few files by their own names and pass. Therefore the
 checked modules are compared with those that the rule of setup.py installs.
 
-Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and, by ``pip
-install .``, the package.
+Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and the
+package. An editable installation is checked as a copy with the layout of ``pip install .``.
 """
 
+import os
 import runpy
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -55,15 +57,27 @@ def seen(report: str) -> set[str]:
     return {line.split()[-1] for line in report.splitlines()[1:]}
 
 
+def copied(folder: Path) -> Path:
+    """Copy the package into a folder as ``pip install .`` would, for an editable installation."""
+    for name, file in installed_modules().items():
+        path = folder.joinpath(*name.split("."))
+        path = path / "__init__.py" if file.stem == "__init__" else path.with_suffix(".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, path)
+    return folder
+
+
 def main() -> None:
+    """Check the package; exit with mypy's code, or with the names of unchecked files."""
     spec = find_spec(PACKAGE)
     place = Path(next(iter((spec and spec.submodule_search_locations) or ["."]))).resolve()
-    if not place.is_relative_to(Path(sysconfig.get_path("purelib")).resolve()):
-        sys.exit("place-rings is not installed, or editable: run pip install .")
     with TemporaryDirectory() as empty:
+        environment = dict(os.environ)
+        if not place.is_relative_to(Path(sysconfig.get_path("purelib")).resolve()):
+            environment["MYPYPATH"] = str(copied(Path(empty, "copy")))
         command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
         command += ["--cache-dir", "cache", "--linecount-report", "lines", "-p", PACKAGE]
-        done = subprocess.run(command, cwd=empty)
+        done = subprocess.run(command, cwd=empty, env=environment)
         if done.returncode:
             sys.exit(done.returncode)
         checked = seen(Path(empty, "lines", "linecount.txt").read_text())

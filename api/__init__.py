@@ -1,8 +1,8 @@
-"""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much of the space
-around it they cover.
+"""Place rings of Time-of-Flight sensors on a robot arm, and prove how much of the space around it
+they cover.
 
-Lengths are in metres and angles in radians, but for names that end in ``_deg``, ``_mm`` or
-``_percent``. Coverage is a share in [0, 1]. What is not listed in ``__all__`` may change.
+Lengths are in metres and angles in radians, except in names that end in ``_deg``, ``_mm`` or
+``_percent``. Coverage is a share in [0, 1]. Names that ``__all__`` does not list may change.
 
 Example:
     >>> import place_rings as pr
@@ -20,12 +20,15 @@ if TYPE_CHECKING:
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
+    from ._improve import Improvement, improve
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
+    from ._safety import SafetyReport, safety
     from ._scene import Scene, obstacle
     from ._search import search
     from ._soft import coverage_fraction, sample_points
+    from ._study import StudyReport, study
     from ._targets import (
         ProtectiveVolume,
         ReachAndToolSpheres,
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Coverage",
+    "Improvement",
     "InfeasibleError",
     "InputError",
     "Limits",
@@ -61,24 +65,29 @@ __all__ = [
     "RobustnessReport",
     "Rules",
     "Safety",
+    "SafetyReport",
     "Scene",
     "Sensor",
     "Setup",
     "Shell",
+    "StudyReport",
     "ToolSphere",
     "Trajectory",
     "certify",
     "coverage_fraction",
     "export",
+    "improve",
     "load",
     "obstacle",
     "report",
     "robots",
     "robustness",
+    "safety",
     "sample_points",
     "save",
     "search",
     "sensors",
+    "study",
     "verify",
     "view",
 ]
@@ -89,12 +98,15 @@ _MODULES = {
     "_errors": ("InputError",),
     "_export": ("export",),
     "_files": ("load", "save"),
+    "_improve": ("Improvement", "improve"),
     "_proposal": ("Proposal",),
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
+    "_safety": ("SafetyReport", "safety"),
     "_scene": ("Scene", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
+    "_study": ("StudyReport", "study"),
     "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
@@ -110,7 +122,7 @@ _WHERE = {name: module for module, names in _MODULES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is asked for the first time; ``import place_rings`` alone loads nothing."""
+    """Load a public name on its first use; ``import place_rings`` alone loads none."""
     if name == "__version__":
         from importlib.metadata import version
 

@@ -1,4 +1,4 @@
-"""Checks of single arguments: each refuses a wrong one in one line, with what is allowed."""
+"""Checks of single arguments; each error states the allowed values in one line."""
 
 import math
 from numbers import Integral, Real
@@ -8,8 +8,18 @@ from ._errors import InputError
 
 
 def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:
-    """Refuse what is no integer from ``least`` to ``most``: InputError."""
-    allowed = f"{least} and more" if most == math.inf else f"{least} to {most:g}"
+    """Check that an argument is an integer in a range.
+
+    Args:
+        name: name of the argument, for the message.
+        value: its value.
+        least: smallest allowed value.
+        most: largest allowed value.
+
+    Raises:
+        InputError: otherwise.
+    """
+    allowed = f"{least} or more" if most == math.inf else f"{least} to {most:g}"
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
     if not least <= int(value) <= most:
@@ -17,6 +27,15 @@ def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:
 
 
 def number(name: str, value: Any, allowed: str = "a number") -> None:
-    """Refuse what is no real number: InputError."""
+    """Check that an argument is a real number.
+
+    Args:
+        name: name of the argument, for the message.
+        value: its value.
+        allowed: the allowed values as text, for the message.
+
+    Raises:
+        InputError: otherwise.
+    """
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(f"found {value!r}, allowed: {allowed}", name)

@@ -1,4 +1,4 @@
-"""The catalogues: sensors that can be bought, and robots that are built in."""
+"""Catalogues of commercial sensors and built-in robots."""
 
 from collections.abc import Iterator, Mapping
 
@@ -11,7 +11,7 @@ from .coverage.sensors.sensor import Sensor, Use
 
 
 class SensorCatalogue(Mapping[str, Sensor]):
-    """Sensors that can be bought, by name: beam, zones, and range as their makers state it.
+    """Commercial sensors by name, with beam, zones and range from their datasheets.
 
     Example:
         >>> import place_rings as pr
@@ -43,16 +43,21 @@ class SensorCatalogue(Mapping[str, Sensor]):
         reflectance: float | None = None,
         target_size: tuple[float, float] | None = None,
     ) -> Sensor:
-        """A sensor with the range that it has under given conditions.
+        """Return a sensor with its effective range under given conditions.
 
         Args:
-            name: of the catalogue.
-            ambient: light as the catalogue writes it, like ``50kcps``; the darkest by default.
-            reflectance: of the target, in (0, 1]; the maker's white target by default.
-            target_size: width and height of the target, m; it fills the beam by default.
+            name: name of the sensor in the catalogue.
+            ambient: ambient light as the catalogue writes it, such as ``50kcps``; the darkest
+                listed condition by default.
+            reflectance: reflectance of the target in (0, 1]; the manufacturer's white target by
+                default.
+            target_size: width and height of the target, m; the target fills the beam by default.
+
+        Returns:
+            The sensor with the range under these conditions.
 
         Raises:
-            InputError: for an unknown sensor, or a condition without a sourced figure.
+            InputError: for an unknown sensor, or a condition for which no source states a range.
 
         Example:
             >>> import place_rings as pr
@@ -68,7 +73,7 @@ class SensorCatalogue(Mapping[str, Sensor]):
 
 
 class RobotCatalogue(Mapping[str, Robot]):
-    """Robots that are built in, by name; ``load`` reads others from files.
+    """Built-in robots by name; ``load`` reads other robots from files.
 
     Example:
         >>> import place_rings as pr

@@ -1,4 +1,4 @@
-"""The one error for what a caller gave and cannot be used."""
+"""The error for arguments and files that cannot be used."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,9 +11,9 @@ from .formats.escaping import printable
 
 
 class InputError(UserError, ValueError):
-    """An argument, or a file that it names, cannot be used.
+    """An argument is invalid, or a file that it names cannot be used.
 
-    The text names what was given and what is allowed, in one line.
+    The message has one line, which states the received value and the allowed ones.
 
     Example:
         >>> import place_rings as pr
@@ -28,17 +28,17 @@ class InputError(UserError, ValueError):
         self, line: str, argument: str = "", value: object = "", others: tuple[str, ...] = ()
     ) -> None:
         self.argument = argument
-        """Name of the argument, empty where a file is to blame; a command writes it ``--name``."""
+        """Name of the argument, empty for an error in a file; a command writes it ``--name``."""
         self.line = line
-        """The text without that name."""
+        """The message without that name."""
         self._value, self._others = value, others
         super().__init__(self.written(lambda name: name))
 
     def written(self, write: Callable[[str], str]) -> str:
-        """The text with the names of arguments as ``write`` gives them.
+        """Return the message with the names of arguments as ``write`` spells them.
 
-        ``argument`` stands first, with the part of its value that is to blame, if one was given;
-        ``others`` stand in the line as whole words.
+        The message begins with ``argument`` and the offending part of its value, if there is one.
+        ``others`` are the names of further arguments in the line, matched as whole words.
         """
         line = self.line
         for other in self._others:
@@ -54,8 +54,11 @@ class InputError(UserError, ValueError):
 
 @contextmanager
 def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) -> Iterator[None]:
-    """Raise InputError for the errors of files and of values; ``argument`` is blamed for the
-    latter. Errors in ``but`` stay what they are.
+    """Convert errors of files and values in this context to InputError.
+
+    Args:
+        argument: name of the argument that an error of a value is attributed to.
+        but: types of errors that pass unchanged.
     """
     try:
         yield
@@ -70,8 +73,12 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
 
 
 def writable(folder: str | Path) -> Path:
-    """A folder for files, made if need be; InputError where none can be written there."""
-    from .formats.writing import output_folder  # brings models of files, which take a while to load
+    """Return a folder for files, and create it if it does not exist.
+
+    Raises:
+        InputError: if no file can be written there.
+    """
+    from .formats.writing import output_folder  # loads the models of all files, which is slow
 
     try:
         return output_folder(Path(folder), "")

@@ -1,4 +1,4 @@
-"""Files for other programs."""
+"""Export of a setup to files for other programs."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +13,11 @@ from .objectives.scene import Scene as CoreScene
 
 
 def formats_of(to: str | Sequence[str]) -> tuple[str, ...]:
-    """The formats that are meant, each once; InputError for none, or one that is not known."""
+    """Return the requested formats without duplicates.
+
+    Raises:
+        InputError: for no format, or an unknown one.
+    """
     from .reporting.export_formats import FORMATS
 
     kinds = (to,) if isinstance(to, str) else tuple(dict.fromkeys(to))
@@ -35,24 +39,25 @@ def export(
     points: int = 0,
     keep: Sequence[str | Path] = (),
 ) -> tuple[Path, ...]:
-    """Write a setup for other programs: its robot with a frame for each sensor, a scene to look at,
-    tables, scripts.
+    """Write a setup as files for other programs: robot models with a frame for each sensor, a 3D
+    scene, tables and scripts.
 
     Args:
-        setup, scene: as for ``verify``.
-        to: one or more of urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl.
-        folder: for the files; made if need be.
-        pose: of the scene, counted from 0.
-        urdf, packages: the robot's own URDF, which gets the sensors, and folders with its meshes.
-        points: of each target in a glb.
-        keep: files that must not be written over, as they were read.
+        setup, scene: as in ``verify``.
+        to: one format or several: urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl.
+        folder: output folder; created if it does not exist.
+        pose: index of the scene's pose, from 0.
+        urdf: the robot's own URDF, to which the sensors are added.
+        packages: folders with the meshes of that URDF.
+        points: number of points of each target in a GLB.
+        keep: files that must not be overwritten, because they were inputs.
 
     Returns:
-        The files.
+        The paths of the files.
 
     Raises:
-        InputError: for an unknown format, a pose that the scene has not, or a folder that cannot be
-            written.
+        InputError: for an unknown format, a pose that the scene does not have, or a folder that
+            cannot be written.
 
     Example:
         >>> import place_rings as pr, tempfile
@@ -83,7 +88,7 @@ def export(
     for name in files:
         if (out / name).resolve() in read:
             raise InputError(
-                f"found {shown(str(out / name))}, which is read here, allowed: another folder",
+                f"found {shown(str(out / name))}, an input file; allowed: another folder",
                 "folder",
             )
     with input_errors():

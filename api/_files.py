@@ -1,4 +1,4 @@
-"""Files: proposals, scenes and robots, read and written."""
+"""Reading and writing of proposals, scenes and robots."""
 
 import tomllib
 from pathlib import Path
@@ -18,17 +18,18 @@ from .objectives.scene import Scene as CoreScene
 def load(path: str | Path) -> Proposal | Scene | Robot:
     """Read a proposal, a scene or a robot (TOML), or a robot's URDF.
 
-    A file with ``[[rings]]`` is a proposal, one with ``[[joints]]`` a robot, any other a scene. To
-    a URDF's links capsules and mounts are fitted, which takes a while.
+    A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
+    scene. For a URDF, capsules and mounts are fitted to the links, which takes some seconds.
 
     Args:
-        path: of the file.
+        path: path of the file.
 
     Returns:
-        A ``Proposal``, a ``Scene`` or a ``Robot``. The coverage of a proposal is counted anew.
+        A ``Proposal``, a ``Scene`` or a ``Robot``. The coverage of a proposal is counted again.
 
     Raises:
-        InputError: in one line, which names the file, the key, what was found and what is allowed.
+        InputError: if the file cannot be read; the message names the file, the key, the value and
+            the allowed values.
 
     Example:
         >>> import place_rings as pr, pathlib, tempfile
@@ -61,15 +62,18 @@ def load(path: str | Path) -> Proposal | Scene | Robot:
 
 
 def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
-    """Write a proposal, a scene or a robot as TOML, at once: a kill leaves the old file or the new
-    one.
+    """Write a proposal, a scene or a robot as TOML. The write is atomic: an interruption leaves the
+    old file or the new one.
 
     Args:
-        what: a ``Proposal``; any other result is saved as a proposal too.
-        path: of the file; its folder exists.
+        what: a ``Proposal``, a ``Scene`` or a ``Robot``; any other result is saved as a proposal.
+        path: path of the file; its folder must exist.
+
+    Returns:
+        The path of the file.
 
     Raises:
-        InputError: if it cannot be written.
+        InputError: if the file cannot be written.
 
     Example:
         >>> import place_rings as pr, pathlib, tempfile
@@ -101,8 +105,9 @@ def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
 
 
 def _kind(file: Path) -> str:
-    """The key that tells what a file is; empty for a scene, and for one that cannot be read, as
-    reading it says why.
+    """Return the key that identifies a file: ``rings``, ``joints``, or empty for a scene.
+
+    A file that cannot be read counts as a scene; reading it then reports the error.
     """
     try:
         keys = tomllib.loads(file.read_text("utf-8-sig"))

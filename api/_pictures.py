@@ -14,13 +14,12 @@ from .formats.writing import write_bytes
 
 @dataclass(frozen=True, repr=False)
 class Picture:
-    """A picture that a notebook shows.
-
-    png: the bytes of a PNG file. path: where it was written, None where it was not.
-    """
+    """A picture, which a notebook displays."""
 
     png: bytes
+    """Content of a PNG file."""
     path: Path | None = None
+    """Path of the file, None if the picture was not written."""
 
     def _repr_png_(self) -> bytes:
         return self.png
@@ -31,7 +30,7 @@ class Picture:
 
 
 def png_of(write: Any) -> bytes:
-    """The bytes of the PNG that ``write`` puts at a path."""
+    """Return the content of the PNG file that ``write`` writes to the path it receives."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
         write(path)
@@ -41,7 +40,20 @@ def png_of(write: Any) -> bytes:
 def picture(
     scene: Scene, setup: Setup, captions: Sequence[str], path: str | Path | None
 ) -> Picture:
-    """The picture of a setup under its captions, written where ``path`` says."""
+    """Draw a setup.
+
+    Args:
+        scene: scene of the setup.
+        setup: the rings.
+        captions: title, one text for each target.
+        path: path of a PNG file, or None to write none.
+
+    Returns:
+        The picture.
+
+    Raises:
+        InputError: if the file cannot be written.
+    """
     from .reporting.placement_picture import placement_picture
 
     with input_errors():

@@ -1,4 +1,4 @@
-"""A setup in a scene, and what can be made of it: pictures, pages, files for other programs."""
+"""Common base of all results: a setup in a scene, with its pictures, pages and exports."""
 
 import base64
 from collections.abc import Iterable, Sequence
@@ -15,23 +15,27 @@ if TYPE_CHECKING:
 
 
 class Placement:
-    """A setup in a scene; what ``search``, ``verify``, ``certify``, ``robustness`` and ``load``
-    give.
-    """
+    """A setup in a scene: the common base of all results."""
 
     setup: Setup
+    """The rings."""
     scene: Scene
+    """Scene of the setup."""
     name: str
+    """Name of the setup."""
 
     def captions(self) -> list[str]:
-        """The title of a picture, one text for each target."""
+        """Return the title of the picture, one text for each target."""
         return []
 
     def plot(self, path: str | Path | None = None) -> Picture:
-        """Draw robot, rings, beams and what stays uncovered, from two sides: 1800 x 900.
+        """Draw the robot, the rings, the beams and the uncovered points from two sides.
 
         Args:
-            path: of a PNG file; without it the picture is only returned.
+            path: path of a PNG file; by default no file is written.
+
+        Returns:
+            The picture, 1800 × 900 pixels.
 
         Raises:
             InputError: if the file cannot be written.
@@ -46,7 +50,7 @@ class Placement:
         draws: int = 100,
         seed: int = 0,
     ) -> Path:
-        """Write the report: one page to read, print and build from; see ``place_rings.report``."""
+        """Write the report, one HTML page; see ``place_rings.report``."""
         from ._report import report
 
         return report(self, folder=folder, voxel=voxel, draws=draws, seed=seed)
@@ -66,7 +70,7 @@ class Placement:
         return export(self, to=to, folder=folder, **options)
 
     def rows(self) -> Iterable[Sequence[str]]:
-        """Name and value of each line of the result's text."""
+        """Return name and value of each line of the printed result."""
         return ()
 
     def __repr__(self) -> str:

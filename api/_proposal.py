@@ -1,6 +1,4 @@
-"""A proposal: a setup with the scene that it was found for, its exact coverage, and how it was
-found.
-"""
+"""A proposal: a setup with its scene, its exact coverage, and the search that found it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
@@ -41,34 +39,37 @@ towards distal."""
 
 @dataclass(frozen=True, repr=False)
 class Proposal(Placement):
-    """A setup with the scene that it was found for, its exact coverage, and how it was found.
+    """A setup with its scene, its exact coverage, and the search that found it.
 
-    ``search`` gives one, ``load`` reads one; ``save`` writes it.
+    ``search`` returns a proposal, ``load`` reads one, and ``save`` writes one.
     """
 
     setup: Setup
     """The rings."""
     scene: Scene
-    """What the setup was found for."""
+    """Scene of the search."""
     name: str = "proposal"
+    """Name of the setup in tables and pictures."""
     search: SearchResult | None = None
-    """What the search gave; None for one that was read."""
+    """Result of the search; None for a proposal from a file."""
     criterion: Criterion = field(default_factory=Criterion)
-    """What the search made large."""
+    """What the search maximised."""
     seed: int = 0
+    """Random seed of the search."""
     reach: Reach | None = None
-    """What each number of sensors came to, where the fewest were sought."""
+    """Coverage reached with each number of sensors, if the search minimised the sensors."""
     wanted_percent: float | None = None
-    """The coverage that these were to reach."""
+    """Coverage to reach with the fewest sensors, percent."""
     command: str = ""
-    """The call or the command that found it."""
+    """The call or the command that ran the search."""
     found: FoundModel | None = None
-    """How it was found, as its file says; None for one that was searched just now."""
+    """Record of the search in the proposal's file; None for a new proposal."""
     verifier: Verifier | None = field(default=None, kw_only=True, compare=False)
+    """Exact counter of the search; by default one with voxels of 0.01 m."""
 
     @cached_property
     def each(self) -> tuple[Verified, ...]:
-        """ζ of each target with its poses, counted on voxels of 0.01 m or those of the search."""
+        """Exact ζ of each target and pose, with voxels of 0.01 m or those of the search."""
         known = {} if self.search is None else {v.target: v for v in self.search.verified}
         goals = self.scene.core.goals
         with input_errors():
@@ -78,8 +79,8 @@ class Proposal(Placement):
 
     @property
     def coverage(self) -> float:
-        """Exact ζ in [0, 1]: the weighted mean over targets and poses; the worst pose's where the
-        scene asks for it.
+        """Exact ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose
+        if the scene has ``over_poses="worst"``.
         """
         return self._verifier.judged(self.each)[1]
 
@@ -90,22 +91,22 @@ class Proposal(Placement):
 
     @property
     def value(self) -> float | None:
-        """The exact value in [0, 1] of what the search made large; None for one that was read."""
+        """Exact value of the search's criterion in [0, 1]; None for a proposal from a file."""
         return None if self.search is None else self.search.exact
 
     @property
     def outcome(self) -> Outcome | None:
-        """How the search ended; None for one that was read."""
+        """How the search ended; None for a proposal from a file."""
         return None if self.search is None else self.search.outcome
 
     @property
     def statistics(self) -> Statistics | None:
-        """What the search spent; None for one that was read."""
+        """Effort of the search; None for a proposal from a file."""
         return None if self.search is None else self.search.statistics
 
     @cached_property
     def records(self) -> tuple[VerifyResult, ...]:
-        """ζ of each target in percent, under all models of occlusion, as ``save`` writes it."""
+        """ζ of each target in percent under all occlusion models, as ``save`` writes it."""
         from .reporting.comparison import counted
 
         goals = [goal.target for goal in self.scene.core.goals]
@@ -113,12 +114,15 @@ class Proposal(Placement):
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
     def compare(self, progress: Callable[[int, int], None] | None = None) -> list[VerifyResult]:
-        """ζ of the proposal and of the paper's layouts for all targets, by the same verifier.
+        """Count ζ of the proposal and of the paper's layouts for all targets, by the same verifier.
 
-        Ctrl-C ends the comparison; what is counted until then is returned.
+        Ctrl-C ends the comparison and returns the finished counts.
 
         Args:
-            progress: is given the number of poses counted, from 0, and of all.
+            progress: receives the number of counted poses, from 0, and the number of all.
+
+        Returns:
+            One record for each setup and target, in percent.
         """
         from .reporting.comparison import compared, counted, papers
 
@@ -127,7 +131,7 @@ class Proposal(Placement):
         setups = {self.name: self.setup} | papers(core)
         counts = () if self.search is None else self.search.verified
         known = {(self.name, v.target): v for v in counts}
-        found: list[VerifyResult] = []
+        records: list[VerifyResult] = []
         done, total = 0, len(targets) * len(setups) * len(core.poses)
 
         def tell(poses: int) -> None:
@@ -140,32 +144,33 @@ class Proposal(Placement):
         try:
             tell(0)
             for one in counted(verifier, setups, targets, goals, known):
-                found.append(one)
-                tell(len(found) * len(core.poses))
+                records.append(one)
+                tell(len(records) * len(core.poses))
         except KeyboardInterrupt:
             pass
         order = {(t.name, t.radius): i for i, t in enumerate(targets)}
-        return sorted(found, key=lambda r: order[r.target, r.radius])
+        return sorted(records, key=lambda r: order[r.target, r.radius])
 
     def compare_criterion(self) -> dict[str, float]:
-        """What the search made large, in percent, of the proposal and of the paper's layouts; empty
-        where that is ζ itself.
+        """Return the search's criterion in percent for the proposal and the paper's layouts.
+
+        The result is empty if the criterion is ζ itself. Ctrl-C returns the finished values.
         """
         from .reporting.comparison import papers
 
         if self.criterion.plain or self.search is None:
             return {}
-        core, found = self.scene.core, {self.name: 100 * self.search.exact}
+        core, values = self.scene.core, {self.name: 100 * self.search.exact}
         verifier = Verifier(core, self._verifier.voxel)
         try:
             for name, one in papers(core).items():
-                found[name] = 100 * judge(verifier, one, self.criterion)[1]
+                values[name] = 100 * judge(verifier, one, self.criterion)[1]
         except KeyboardInterrupt:
             pass
-        return found
+        return values
 
     def file(self, records: Sequence[VerifyResult] | None = None) -> ProposalFile:
-        """The model of the proposal's file; ``records`` where they are counted already."""
+        """Return the model of the proposal's file; pass ``records`` if they are counted already."""
         core, zeta = self.scene.core, list(self.records if records is None else records)
         if len(core.poses) > MANY:
             zeta = [r.model_copy(update={"poses": []}) for r in zeta]
@@ -182,13 +187,20 @@ class Proposal(Placement):
         criterion_percent: dict[str, float],
         files: dict[str, str],
     ) -> SearchFile:
-        """The model of ``result.json``: the proposal beside the paper's layouts.
+        """Return the model of ``result.json``: the proposal beside the paper's layouts.
+
+        Args:
+            comparison: records of ``compare``.
+            criterion_percent: values of ``compare_criterion``.
+            files: paths of the written files by their role.
 
         Raises:
-            ValueError: for a proposal that was read.
+            ValueError: for a proposal from a file.
         """
         if self.search is None:
-            raise ValueError("found a proposal that was read, allowed: one from search")
+            raise ValueError(
+                "the proposal comes from a file; only a proposal of search has a result.json"
+            )
         own = self.own_records(comparison)
         return SearchFile(
             proposal=self.file(own),
@@ -202,12 +214,12 @@ class Proposal(Placement):
         )
 
     def own_records(self, comparison: Sequence[VerifyResult]) -> list[VerifyResult]:
-        """Those of a comparison that are of the proposal and of a target of its scene."""
+        """Return the records of a comparison that concern the proposal and its scene's targets."""
         goals = {(g.target.name, g.target.radius) for g in self.scene.core.goals}
         return [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
 
     def reach_record(self) -> ReachModel | None:
-        """The searches for the fewest sensors, in percent; None where none were asked for."""
+        """Return the searches for the fewest sensors in percent; None if there were none."""
         if self.reach is None or self.wanted_percent is None:
             return None
         tried = [
@@ -219,7 +231,14 @@ class Proposal(Placement):
         )
 
     def save(self, path: str | Path) -> Path:
-        """Write the proposal as TOML, at once: a kill leaves the old file or the new one.
+        """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or
+        the new one.
+
+        Args:
+            path: path of the file; its folder must exist.
+
+        Returns:
+            The path of the file.
 
         Raises:
             InputError: if the file cannot be written.
@@ -252,7 +271,7 @@ class Proposal(Placement):
 
 
 def found_model(result: SearchResult, seed: int, criterion: Criterion, command: str) -> FoundModel:
-    """How a search found its setup, with these versions."""
+    """Return the record of a search for its proposal's file, with the installed versions."""
     spent = result.statistics
     return FoundModel(
         outcome=result.outcome.value,
@@ -273,5 +292,9 @@ def found_model(result: SearchResult, seed: int, criterion: Criterion, command: 
 
 
 def write_proposal(path: Path, file: ProposalFile) -> None:
-    """Write a proposal's file under its heading; UserError if it cannot be written."""
+    """Write a proposal's file below its heading.
+
+    Raises:
+        UserError: if the file cannot be written.
+    """
     write_text(path, to_toml(file, _HEADING))

@@ -1,4 +1,4 @@
-"""The report of a setup: one page to read, print and build from."""
+"""The report of a setup: one self-contained HTML page."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -33,15 +33,15 @@ def report(
     draws: int = 100,
     seed: int = 0,
 ) -> Path:
-    """Write a report that needs nothing else: what a setup covers, where it is blind, how to mount
-    it, what it takes.
+    """Write a self-contained HTML report: coverage, blind spots, mounting guide and bill of
+    materials.
 
     Args:
-        setup, scene: as for ``verify``.
-        folder: for report.html; made if need be.
-        voxel: side of the voxels that are counted, m.
-        draws: mountings drawn for the tolerance, 1 to 100,000.
-        seed: of the draws.
+        setup, scene: as in ``verify``.
+        folder: output folder of report.html; created if it does not exist.
+        voxel: side of the voxels of all counts, m.
+        draws: number of random mounting errors for the tolerance, 1 to 100,000.
+        seed: random seed of the mounting errors.
 
     Returns:
         The path of report.html.
@@ -72,15 +72,15 @@ def write_report(
     """Write the report as ``report`` does.
 
     Args:
-        setup, scene, folder, voxel, draws, seed: as for ``report``.
-        arguments: of the command that the report repeats under "make it again".
-        console: shows progress; none by default.
+        setup, scene, folder, voxel, draws, seed: as in ``report``.
+        arguments: arguments of the command that the report quotes as its origin.
+        console: terminal for the progress; none by default.
 
     Returns:
-        The path of report.html, and what was counted for it.
+        The path of report.html, and the figures in it.
 
     Raises:
-        InputError: as ``report`` does.
+        InputError: as in ``report``.
     """
     from .reporting.pages import html
     from .reporting.setup_report.facts import gather
@@ -110,7 +110,7 @@ def write_report(
 
 
 def _origin(setup: SetupLike) -> FoundModel | None:
-    """How a setup was found, as far as it or its file says."""
+    """Return the record of the search that found a setup, if it or its file has one."""
     if isinstance(setup, ResolvedSetup):
         return how_found(setup.name)
     if isinstance(setup, str | Path):
@@ -119,7 +119,7 @@ def _origin(setup: SetupLike) -> FoundModel | None:
 
 
 def _draw(facts: "Facts", folder: Path) -> None:
-    """Draw the pictures of the page: the setup, and the blind spots of each target."""
+    """Draw the pictures of the page: the setup and the blind spots of each target."""
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_picture import blind_picture
     from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots

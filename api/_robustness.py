@@ -1,4 +1,4 @@
-"""What is left of a setup's coverage after failures and under errors of mounting."""
+"""Robustness of a setup's coverage against failures and mounting errors."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -19,27 +19,29 @@ from .objectives.scene import Scene as CoreScene
 from .objectives.tolerance import Tolerance, tolerance
 from .objectives.verify import VOXEL, Verifier
 
-_MOST_SEEN = 100  # sensors that see one point: more than any setup has use for
+_MOST_SEEN = 100  # sensors that cover one point; no real setup has more
 _MOST_DRAWS = 100_000
 
 
 @dataclass(frozen=True, repr=False)
 class RobustnessReport(Placement):
-    """What failures and errors of mounting leave of the coverage of each target.
-
-    redundancy: shares in [0, 1] that at least 1, 2, ... sensors cover, and ζ after each loss.
-    tolerance: ζ in [0, 1] of each drawn mounting. Both in the order of the scene's targets.
-    """
+    """Coverage of each target after failures and under mounting errors."""
 
     setup: Setup
+    """The rings."""
     scene: Scene
+    """Scene of the counts."""
     redundancy: tuple[Redundancy, ...]
+    """For each target: shares in [0, 1] that at least 1, 2, ... sensors cover, and ζ without each
+    ring or sensor."""
     tolerance: tuple[Tolerance, ...]
+    """For each target: ζ in [0, 1] for each draw of mounting errors."""
     name: str = "setup"
+    """Name of the setup."""
 
     @property
     def records(self) -> tuple[RobustnessResult, ...]:
-        """What ``place-rings robustness --json`` prints, one record for each target, in percent."""
+        """Records that ``place-rings robustness --json`` prints, one for each target, percent."""
         pairs = zip(self.redundancy, self.tolerance, strict=True)
         return tuple(RobustnessResult.of(self.name, self.setup, sure, off) for sure, off in pairs)
 
@@ -59,8 +61,15 @@ class RobustnessReport(Placement):
 def mounting_errors(
     position_error_mm: float, direction_error_deg: float, law: Law = "uniform"
 ) -> MountingErrors:
-    """Errors of mounting: of each ring along its link, mm, and of directions, degrees; InputError
-    for values that no mount has.
+    """Return the distribution of mounting errors.
+
+    Args:
+        position_error_mm: limit of each ring's error along its link, mm.
+        direction_error_deg: limit of the errors of directions, degrees.
+        law: ``uniform`` or ``normal``.
+
+    Raises:
+        InputError: for an unknown law, or limits that no mount has.
     """
     if law not in get_args(Law):
         raise InputError(f"found {law!r}, allowed: {', '.join(get_args(Law))}", "law")
@@ -70,7 +79,11 @@ def mounting_errors(
 
 
 def check_drawing(k: int, draws: int) -> None:
-    """Refuse what ``robustness`` cannot tell apart or draw: InputError."""
+    """Check the numbers of sensors and of draws of ``robustness``.
+
+    Raises:
+        InputError: for a value out of range.
+    """
     _within("k", k, 1, _MOST_SEEN)
     _within("draws", draws, 1, _MOST_DRAWS)
 
@@ -88,23 +101,26 @@ def robustness(
     voxel: float = VOXEL,
     progress: Callable[[int, int], None] | None = None,
 ) -> RobustnessReport:
-    """Count what several sensors cover, what is lost with a sensor or a ring, and ζ under errors of
-    mounting.
+    """Count k-coverage, coverage without each sensor or ring, and coverage under mounting errors.
 
     Args:
-        setup, scene: as for ``verify``.
-        k: tell apart up to so many sensors that cover a point, 1 to 100.
-        draws: mountings that are drawn.
-        position_error_mm: of each ring along its link, either way.
-        direction_error_deg: of each ring as a whole and of each sensor on it, either way.
-        law: ``uniform`` within these limits, or ``normal`` with the limits as two standard
+        setup, scene: as in ``verify``.
+        k: largest number of sensors in the k-coverage, 1 to 100.
+        draws: number of random mounting errors, 1 to 100,000.
+        position_error_mm: limit of each ring's error along its link, in both directions, mm.
+        direction_error_deg: limit of the errors of direction, degrees: of each ring as a whole and
+            of each sensor on it.
+        law: ``uniform`` within these limits, or ``normal`` with the limits at two standard
             deviations.
-        seed: of the draws; setups share random draws for a given seed.
+        seed: random seed; setups share random draws for a given seed.
         voxel: side of a voxel, m.
-        progress: is given the number of counts done, from 0, and of all.
+        progress: receives the number of finished counts, from 0, and the number of all.
+
+    Returns:
+        Redundancy and tolerance for each target.
 
     Raises:
-        InputError: as for ``verify``, or for a value out of range.
+        InputError: as in ``verify``, or for a value out of range.
 
     Example:
         >>> import place_rings as pr

@@ -1,4 +1,4 @@
-"""A scene: what is wanted, on which robot, in which poses, and what is allowed."""
+"""A scene: robot, poses, targets, sensor and rules."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -44,29 +44,29 @@ _KINDS: dict[str, type] = {"sensor": Sensor, "rules": Rules, "safety": Safety}
 
 
 class Scene:
-    """What is wanted, on which robot, in which poses, and what is allowed.
+    """Robot, poses, targets, sensor and rules of a placement.
 
-    A scene does not change; ``replace`` makes another. Without arguments it is the reference
-    scene: a UR10 in one pose, the shell of 0.5 m, the paper's sensor.
+    A scene is immutable; ``replace`` returns a changed copy. Without arguments it is the reference
+    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor.
 
     Args:
-        robot: a name of ``robots``, or a ``Robot``.
-        targets: target volumes such as ``Shell(0.5, weight=0.6)``; one or more.
-        poses: a ``Trajectory``; poses as ``Pose``; or joint angles, rad, of one pose (J,) or of P
-            poses (P, J), which then weigh the same. The robot's rest pose by default.
-        sensor: of new rings.
-        occlusion: what the robot's own body does to its sensors: ``ignore`` (the paper),
-            ``shadow`` (points behind a body are not covered), ``blind`` (a one-zone sensor sees
-            nothing beyond the nearest surface in its beam).
-        ring_radius: of new rings, m; by default 0.08, more where a real ring needs it.
+        robot: a name in ``robots``, or a ``Robot``.
+        targets: one or more target volumes such as ``Shell(0.5, weight=0.6)``.
+        poses: a ``Trajectory``, a list of ``Pose``, or joint angles in rad: (J,) for one pose or
+            (P, J) for P poses of equal weight. The robot's rest pose by default.
+        sensor: sensor of new rings.
+        occlusion: model of occlusion: ``ignore`` (transparent bodies, as in the paper), ``shadow``
+            (points behind a body are not covered) or ``blind`` (a one-zone sensor covers nothing
+            beyond the nearest surface in its beam).
+        ring_radius: radius of new rings, m; by default 0.08, or more if a real ring needs it.
         mounts: limits of rings by the name of the link.
-        rules: what makes a setup buildable.
-        obstacles: of the cell, each made by ``obstacle``.
-        over_poses: whether a search makes the ``mean`` over the poses large, or the ``worst``.
-        safety: what the distances of ``ProtectiveVolume`` are made of.
+        rules: rules that make a setup buildable.
+        obstacles: obstacles of the cell, each made by ``obstacle``.
+        over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
+        safety: terms of the separation distance that defines ``ProtectiveVolume``.
 
     Raises:
-        InputError: in one line, which names the argument, what was given and what is allowed.
+        InputError: for an invalid argument; the message states the value and the allowed ones.
 
     Example:
         >>> import place_rings as pr
@@ -109,14 +109,14 @@ class Scene:
 
     @classmethod
     def of(cls, core: CoreScene) -> "Scene":
-        """The scene around one of ``place_rings.objectives``, as files and commands have it."""
+        """Return the scene that wraps a scene of ``place_rings.objectives``, the form of files."""
         scene = cls.__new__(cls)
         object.__setattr__(scene, "_core", core)
         return scene
 
     @property
     def core(self) -> CoreScene:
-        """The same for the rooms below, which may change from version to version."""
+        """The internal form of the scene; not part of the public API."""
         return self._core
 
     @property
@@ -131,7 +131,7 @@ class Scene:
 
     @property
     def poses(self) -> tuple[Pose, ...]:
-        """The poses; of a trajectory those that stand for it."""
+        """The poses; for a trajectory, the weighted poses that represent it."""
         return self._core.poses
 
     @property
@@ -141,12 +141,12 @@ class Scene:
 
     @property
     def occlusion(self) -> Occlusion:
-        """What the robot's own body does to its sensors."""
+        """Model of occlusion: ``ignore``, ``shadow`` or ``blind``."""
         return self._core.occlusion
 
     @property
     def ring_radius(self) -> float | None:
-        """The radius that is stated for new rings, m; None where none is."""
+        """Stated radius of new rings, m; None if the scene states none."""
         return self._core.ring_radius if self._core.radius_stated else None
 
     @property
@@ -156,29 +156,35 @@ class Scene:
 
     @property
     def rules(self) -> Rules:
-        """What makes a setup buildable."""
+        """Rules that make a setup buildable."""
         return self._core.rules
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What stands in the cell."""
+        """Obstacles of the cell."""
         return self._core.obstacles
 
     @property
     def over_poses(self) -> Literal["mean", "worst"]:
-        """What a search makes large of several poses."""
+        """Whether a search maximises the mean over the poses or the worst pose."""
         return self._core.over_poses
 
     @property
     def safety(self) -> Safety:
-        """What the distances of ``ProtectiveVolume`` are made of."""
+        """Terms of the separation distance that defines ``ProtectiveVolume``."""
         return self._core.safety
 
     def replace(self, **changes: Any) -> "Scene":
-        """The scene with other values of some arguments; None stands for an argument's default.
+        """Return a copy of the scene with other values of some arguments.
+
+        Args:
+            changes: arguments of ``Scene``; None restores an argument's default.
+
+        Returns:
+            The new scene.
 
         Raises:
-            InputError: for an argument that ``Scene`` has not, or a value that it refuses.
+            InputError: for an argument that ``Scene`` does not have, or an invalid value.
 
         Example:
             >>> import place_rings as pr
@@ -203,17 +209,21 @@ class Scene:
     def ring(
         self, link: str, position: float, count: int, *, tilt: float = 0.0, phase: float = 0.0
     ) -> Ring:
-        """A ring with the sensor and the radius that the scene has for this link.
+        """Return a ring with the scene's sensor and ring radius for a link.
 
         Args:
-            link: a mount of the robot.
-            position: 0 (proximal) to 1 (distal) along the mount axis.
-            count: sensors.
-            tilt: of each sensor's axis out of the ring's plane, positive toward distal, rad.
-            phase: of the first sensor about the mount axis, rad.
+            link: a link of the robot that carries rings.
+            position: position along the link's mount axis, 0 (proximal) to 1 (distal).
+            count: number of sensors.
+            tilt: angle of each sensor's axis out of the ring's plane, positive toward the distal
+                end, rad.
+            phase: rotation of the ring about the mount axis, rad.
+
+        Returns:
+            The ring.
 
         Raises:
-            InputError: for a link that the robot has not, or a value out of range.
+            InputError: for a link that the robot does not have, or a value out of range.
 
         Example:
             >>> import place_rings as pr
@@ -226,10 +236,10 @@ class Scene:
             return Ring(link, position, count, tilt, phase, radius, sensor)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"a scene does not change; use scene.replace({name}=...)")
+        raise AttributeError(f"a scene is immutable; use scene.replace({name}=...)")
 
     def __delattr__(self, name: str) -> None:
-        raise AttributeError("a scene does not change")
+        raise AttributeError("a scene is immutable")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Scene.of, (self._core,)
@@ -255,10 +265,10 @@ class Scene:
 
 
 def core_scene(scene: Scene | CoreScene) -> CoreScene:
-    """The scene for the rooms below.
+    """Return the internal form of a scene.
 
     Raises:
-        InputError: if it is no scene.
+        InputError: if the argument is not a scene.
     """
     if isinstance(scene, Scene):
         return scene.core
@@ -276,15 +286,18 @@ def obstacle(
     points: Sequence[Sequence[float]] | None = None,
     floor: float | None = None,
 ) -> Obstacle:
-    """A convex obstacle of the cell: it shadows sensors, and is no part of a target.
+    """Return a convex obstacle of the cell. It occludes sensors and is excluded from targets.
 
     Args:
-        name: that reports use.
-        centre: of a box or of the points' frame, m, base frame.
-        rpy_deg: turns about x, y and z of the base frame, in this order, degrees.
-        size: of a box, m.
-        points: (N, 3) m, of which it is the convex hull.
-        floor: everything below this height, m.
+        name: name of the obstacle in reports.
+        centre: (x, y, z) of the box's centre, or of the origin of the points' frame, m, base frame.
+        rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
+        size: (x, y, z) size of a box, m.
+        points: (N, 3) points in m; the obstacle is their convex hull.
+        floor: height of a floor, m; the obstacle is everything below.
+
+    Returns:
+        The obstacle, for ``Scene(obstacles=[...])``.
 
     Raises:
         InputError: unless exactly one of ``size``, ``points`` and ``floor`` is given and in range.
@@ -305,7 +318,7 @@ def obstacle(
         }
     except (TypeError, ValueError) as error:
         raise InputError(
-            "found something else than numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
+            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
             "obstacle",
         ) from error
     try:
@@ -320,46 +333,47 @@ def _robot(robot: Robot | str) -> Robot:
         return robot
     if not isinstance(robot, str) or robot not in robots:
         raise InputError(
-            f"unknown robot {robot!r}; known: {', '.join(robots)}, or a Robot, as load reads it",
+            f"unknown robot {robot!r}; known: {', '.join(robots)}, or a Robot, as load returns it",
             "robot",
         )
     return robots[robot]
 
 
 def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a scene below for arguments but its robot and poses; None becomes the default.
+    """Return the internal fields for all arguments except robot and poses; None becomes the
+    default.
 
     Raises:
-        InputError: for values of another kind than an argument has.
+        InputError: for values of the wrong type.
     """
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
         if name in given:
             if given[name] not in one_of:
                 raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
-            found[name] = given[name]
+            fields[name] = given[name]
     for name, kind in _KINDS.items():
         if name in given:
             value = kind() if given[name] is None else given[name]
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
-            found[name] = value
+            fields[name] = value
     if "mounts" in given:
-        found["limits"] = _limits(given["mounts"])
+        fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:
-        found["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
+        fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
     if "targets" in given:
         default = given["targets"] is None
-        found["goals"] = CoreScene.goals if default else _goals(given["targets"])
+        fields["goals"] = CoreScene.goals if default else _goals(given["targets"])
     if "ring_radius" in given:
         radius = given["ring_radius"]
-        found["radius_stated"] = radius is not None
-        found["ring_radius"] = CoreScene.ring_radius if radius is None else radius
-    return found
+        fields["radius_stated"] = radius is not None
+        fields["ring_radius"] = CoreScene.ring_radius if radius is None else radius
+    return fields
 
 
 def _limits(mounts: Any) -> dict[str, Limits]:
-    """Limits by the name of the link; InputError for anything else."""
+    """Return limits by the name of the link; raise InputError for anything else."""
     if not isinstance(mounts, Mapping | None):
         raise InputError(f"found {mounts!r}, allowed: Limits by the name of the link", "mounts")
     for link, limits in (mounts or {}).items():
@@ -371,7 +385,7 @@ def _limits(mounts: Any) -> dict[str, Limits]:
 
 
 def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
-    """One value of a kind, several of it, or None, as a tuple; InputError for anything else."""
+    """Return one value of a type, several, or None as a tuple; otherwise raise InputError."""
     if isinstance(values, kind):
         values = (values,)
     if not isinstance(values, Iterable | None):
@@ -392,8 +406,8 @@ def _goals(targets: Any) -> tuple[Any, ...]:
 
 
 def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
-    """The scene in these poses, as arrays of its own that nobody can write to; in the robot's rest
-    pose where there are none.
+    """Return the scene with these poses as read-only copies, or with the robot's rest pose if there
+    are none.
     """
     if isinstance(poses, Trajectory):
         core = poses.applied(core)
@@ -417,7 +431,7 @@ def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
 
 
 def _frozen(pose: Pose) -> Pose:
-    """A pose with arrays of its own, which cannot be written to."""
+    """Return a pose with read-only copies of its arrays."""
     arrays = [a for a in (pose.q, pose.rate) if a is not None]
     if all(isinstance(a, np.ndarray) and a.base is None and not a.flags.writeable for a in arrays):
         return pose
@@ -432,14 +446,14 @@ def _numbers(values: Any) -> np.ndarray:
         return np.asarray(values, float)
     except (TypeError, ValueError) as error:
         raise InputError(
-            "found something else than numbers, allowed: a Trajectory, Poses, or joint angles in"
+            "found values that are not numbers, allowed: a Trajectory, Poses, or joint angles in"
             " rad, (J,) or (P, J)",
             "poses",
         ) from error
 
 
 def _checked(core: CoreScene) -> CoreScene:
-    """The scene, if its file would be read; InputError otherwise."""
+    """Return the scene if its file would be valid; raise InputError otherwise."""
     try:
         SceneModel.from_domain(core)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The search: from a scene to a proposal."""
+"""The search for the best setup in a scene."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -28,24 +28,28 @@ from .placement.search.progress import Progress
 __all__ = ["InfeasibleError", "Rings", "search"]
 
 _RINGS_PER_LINK = 2
-_SENSORS_PER_RING = 16  # where neither the caller nor a scene's rule says more
-_MOST_COVERING = 10  # sensors that cover a point: a search's time grows with them
+_SENSORS_PER_RING = 16  # default where the scene's rules allow it
+_MOST_COVERING = 10  # redundancy; the time of a search grows with it
 
 
 @dataclass(frozen=True)
 class Rings:
-    """Which setups a search chooses from; see ``search``."""
+    """Layouts that a search chooses from; see ``search``."""
 
     sensors: int | None = None
+    """Number of sensors, in any rings."""
     rings_per_link: int | None = None
+    """Rings on each link of a fixed layout."""
     sensors_per_ring: int | None = None
+    """Sensors on each ring of a fixed layout."""
     reach_percent: float | None = None
+    """Coverage to reach with the fewest sensors, percent."""
 
     def space(self, scene: CoreScene) -> Space | None:
-        """These setups; None where the number of sensors is free too.
+        """Return the design space of a search; None if the number of sensors is free.
 
         Raises:
-            InfeasibleError: where the scene's rules leave none.
+            InfeasibleError: if the scene's rules admit no setup.
             InputError: for numbers that contradict each other or a rule of the scene.
         """
         self.check()
@@ -64,7 +68,11 @@ class Rings:
         return Space(scene, ring_layout(scene, self.rings_per_link or _RINGS_PER_LINK, count))
 
     def check(self) -> None:
-        """Refuse numbers that are out of range or contradict each other: InputError."""
+        """Check the numbers.
+
+        Raises:
+            InputError: for numbers that are out of range or contradict each other.
+        """
         reach, sensors = self.reach_percent, self.sensors
         if reach is not None:
             number("reach_percent", reach, "above 0 and below 100 (percent)")
@@ -97,7 +105,11 @@ class Rings:
 
 
 def cap_of(time_cap: float | None) -> float:
-    """The cap on a search in s, infinite for None; InputError for what is no positive number."""
+    """Return the limit of a search in seconds, infinite for None.
+
+    Raises:
+        InputError: if it is not a positive number.
+    """
     if time_cap is not None and not 0 < time_cap < math.inf:
         raise InputError(f"found {time_cap:g}, allowed: a positive number of seconds", "time_cap")
     return math.inf if time_cap is None else time_cap
@@ -106,7 +118,17 @@ def cap_of(time_cap: float | None) -> float:
 def criterion(
     scene: CoreScene, redundancy: int, losing: Losing | None, errors: MountingErrors | None
 ) -> Criterion:
-    """What a search makes large; InputError for what does not go together."""
+    """Return what a search maximises.
+
+    Args:
+        scene: scene of the search.
+        redundancy: number of sensors that must cover a point.
+        losing: unit whose worst loss the coverage must survive.
+        errors: distribution of mounting errors, or None.
+
+    Raises:
+        InputError: for criteria that cannot be combined.
+    """
     tolerant = errors is not None
     whole("redundancy", redundancy, 1, _MOST_COVERING)
     if losing is not None and losing not in get_args(Losing):
@@ -119,7 +141,7 @@ def criterion(
         )
     if scene.over_poses == "worst" and (losing is not None or tolerant or redundancy > 1):
         raise InputError(
-            "found with another aim, allowed: only without redundancy, losing and tolerant",
+            "found worst, allowed: only without redundancy, losing and tolerant",
             "over_poses",
             others=("redundancy", "losing", "tolerant"),
         )
@@ -146,37 +168,42 @@ def search(
     start: Sequence[Setup] = (),
     progress: Callable[[Progress], None] | None = None,
 ) -> Proposal:
-    """Find the setup that covers most of a scene's targets, and count its exact coverage.
+    """Search for the setup with the highest coverage of a scene's targets, and count it exactly.
 
     The same seed gives the same answer on the same machine. Ctrl-C ends the search and returns the
-    best setup until then; ``outcome`` says so.
+    best setup so far; ``outcome`` then is ``Outcome.INTERRUPTED``.
 
     Args:
-        scene: what is wanted; by default the reference scene.
-        sensors: in rings as the search chooses them. Without it and ``reach_percent``: two rings
-            of 16 on each link with a length, and one on the tool.
-        rings_per_link, sensors_per_ring: of such a fixed layout.
-        reach_percent: coverage for which the fewest sensors are sought, percent.
-        redundancy: make the share large that at least so many sensors cover, 1 to 10.
-        losing: make the share large that is covered after the worst loss of a ``ring`` or
+        scene: scene of the search; by default the reference scene.
+        sensors: number of sensors, in rings that the search chooses. The default is a fixed layout:
+            two rings of 16 sensors on each link with a length, and one ring on the tool.
+        rings_per_link: rings on each link of the fixed layout.
+        sensors_per_ring: sensors on each ring of the fixed layout.
+        reach_percent: find the fewest sensors with this coverage, percent.
+        redundancy: maximise the share that at least this number of sensors covers, 1 to 10.
+        losing: maximise the share that stays covered after the worst loss of one ``ring`` or one
             ``sensor``.
-        tolerant: make the mean share under errors of mounting large.
-        position_error_mm, direction_error_deg: of these errors, as in ``robustness``.
-        seed: of the random starts and points.
-        time_cap: s; the search otherwise ends by its own schedule.
+        tolerant: maximise the mean share under mounting errors.
+        position_error_mm: limit of these errors along a link, mm, as in ``robustness``.
+        direction_error_deg: limit of these errors of direction, degrees, as in ``robustness``.
+        seed: random seed of starts and points.
+        time_cap: limit in seconds; by default the search ends by its own schedule.
         voxel: side of the voxels of the exact count, m.
-        start: setups to start from, beside the drawn ones.
-        progress: is given the progress from time to time, in this thread; first before points are
-            drawn.
+        start: setups to start from, in addition to random ones.
+        progress: receives the progress from time to time, in the calling thread; the first call
+            comes before any points are drawn.
+
+    Returns:
+        The best setup with its exact coverage.
 
     Raises:
-        InfeasibleError: where the rules leave no setup.
-        InputError: for arguments that are out of range or do not go together.
+        InfeasibleError: if the rules admit no setup.
+        InputError: for arguments that are out of range or cannot be combined.
 
     Example:
         >>> import place_rings as pr
-        >>> found = pr.search(sensors=8, time_cap=1, voxel=0.05)
-        >>> found.setup.sensors
+        >>> result = pr.search(sensors=8, time_cap=1, voxel=0.05)
+        >>> result.setup.sensors
         8
     """
     core = core_scene(CoreScene() if scene is None else scene)
@@ -196,17 +223,17 @@ def search(
     tell(Progress())
     with input_errors(but=(InfeasibleError,)):
         if space is not None:
-            found = searching.search(
+            result = searching.search(
                 core, space, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
             )
             reach = None
         else:
             reach = _fewest(core, rings, seed, cap, voxel, tell, aim)
-            found = reach.result
+            result = reach.result
     return Proposal(
-        found.setup,
+        result.setup,
         Scene.of(core),
-        search=found,
+        search=result,
         criterion=aim,
         seed=seed,
         reach=reach,
@@ -217,7 +244,7 @@ def search(
 
 
 def _starts(start: Any) -> tuple[Setup, ...]:
-    """Setups to start from; InputError for anything else."""
+    """Return the setups to start from; raise InputError for anything else."""
     each = tuple(start) if isinstance(start, Iterable) else (start,)
     for one in each:
         if not isinstance(one, Setup):

@@ -1,4 +1,4 @@
-"""The soft coverage of a setup, for gradients: under ``jax.grad``, ``jit`` and ``vmap``."""
+"""Soft coverage of a setup, differentiable under ``jax.grad``, ``jit`` and ``vmap``."""
 
 import math
 from collections import OrderedDict
@@ -23,27 +23,33 @@ from .objectives.soft_objective import TargetPoints
 
 
 class _Prepared(NamedTuple):
-    """What is compiled for a setup in a scene with its points, and the objects that it is of: an
-    identity in its key stays theirs as long as they are kept."""
+    """Compiled function of a setup in a scene with its points."""
 
     fraction: SoftFraction
+    """The soft coverage."""
     arrays: RingArrays
+    """Arrays of the setup's rings."""
     values: Any
+    """(3, R) positions, tilts and phases of the setup's rings."""
     kept: tuple[CoreScene, Any]
+    """Scene and points; holding them keeps the identities in the key unique."""
 
 
-_KEPT = 8  # setups in scenes that are kept compiled
+_KEPT = 8  # compiled functions in the cache
 _prepared: OrderedDict[Any, _Prepared] = OrderedDict()
-_lock = Lock()  # of ``_prepared``
+_lock = Lock()  # guards ``_prepared``
 
 
 def sample_points(scene: Scene | CoreScene, count: int = 8192, seed: int = 0) -> TargetPoints:
     """Draw points uniformly in each target of a scene at each pose, for ``coverage_fraction``.
 
     Args:
-        scene: with its targets and poses.
-        count: points in each target at each pose.
-        seed: the same seed gives the same points.
+        scene: scene with its targets and poses.
+        count: number of points in each target at each pose.
+        seed: random seed; the same seed gives the same points.
+
+    Returns:
+        The points; ``points`` holds one array (count, 3) in m for each target and pose.
 
     Raises:
         InputError: for an empty target, or a count below 1.
@@ -67,26 +73,27 @@ def coverage_fraction(
     *,
     values: Any = None,
 ) -> jax.Array:
-    """The soft coverage of a setup, differentiable by the values of its rings.
+    """Return the soft coverage of a setup, differentiable with respect to its rings' values.
 
-    A beam covers a point to the degree sigmoid(-f / width) with the implicit function f of the
-    beam, several cover it to 1 - prod(1 - degree), and the result is the weighted mean over points,
-    targets and poses. For a width towards 0 it is the share of the points that are covered. Goes
-    under ``jax.grad``, ``jax.jit`` and ``jax.vmap``; floors of targets and ``over_poses`` have no
-    part in it.
+    A beam with the implicit function f covers a point to the degree sigmoid(-f / width). Several
+    beams cover it to 1 - prod(1 - degree). The result is the weighted mean over points, targets and
+    poses. As the width approaches 0, it approaches the share of covered points. The function works
+    under ``jax.grad``, ``jax.jit`` and ``jax.vmap``. It ignores ``at_least_percent`` of targets and
+    ``over_poses``.
 
     Args:
-        setup: the rings: links, sensors, radii, and where ``values`` is not given their places.
-        scene: robot, poses, occlusion, obstacles, weights.
-        points: from ``sample_points``; or an array (N, 3) m, base frame, the same at every pose.
-            What is compiled is kept between calls with the same object, or with an array of the
+        setup: the rings: links, sensors and radii, and their positions and angles unless ``values``
+            is given.
+        scene: robot, poses, occlusion, obstacles and weights.
+        points: result of ``sample_points``, or an array (N, 3) in m, base frame, used at every
+            pose. The compiled function is reused for the same object, and for an array with the
             same numbers.
-        width: of the sigmoid, m, above 0. A constant: it has no gradient.
-        values: (3, R): positions, tilts and phases (rad) of the R rings; ``setup.values`` by
-            default.
+        width: width of the sigmoid, m, above 0. It is a constant without a gradient.
+        values: (3, R) array: positions (0 to 1), tilts (rad) and phases (rad) of the R rings;
+            ``setup.values`` by default.
 
     Returns:
-        A scalar in [0, 1]; NaN for values that are not finite, and for a traced width that is not
+        A scalar in [0, 1]; NaN for values that are not finite, or for a traced width that is not
         above 0.
 
     Raises:
@@ -111,11 +118,13 @@ def coverage_fraction(
 
 
 def _numbers(values: Any, shape: tuple[int, ...]) -> jax.Array:
-    """Values of rings, traced or not; InputError for another shape."""
+    """Return values of rings, traced or not; raise InputError for another shape."""
     try:
         found = jnp.asarray(values)
     except (TypeError, ValueError) as error:
-        raise InputError(f"found no numbers, allowed: numbers {shape}", "values") from error
+        raise InputError(
+            f"found values that are not numbers, allowed: numbers {shape}", "values"
+        ) from error
     if found.shape != shape or jnp.iscomplexobj(found):
         raise InputError(f"found shape {found.shape}, allowed: numbers {shape}", "values")
     return found
@@ -131,10 +140,10 @@ def _check_width(width: Any) -> None:
 
 
 def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
-    """What is compiled for a setup, a scene and points; kept for the next call with them.
+    """Return the compiled function of a setup, a scene and points, from the cache if it is there.
 
-    Setups and files of setups are resolved each time, and arrays of points are told apart by their
-    numbers: both may change between calls.
+    Setups and their files are resolved on every call, and arrays of points are compared by their
+    numbers, because both may change between calls.
     """
     _, placed, core = resolve_setup(setup, scene)
     if not isinstance(points, TargetPoints):
@@ -154,7 +163,7 @@ def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
 
 
 def _made(setup: Setup, core: CoreScene, points: Any, fraction: SoftFraction | None) -> _Prepared:
-    # a caller may be tracing, and what is kept is no part of its trace
+    # the cached values must not belong to a caller's trace
     with input_errors(), jax.ensure_compile_time_eval():
         fraction = fraction or SoftFraction(core, *_terms(core, points))
         arrays = ring_arrays(core.robot, setup.rings)
@@ -162,13 +171,15 @@ def _made(setup: Setup, core: CoreScene, points: Any, fraction: SoftFraction | N
 
 
 def _array(points: Any) -> np.ndarray:
-    """Points (N, 3) m as an array of the caller's own numbers; InputError for anything else."""
+    """Return a copy of points (N, 3) in m; raise InputError for anything else."""
     if isinstance(points, jax.core.Tracer):
         raise InputError("found traced points, allowed: an array of numbers", "points")
     try:
         each = np.array(points, float)
     except (TypeError, ValueError) as error:
-        raise InputError("found no numbers, allowed: finite (N, 3), m", "points") from error
+        raise InputError(
+            "found values that are not numbers, allowed: finite (N, 3), m", "points"
+        ) from error
     if each.ndim != 2 or each.shape[1] != 3 or not len(each) or not np.isfinite(each).all():
         raise InputError(f"found shape {each.shape}, allowed: finite (N, 3), m", "points")
     return each
@@ -179,7 +190,7 @@ def _digest(points: np.ndarray) -> tuple[int, bytes]:
 
 
 def _terms(scene: CoreScene, points: Any) -> tuple[Cloud, Any, Any]:
-    """Clouds, poses and weights of all terms."""
+    """Return the clouds, poses and weights of all terms."""
     poses = len(scene.poses)
     if isinstance(points, TargetPoints):
         goal, pose = (np.array(column) for column in zip(*points.terms, strict=True))

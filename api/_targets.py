@@ -1,5 +1,5 @@
-"""Target volumes: what the sensors should cover. All exclude the robot's own volume V_R and the
-obstacles of the scene.
+"""Target volumes, which the sensors should cover. All exclude the robot's own volume V_R and the
+scene's obstacles.
 """
 
 import math
@@ -13,18 +13,18 @@ from .objectives.scene import Goal
 
 @dataclass(frozen=True, kw_only=True)
 class TargetVolume:
-    """What all target volumes have in common; make one of the classes below.
-
-    weight: relative weight in the mean over the targets, 0 or more. at_least_percent: coverage in
-    percent that a search shall keep as a floor; 0 for none.
+    """Common base of all target volumes; use one of its subclasses.
 
     Raises:
-        InputError: for a weight or a floor out of range.
+        InputError: for a weight or a minimum coverage out of range.
     """
 
     weight: float = 1.0
+    """Relative weight in the mean over the targets, 0 or more."""
     at_least_percent: float = 0.0
+    """Minimum coverage that a search must keep, percent; 0 for none."""
     symbol: str = field(init=False, default="", repr=False)
+    """Name of the volume in files and commands, such as ``V_S``."""
 
     def __post_init__(self) -> None:
         for name, value, most in (
@@ -37,18 +37,21 @@ class TargetVolume:
 
     @property
     def target(self) -> Target:
-        """The target volume by the name that files and commands use."""
+        """The target volume under its name in files and commands."""
         return Target(self.symbol)
 
     @property
     def goal(self) -> Goal:
-        """The volume with its weight and its floor."""
+        """The volume with its weight and its minimum coverage."""
         return Goal(self.target, self.weight, self.at_least_percent / 100)
 
 
 @dataclass(frozen=True)
 class Shell(TargetVolume):
-    """V_S: all that lies within ``radius`` m of the pose curve, from the base to the TCP.
+    """V_S: all points within ``radius`` of the pose curve, from the base to the TCP.
+
+    Raises:
+        InputError: for a radius that is not positive.
 
     Example:
         >>> import place_rings as pr
@@ -57,22 +60,23 @@ class Shell(TargetVolume):
     """
 
     radius: float
+    """Radius of the shell, m; larger than that of V_R (0.15 m)."""
     symbol: str = field(init=False, default="V_S", repr=False)
 
     @property
     def target(self) -> Target:
-        """V_S of this radius."""
+        """The shell under its name in files and commands."""
         with input_errors("radius"):
             return Target(self.symbol, float(self.radius))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.target  # noqa: B018  (a bad radius is refused here)
+        self.target  # noqa: B018  (raises for a bad radius)
 
 
 @dataclass(frozen=True)
 class ReachSphere(TargetVolume):
-    """V_O: the sphere of the robot's reach about its base.
+    """V_O: the sphere around the robot's base with the radius of its reach.
 
     Example:
         >>> import place_rings as pr
@@ -85,7 +89,7 @@ class ReachSphere(TargetVolume):
 
 @dataclass(frozen=True)
 class ToolSphere(TargetVolume):
-    """V_T: the sphere of one sensor range (1.5 m) about the TCP.
+    """V_T: the sphere around the TCP with the radius of one sensor range (1.5 m).
 
     Example:
         >>> import place_rings as pr
@@ -98,7 +102,7 @@ class ToolSphere(TargetVolume):
 
 @dataclass(frozen=True)
 class ReachAndToolSpheres(TargetVolume):
-    """V_OT: the union of the sphere of the robot's reach and that about the TCP.
+    """V_OT: the union of V_O and V_T.
 
     Example:
         >>> import place_rings as pr
@@ -111,8 +115,10 @@ class ReachAndToolSpheres(TargetVolume):
 
 @dataclass(frozen=True)
 class ProtectiveVolume(TargetVolume):
-    """V_P: all that is nearer to a link than its separation distance, which follows from the
-    scene's ``safety`` and the speeds of its poses. No safety rating follows.
+    """V_P: all points closer to a link than its separation distance.
+
+    The distance follows from the scene's ``safety`` and the speeds of its poses, by ISO/TS 15066.
+    It confers no safety rating.
 
     Example:
         >>> import place_rings as pr
@@ -129,7 +135,7 @@ _CLASSES: dict[str, type[TargetVolume]] = {
 
 
 def volume_of(goal: Goal) -> TargetVolume:
-    """The target volume that a goal stands for."""
+    """Return the target volume of an internal goal."""
     percent = round(100 * goal.at_least, 9)
     if goal.target.radius is not None:
         return Shell(goal.target.radius, weight=goal.weight, at_least_percent=percent)

@@ -1,4 +1,4 @@
-"""Recorded motions: what stands for a scene's poses."""
+"""Recorded motions, which a scene accepts in place of poses."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,31 +6,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from ._arguments import number, whole
 from ._errors import InputError, input_errors
-from .formats.recorded_motion import with_record
+from .coverage.robots.robot import Robot
+from .formats.recorded_motion import check_limits, read_record, with_record
 from .objectives.scene import Scene as CoreScene
 from .objectives.trajectory import MotionRecord, Thinning, recorded, thin
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A recorded motion, which a scene takes in place of its poses.
+    """A recorded motion, which a scene accepts in place of poses.
 
-    A scene makes at most ``poses`` weighted poses of it: each weighs by how long the robot was near
-    it and how fast it moved there.
-
-    Args:
-        time_s: (T,) s, strictly ascending.
-        q: joint angles (T, J), rad.
-        poses: at most so many poses, 1 to 2000.
-        within: rad; no pose is added nearer than that to others in every joint.
-        speed_weight: by how much speed adds to a weight; 0 for dwell time alone.
+    A scene represents the motion by weighted poses. The weight of a pose grows with the time that
+    the robot spends near it and with its speed there.
 
     Raises:
-        InputError: for shapes that do not agree, times that do not ascend, or a value out of range.
+        InputError: for shapes that do not match, times that do not ascend, or a value out of range.
 
     Example:
         >>> import numpy as np
@@ -41,14 +34,19 @@ class Trajectory:
     """
 
     time_s: Any
+    """(T,) times in s, strictly ascending."""
     q: Any
+    """(T, J) joint angles in rad."""
     poses: int = 200
+    """Largest number of poses, 1 to 2000."""
     within: float = math.radians(2)
+    """Use fewer poses if then no joint of any sample is farther than this from its pose, rad."""
     speed_weight: float = 1.0
+    """Influence of the speed on the weights; 0 for dwell time alone."""
     path: Path | None = None
-    """The file that is read once the robot is known; ``time_s`` and ``q`` are None then."""
+    """File of the motion, read once the robot is known; ``time_s`` and ``q`` are None then."""
     degrees: bool = False
-    """Whether the angles of that file are in degrees."""
+    """Whether the angles in that file are in degrees."""
 
     def __post_init__(self) -> None:
         whole("poses", self.poses, 1, 2000)
@@ -65,12 +63,12 @@ class Trajectory:
             time_s, q = np.array(self.time_s, float), np.array(self.q, float)
         except (TypeError, ValueError) as error:
             raise InputError(
-                "found no numbers, allowed: (T,) s and (T, J) rad", "time_s, q"
+                "found values that are not numbers, allowed: (T,) s and (T, J) rad", "time_s, q"
             ) from error
         if time_s.ndim != 1 or q.ndim != 2 or len(q) != len(time_s) or len(time_s) < 2:
             raise InputError(
                 f"found shapes {time_s.shape} and {q.shape},"
-                " allowed: (T,) and (T, J), with T of 2 or more",
+                " allowed: (T,) and (T, J) with T at least 2",
                 "time_s, q",
             )
         if not (np.isfinite(q).all() and np.isfinite(time_s).all() and (np.diff(time_s) > 0).all()):
@@ -90,46 +88,69 @@ class Trajectory:
         within: float = math.radians(2),
         speed_weight: float = 1.0,
     ) -> "Trajectory":
-        """The motion in a CSV file: a column of times (``t``, ``time_s``, ...) and one for each
-        joint, by the robot's names of its joints, ``q0`` ..., or ``actual_q_0`` ....
+        """Return the motion in a CSV file.
 
-        The file is read when a scene takes the motion, as only the scene knows the robot.
+        The file has a column of times (``t``, ``time_s``, ...) and one for each joint, headed by
+        the robot's joint names, ``q0`` ... or ``actual_q_0`` .... It is read when a scene uses the
+        motion, because only the scene knows the robot.
 
         Args:
-            path: of the file.
-            degrees: angles are in degrees; in radians otherwise.
-            poses, within, speed_weight: as above.
+            path: path of the file.
+            degrees: whether the angles are in degrees; radians by default.
+            poses: largest number of poses.
+            within: use fewer poses if then no joint of any sample is farther than this from its
+                pose, rad.
+            speed_weight: influence of the speed on the weights.
+
+        Returns:
+            The motion.
 
         Raises:
-            InputError: if there is no such file.
+            InputError: if the file does not exist.
         """
         if not Path(path).is_file():
             raise InputError(f"{path}: no such file; give a CSV file")
         return Trajectory(None, None, poses, within, speed_weight, Path(path), degrees)
 
     def applied(self, scene: CoreScene) -> CoreScene:
-        """The scene with the poses of the motion in place of its own.
+        """Return the scene with the poses of the motion in place of its own.
 
         Raises:
-            InputError: if the motion is not of the scene's robot, or its file cannot be read.
+            InputError: if the motion does not fit the scene's robot, or its file cannot be read.
         """
         how = Thinning(self.poses, self.within, self.speed_weight)
         if self.path is not None:
             with input_errors():
                 return with_record(scene, self.path, how, self.degrees)
-        return self._of_arrays(scene, how, self.q)
-
-    def _of_arrays(self, scene: CoreScene, how: Thinning, q: Float[np.ndarray, "T J"]) -> CoreScene:
-        if q.shape[1] != len(scene.robot.chain):
-            raise InputError(
-                f"found {q.shape[1]} joints, allowed: {len(scene.robot.chain)}, as"
-                f" {scene.robot.name} has",
-                "q",
-            )
-        record = MotionRecord(self.time_s, q)
+        record = self._own_record(scene.robot)
         thinned = thin(record, scene.robot, how)
         source = recorded("arrays", record, thinned, how)
         return replace(scene, poses=thinned.poses, recorded=source)
+
+    def record(self, robot: Robot) -> MotionRecord:
+        """Return the samples of the motion.
+
+        Raises:
+            InputError: if the motion does not fit the robot, exceeds its joint limits, or cannot be
+                read.
+        """
+        with input_errors():
+            path = self.path or Path("trajectory")
+            if self.path is not None:
+                record = read_record(self.path, robot, self.degrees)
+            else:
+                record = self._own_record(robot)
+            check_limits(path, robot, zip(record.time_s, record.q, strict=True))
+        return record
+
+    def _own_record(self, robot: Robot) -> MotionRecord:
+        joints = self.q.shape[1]
+        if joints != len(robot.chain):
+            raise InputError(
+                f"found {joints} joints, allowed: {len(robot.chain)}, the joints of {robot.name}",
+                "q",
+            )
+        return MotionRecord(self.time_s, self.q)
 
     def __repr__(self) -> str:
         if self.path is not None:
@@ -139,5 +160,5 @@ class Trajectory:
 
     @property
     def seconds(self) -> float:
-        """Duration of the arrays, s; infinite while a file is not read."""
+        """Duration in s; infinite before the file is read."""
         return math.inf if self.path is not None else float(self.time_s[-1] - self.time_s[0])

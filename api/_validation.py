@@ -1,6 +1,4 @@
-"""What is refused of a scene or a setup before anything is counted, and the setup that a caller
-means.
-"""
+"""Checks of scenes and setups before a count, and the forms in which functions accept a setup."""
 
 import re
 from dataclasses import dataclass, replace
@@ -24,34 +22,44 @@ from .objectives.verify import check_voxel, target_voxels
 
 
 class Placed(Protocol):
-    """What holds a setup in a scene, as all results do."""
+    """An object with a setup in a scene, as all results are."""
 
     name: str
+    """Name of the setup."""
     setup: Setup
+    """The rings."""
     scene: Scene
+    """Scene of the setup."""
 
 
 @dataclass(frozen=True)
 class ResolvedSetup:
-    """A setup that is read already, as commands have it.
-
-    name: a name like ``n2_16_25``, or the file's. scene: where it is looked at.
-    """
+    """A setup that a command has read already."""
 
     name: str
+    """Name such as ``n2_16_25``, or the path of the file."""
     setup: Setup
+    """The rings."""
     scene: CoreScene
+    """Scene of the setup."""
 
 
 SetupLike = Setup | str | Path | Placed | ResolvedSetup
 
 _NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
-_STEP, _STEPS = 0.005, 15  # m, by which a ring of the paper is widened, and how often at most
-_COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
+_STEP, _STEPS = (
+    0.005,
+    15,
+)  # m, widening of a ring of the paper's layouts, and largest number of steps
+_COARSE = 0.1  # m; above it, counting the voxels of a target is fast
 
 
 def check_scene(scene: CoreScene, voxel: float) -> None:
-    """Refuse what cannot be counted or written before anything is tried: InputError."""
+    """Check that a scene can be counted and written.
+
+    Raises:
+        InputError: otherwise.
+    """
     number("voxel", voxel, "m, above 0")
     try:
         SceneModel.from_domain(scene)
@@ -72,8 +80,11 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
 
 
 def check_sight(scene: CoreScene, setup: Setup) -> None:
-    """Refuse a setup whose sensors stand within their own link, where the scene models occlusion,
-    and a robot without bodies: InputError.
+    """Check that occlusion can be modelled: the robot has bodies, and no sensor lies inside its own
+    link.
+
+    Raises:
+        InputError: otherwise, unless the scene ignores occlusion.
     """
     if scene.occlusion == "ignore":
         return
@@ -83,7 +94,11 @@ def check_sight(scene: CoreScene, setup: Setup) -> None:
 
 
 def check_scene_sight(scene: CoreScene) -> None:
-    """Refuse a search whose rings would all lie within a link's own tube: InputError."""
+    """Check that the rings of a search do not lie inside their own links.
+
+    Raises:
+        InputError: otherwise.
+    """
     rings = (
         []
         if scene.real
@@ -93,13 +108,14 @@ def check_scene_sight(scene: CoreScene) -> None:
 
 
 def is_file(setup: str | Path) -> bool:
-    """Does this name a file, and not a setup of the paper?"""
+    """Return whether this is the path of a file rather than a name such as ``n2_16_25``."""
     return not _NAME.fullmatch(str(setup))
 
 
 def _clear(setup: Setup, scene: CoreScene) -> Setup:
-    """A setup of the paper, each ring widened until its sensors stand outside of its own link; as
-    it is where the scene states a radius or ignores the robot's body.
+    """Return a layout of the paper with each ring widened until its sensors are outside their link.
+
+    The layout stays unchanged if the scene states a ring radius or ignores occlusion.
     """
     if scene.occlusion == "ignore" or scene.radius_stated:
         return setup
@@ -118,13 +134,14 @@ def _widened(ring: Ring, scene: CoreScene) -> Ring:
 
 
 def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Setup, CoreScene]:
-    """Name, setup and scene that a caller means.
+    """Return the name, the setup and the scene for a caller's arguments.
 
-    ``setup`` is a ``Setup``; a name like ``n2_16_25`` or a file as the command ``verify`` takes
-    them; or a result, which brings its own scene unless one is given.
+    Args:
+        setup: a ``Setup``, a name such as ``n2_16_25``, the path of a file, or a result.
+        scene: the scene; None for that of the result or the file, else the reference scene.
 
     Raises:
-        InputError: if it is none of them, or the scene's robot lacks a link of it.
+        InputError: for anything else, or if the scene's robot lacks a link of the setup.
     """
     core = None if scene is None else core_scene(scene)
     if isinstance(setup, ResolvedSetup):

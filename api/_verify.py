@@ -25,29 +25,30 @@ _LEAST_MEMORY = 0.01  # GB
 
 @dataclass(frozen=True, repr=False)
 class Coverage(Placement):
-    """What a setup covers of the targets of a scene.
-
-    setup, scene: what was counted, and where. each: one record for each target, with its poses.
-    name: of the setup, as it was given.
-    """
+    """Coverage of a scene's targets by a setup."""
 
     setup: Setup
+    """The rings."""
     scene: Scene
+    """Scene of the count."""
     each: tuple[Verified, ...]
+    """One record for each target, with its poses."""
     name: str = "setup"
+    """Name of the setup as the caller gave it."""
     verifier: Verifier = field(kw_only=True, compare=False)
+    """The exact counter."""
 
     @property
     def coverage(self) -> float:
-        """ζ in [0, 1]: the weighted mean over targets and poses; the worst pose's where the scene
-        asks for it. Of an interval the middle.
+        """ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose if the
+        scene has ``over_poses="worst"``. For an interval it is the middle.
         """
         return self.verifier.judged(self.each)[1]
 
     @property
     def low(self) -> float:
-        """Lower end of the interval that holds the mean over the targets, in [0, 1]; equal to the
-        mean unless it is certified.
+        """Lower end of the guaranteed interval of the mean over the targets, in [0, 1]; the mean
+        itself for a count.
         """
         return self._mean("low")
 
@@ -72,8 +73,8 @@ class Coverage(Placement):
 
     @cached_property
     def records(self) -> tuple[VerifyResult, ...]:
-        """What ``place-rings verify --json`` prints, one record for each target: in percent, under
-        all models of occlusion, with the sensors that see next to nothing.
+        """Records that ``place-rings verify --json`` prints: one for each target, in percent, under
+        all occlusion models, with the sensors that cover almost nothing.
         """
         from .reporting.lines.occlusion import mounting_lines
 
@@ -126,19 +127,20 @@ def verify(
     """Count the exact coverage of a setup.
 
     Args:
-        setup: a ``Setup``, a name like ``n2_16_25``, a proposal's path, sensors (.csv, .json,
-            .urdf), or a result.
-        scene: where it is counted; by default the proposal's own, or the reference scene.
+        setup: a ``Setup``, a name such as ``n2_16_25``, the path of a proposal or of a list of
+            sensors (.csv, .json, .urdf), or a result.
+        scene: scene of the count; by default the proposal's own, or the reference scene.
         voxel: side of a voxel, m.
-        rule: ``centre`` counts a voxel whose centre is inside, ``touch`` one of which any part is.
-        memory_gb: that sets of voxels may take; half of the free memory by default.
-        progress: is given the number of each pose before it is counted.
+        rule: ``centre`` counts a voxel if its centre is inside, ``touch`` if any part is inside.
+        memory_gb: memory limit for sets of voxels, GB; half of the free memory by default.
+        progress: receives the index of each pose before the pose is counted.
 
     Returns:
         ζ for each target and pose.
 
     Raises:
-        InputError: for a setup that does not fit the scene, or voxels that would take days.
+        InputError: for a setup that does not fit the scene, or voxels so small that the count would
+            take days.
 
     Example:
         >>> import place_rings as pr
@@ -149,7 +151,7 @@ def verify(
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
     if memory_gb is not None:
-        number("memory_gb", memory_gb, "0.01 and more")
+        number("memory_gb", memory_gb, "0.01 or more")
     if voxel is not None:
         number("voxel", voxel, "m, above 0")
     check_counting(voxel=voxel, memory_gb=memory_gb)
@@ -165,19 +167,19 @@ def certify(
     voxel: float | None = None,
     progress: Callable[[Bracket], None] | None = None,
 ) -> Coverage:
-    """Prove an interval that holds the exact coverage.
+    """Compute an interval that provably contains the exact coverage.
 
     Args:
-        setup, scene: as for ``verify``.
-        width: of the interval, in percentage points; 0.1 by default.
-        voxel: instead of a width, the side of the cells that are looked at, m.
-        progress: is given the interval after each pass.
+        setup, scene: as in ``verify``.
+        width: largest width of the interval, percentage points; 0.1 by default.
+        voxel: side of the smallest cells, m, in place of a width.
+        progress: receives the interval after each pass.
 
     Returns:
-        ``low`` and ``high`` in [0, 1], whatever rounding does.
+        The coverage with ``low`` and ``high`` in [0, 1], which account for rounding errors.
 
     Raises:
-        InputError: as for ``verify``, or for a width out of range.
+        InputError: as in ``verify``, or for a width out of range.
 
     Example:
         >>> import place_rings as pr
@@ -198,10 +200,19 @@ def certify(
 def check_counting(
     *, voxel: float | None = None, width: float | None = None, memory_gb: float | None = None
 ) -> None:
-    """Refuse what ``verify`` and ``certify`` cannot count by: InputError."""
+    """Check the arguments of ``verify`` and ``certify``.
+
+    Args:
+        voxel: side of a voxel, m.
+        width: width of the interval, percentage points.
+        memory_gb: memory limit, GB.
+
+    Raises:
+        InputError: for a value out of range.
+    """
     if memory_gb is not None and not memory_gb >= _LEAST_MEMORY:
         raise InputError(
-            f"found {memory_gb:g}, allowed: {_LEAST_MEMORY:g} or more (GB)", "memory_gb"
+            f"found {memory_gb:g}, allowed: GB, {_LEAST_MEMORY:g} or more", "memory_gb"
         )
     if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
         raise InputError(f"found {voxel:g}, allowed: a positive number of metres", "voxel")

@@ -1,4 +1,4 @@
-"""Versions that a result depends on."""
+"""Versions of the software that affects results."""
 
 import sys
 from importlib.metadata import version
@@ -7,5 +7,5 @@ PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
 def versions() -> dict[str, str]:
-    """The versions of Python and of the packages that results depend on."""
+    """Return the versions of Python and of the packages that affect results."""
     return {name: version(name) for name in PACKAGES} | {"python": sys.version.split()[0]}

@@ -1,4 +1,4 @@
-"""The page in a browser."""
+"""The viewer, a page in a browser."""
 
 import sys
 import threading
@@ -21,14 +21,12 @@ LOOPBACK = "127.0.0.1"
 
 
 class View:
-    """A page that is served until ``close``; a context closes it at its end.
-
-    url: what to open in a browser on this machine.
-    """
+    """A running viewer. Use it as a context manager, or call ``close``."""
 
     def __init__(self, server: "Server") -> None:
         self._server = server
         self.url = server.url
+        """Address of the page, for a browser on this machine."""
 
     def wait(self) -> None:
         """Serve until Ctrl-C, then close."""
@@ -40,7 +38,7 @@ class View:
             self.close()
 
     def close(self) -> None:
-        """Stop to serve."""
+        """Stop the viewer."""
         self._server.close()
 
     def __enter__(self) -> "View":
@@ -69,24 +67,26 @@ def view(
     browser: bool = True,
     wait: bool | None = None,
 ) -> View:
-    """Show a setup in a browser: robot, rings, beams, what is covered and what is not.
+    """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
 
     Args:
-        setup, scene: as for ``verify``.
-        compare: another setup beside the first, in its scene.
-        folder: in which the page may save proposals and pictures.
-        urdf, packages: show the robot's surface as this URDF's meshes have it.
-        host: address to serve at; by default this machine only. The page has no password.
-        port: 0 for any that is free.
-        browser: open the page.
-        wait: serve until Ctrl-C before returning; by default in a script, not in a notebook or at
-            a prompt.
+        setup, scene: as in ``verify``.
+        compare: a second setup to show beside the first, in the same scene.
+        folder: folder in which the page may save proposals and pictures; None disables saving.
+        urdf: URDF whose meshes show the robot's surface.
+        packages: folders with the meshes of that URDF.
+        host: address of the server; by default only this machine can connect. The page has no
+            password.
+        port: port of the server; 0 for any free port.
+        browser: whether to open the page in the browser.
+        wait: whether to serve until Ctrl-C before returning. The default is True in a script, and
+            False in a notebook or at a prompt.
 
     Returns:
-        The page; ``close`` ends it.
+        The running viewer; ``close`` stops it.
 
     Raises:
-        InputError: for a setup that does not fit the scene, or a port that is taken.
+        InputError: for a setup that does not fit the scene, or a port that is in use.
 
     Example:
         >>> import place_rings as pr
@@ -127,5 +127,5 @@ def view(
 
 
 def _interactive() -> bool:
-    """At a prompt or in a notebook?"""
+    """Return whether Python runs at a prompt or in a notebook."""
     return hasattr(sys, "ps1") or "ipykernel" in sys.modules

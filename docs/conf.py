@@ -11,7 +11,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 project = "place-rings"
 author = "The place-rings authors"
 version = release = installed("place-rings")
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "made", "mathml"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "made",
+    "mathml",
+]
 exclude_patterns = ["_build"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence"]
@@ -20,9 +27,16 @@ myst_heading_anchors = 4
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 
+copybutton_prompt_text = r">>> |\.\.\. |\$ "  # prompts are not copied
+copybutton_prompt_is_regexp = True
+copybutton_exclude = ".linenos, .gp, .go"
+copybutton_selector = "div.highlight:not(.highlight-text *) pre"  # commands and code, not output
+
 smartquotes = False  # options begin with two hyphens, which it would join
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 html_title = "place-rings"
 html_math_renderer = "mathml"
 html_copy_source = False

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+from matplotlib.path import Path as Polyline
 
 ROOT = Path(__file__).resolve().parent.parent
 FRONT = "api"  # the room that is installed as the package itself
@@ -88,9 +89,10 @@ def draw(path: Path) -> None:
             place[room] = (middle + 1.25 * WIDE * (i - (len(row) - 1) / 2), 1.25 * k)
     for room, to in arrows:
         (x, y), (u, v) = place[room], place[to]
+        # down to the row above the target's, past the boxes between them, then to the target
+        corners = [(x, y - HIGH / 2), (x, v + 1.25 - HIGH / 2), (u, v + HIGH / 2)]
         arrow = FancyArrowPatch(
-            (x, y - HIGH / 2),
-            (u, v + HIGH / 2),
+            path=Polyline(corners if level[room] - level[to] > 1 else corners[::2]),
             arrowstyle="-|>",
             mutation_scale=11,
             color=FAINT,

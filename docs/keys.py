@@ -43,14 +43,49 @@ class KeyTables:
             return "\n\n".join(f"## {other}\n\n{self.of(other)}" for other in rest)
         self.named.add(name)
         whole = self.schemas[name]
-        parts, kinds = [_section(whole["title"], whole)], _kinds_in(whole)
+        parts, kinds = [self._section(whole)], _kinds_in(whole)
         for kind in kinds:  # the list grows in the loop
             inner = whole["$defs"][kind]
             if _title(kind) not in self.done and "properties" in inner:
                 self.done.add(_title(kind))
-                parts += [f"### {_title(kind)}", _section(kind, inner)]
+                parts += [f"### Kind {_title(kind)}", self._section(inner)]
                 kinds += _kinds_in(inner)
         return "\n\n".join(parts)
+
+    def _section(self, inner: dict[str, Any]) -> str:
+        return f"{_flat(inner.get('description', ''))}\n\n{self._table(inner)}"
+
+    def _table(self, inner: dict[str, Any]) -> str:
+        needed = inner.get("required", [])
+        rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+        for key, value in inner["properties"].items():
+            default = "needed" if key in needed else _default(value)
+            rows.append(f"| `{key}` | {self._kind(value)} | {default} | {_told(value)} |")
+        return "\n".join(rows)
+
+    def _kind(self, value: dict[str, Any]) -> str:
+        """Return the allowed values as text, with their limits."""
+        if "$ref" in value:
+            kind = value["$ref"].rsplit("/", 1)[1]
+            return f"[{_title(kind)}](#{self._label(kind)})"
+        if several := value.get("anyOf") or value.get("oneOf"):
+            return " or ".join(self._kind(one) for one in several if one.get("type") != "null")
+        if "enum" in value or "const" in value:
+            return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
+        if value.get("type") == "array":
+            least, most = value.get("minItems", 0), value.get("maxItems")
+            inner = self._kind(value.get("items", {}))
+            return f"{least} of: {inner}" if least == most else f"list of: {inner}"
+        if value.get("type") == "object":
+            inner = value.get("additionalProperties")
+            return f"by name: {self._kind(inner)}" if isinstance(inner, dict) else "table"
+        limits = [f"{sign} {value[bound]:g}" for bound, sign in _BOUNDS.items() if bound in value]
+        return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits])
+
+    def _label(self, kind: str) -> str:
+        """Return the anchor of the heading above a kind: its file's, or its own."""
+        files = {_title(whole["title"]): name for name, whole in self.schemas.items()}
+        return files.get(_title(kind), f"kind-{_title(kind).lower()}")
 
 
 def _kinds_in(inner: dict[str, Any]) -> list[str]:
@@ -58,46 +93,10 @@ def _kinds_in(inner: dict[str, Any]) -> list[str]:
     return re.findall(r'"#/\$defs/(\w+)"', json.dumps(inner["properties"]))
 
 
-def _section(kind: str, inner: dict[str, Any]) -> str:
-    return f"({_label(kind)})=\n\n{_flat(inner.get('description', ''))}\n\n{_table(inner)}"
-
-
 def _schema(name: str) -> dict[str, Any]:
     with redirect_stdout(io.StringIO()) as printed:
         schema(name)  # type: ignore[arg-type]
     return json.loads(printed.getvalue())
-
-
-def _table(inner: dict[str, Any]) -> str:
-    needed = inner.get("required", [])
-    rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
-    for key, value in inner["properties"].items():
-        default = "needed" if key in needed else _default(value)
-        rows.append(f"| `{key}` | {_kind(value)} | {default} | {_told(value)} |")
-    return "\n".join(rows)
-
-
-def _kind(value: dict[str, Any]) -> str:
-    """Return the allowed values as text, with their limits."""
-    if "$ref" in value:
-        kind = value["$ref"].rsplit("/", 1)[1]
-        return f"[{_title(kind)}](#{_label(kind)})"
-    if several := value.get("anyOf") or value.get("oneOf"):
-        return " or ".join(_kind(one) for one in several if one.get("type") != "null")
-    if "enum" in value or "const" in value:
-        return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
-    if value.get("type") == "array":
-        least, most, inner = (
-            value.get("minItems", 0),
-            value.get("maxItems"),
-            _kind(value.get("items", {})),
-        )
-        return f"{least} of: {inner}" if least == most else f"list of: {inner}"
-    if value.get("type") == "object":
-        inner = value.get("additionalProperties")
-        return f"by name: {_kind(inner)}" if isinstance(inner, dict) else "table"
-    limits = [f"{sign} {value[bound]:g}" for bound, sign in _BOUNDS.items() if bound in value]
-    return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits])
 
 
 def _default(value: dict[str, Any]) -> str:
@@ -124,7 +123,3 @@ def _flat(text: str) -> str:
 
 def _title(kind: str) -> str:
     return kind.removesuffix("Model").removesuffix("File")
-
-
-def _label(kind: str) -> str:
-    return f"kind-{_title(kind).lower()}"

@@ -11,7 +11,9 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.colors import TwoSlopeNorm
+from matplotlib.contour import ContourSet
+from matplotlib.patches import Patch, Rectangle
 from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.segments import point_to_segment
@@ -22,6 +24,7 @@ SMALLEST = 0.0125  # m, side of the smallest cells
 INSIDE, OUTSIDE, OPEN = "#3b7dd8", "#f3f3f0", "#e6862e"
 BODIES = (((0.0, 0.0, 0.0), (0.8, 0.0, 0.0)), ((0.8, 0.0, 0.0), (1.0, 0.0, 0.5)))
 RADIUS = 0.06  # m, radius of both bodies
+NORM = TwoSlopeNorm(0.0, vmin=-0.2, vmax=0.4)  # colours of f, m
 
 
 def sensors() -> Cones:
@@ -45,22 +48,27 @@ def seen(points: Any) -> Any:
     return np.minimum.reduce(values)
 
 
-def contours(axes: Axes, function: Any) -> None:
-    """Draw lines of equal value every 5 cm, and the surface."""
+def contours(axes: Axes, function: Any) -> ContourSet:
+    """Draw areas between lines of equal value every 5 cm, and the surface; return the areas."""
     x, z, points = grid()
     values = function(points).reshape(x.shape)
-    axes.contourf(x, z, values, np.arange(-0.3, 1.2, 0.05), cmap="RdBu", vmin=-0.5, vmax=0.5)
+    areas = axes.contourf(
+        x, z, values, np.arange(-0.2, 0.401, 0.05), cmap="RdBu", norm=NORM, extend="max"
+    )
     axes.contour(x, z, values, [0.0], colors="black", linewidths=1.2)
+    return areas
 
 
-def soft(axes: Axes) -> None:
-    """Draw sigmoid(-f / width)."""
+def soft(axes: Axes) -> Any:
+    """Draw sigmoid(-f / width); return the image."""
     x, z, points = grid()
-    axes.pcolormesh(
+    return axes.pcolormesh(
         x,
         z,
         1 / (1 + np.exp(np.clip(seen(points) / WIDTH, -50, 50))).reshape(x.shape),
         cmap="Blues",
+        vmin=0.0,
+        vmax=1.0,
         rasterized=True,
     )
 
@@ -97,27 +105,45 @@ def bodies(axes: Axes) -> None:
 def main() -> None:
     """Draw and write the picture."""
     figure, axes = plt.subplots(
-        2, 2, figsize=(11, 8.2), layout="constrained", sharex=True, sharey=True
+        2, 2, figsize=(12.6, 8.6), layout="constrained", sharex=True, sharey=True
     )
     contours(axes[0, 0], sensors())
-    contours(axes[0, 1], seen)
-    soft(axes[1, 0])
+    areas = contours(axes[0, 1], seen)
+    degree = soft(axes[1, 0])
     for i in range(2):
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW), 0.8)
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW + 0.8), 0.8)
     titles = (
-        "three cones: f = min of three functions",
-        "with a shadow: max(cone, −behind)",
-        "soft occupancy, for the search",
+        "Three cones: f = min of three functions",
+        "With a shadow: max(cone, −behind)",
+        "Soft occupancy, for the search",
+        "Octree cells, for the exact count",
     )
-    for one, title in zip(axes.flat, (*titles, "octree cells, for the exact count"), strict=True):
+    for one, title in zip(axes.flat, titles, strict=True):
         bodies(one)
         one.set(title=title, xlim=(LEFT, RIGHT), ylim=(LOW, HIGH), aspect="equal")
     for one in axes[1]:
-        one.set_xlabel("m")
-    figure.savefig(
-        sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "method.png", dpi=110
+        one.set_xlabel("x (m)")
+    for one in axes[:, 0]:
+        one.set_ylabel("z (m)")
+    figure.colorbar(
+        areas,
+        ax=axes,
+        shrink=0.46,
+        anchor=(0.0, 0.97),
+        pad=0.01,
+        label="f (m), negative where covered",
     )
+    inset = axes[1, 0].inset_axes((0.58, 0.16, 0.38, 0.045))
+    figure.colorbar(degree, cax=inset, orientation="horizontal", label="degree of coverage")
+    kinds = {"inside": INSIDE, "outside": OUTSIDE, "undecided": OPEN}
+    axes[1, 1].legend(
+        handles=[Patch(facecolor=c, edgecolor="grey", label=name) for name, c in kinds.items()],
+        title="cells",
+        loc="lower right",
+    )
+    file = sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "method.png"
+    figure.savefig(file, dpi=110)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,8 @@ code, pre { background: #f1f3f5; padding: 0 0.2rem }
 pre { padding: 0.6rem 0.9rem; white-space: pre-wrap; overflow-wrap: anywhere }
 blockquote { margin: 1rem 0; padding: 0.3rem 1.1rem; border-left: 4px solid #0072B2; font-size: \
 1.1em }
+@media screen and (max-width: 60rem) { table { display: block; overflow-x: auto } \
+td { min-width: 3.5rem } }
 @page { size: A4; margin: 16mm 14mm }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; \
 print-color-adjust: exact }

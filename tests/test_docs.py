@@ -81,3 +81,35 @@ def test_links_lead_to_files_that_are_there(page):
     for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)\s]*)?\)", page.read_text()):
         if "://" not in link:
             assert (page.parent / link).exists(), link
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """The module that writes the generated sections."""
+    spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "reference.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["api", "commands", "files"])
+def test_reference_pages_equal_the_code(reference, name):
+    text = (ROOT / "docs" / "reference" / f"{name}.md").read_text("utf-8")
+    assert reference.page(text) == text, "run: python docs/reference.py"
+
+
+def test_the_reference_has_every_public_name_and_file(reference):
+    page = ROOT / "docs" / "reference"
+    assert reference.missing((page / "api.md").read_text("utf-8")) == set()
+    assert "<!-- keys: others -->" in (page / "files.md").read_text("utf-8")
+
+
+def test_a_new_mark_keeps_the_section_after_it(reference):
+    text = "<!-- api: Shell -->\n\n<!-- api: ToolSphere -->\n\nold\n\n<!-- end -->\n\nText.\n"
+    made = reference.page(text)
+    assert made.count("<!-- end -->") == 2
+    assert "### Shell" in made
+    assert "### ToolSphere" in made
+    assert "old" not in made
+    assert made.endswith("\n\nText.\n")
+    assert reference.page(made) == made

@@ -360,7 +360,7 @@ def test_what_is_read_is_never_written_over(run, tmp_path):
     ):
         code, out, err = run("export", *words, "--out", tmp_path / "mine")
         assert (code, out) == (2, "")
-        assert "which is read here, allowed: another folder" in err
+        assert "an input file; allowed: another folder" in err
     assert before == {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
 
 

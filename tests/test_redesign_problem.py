@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from place_rings.cli.runs.improve import change_line
+from place_rings._improve import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
@@ -195,7 +195,7 @@ def test_what_became_as_it_was_is_touched_no_more():
 
 
 @given(drawing.seeds)
-def test_every_change_has_a_line(seed):
+def test_every_change_has_an_instruction(seed):
     """In one line, with the ring's name; a new ring has no number."""
     rng = np.random.default_rng(seed)
     rework = RedesignProblem(Scene(), drawing.setup(rng), 2, 9)
@@ -205,7 +205,7 @@ def test_every_change_has_a_line(seed):
         t = t if trial is None else trial
     mounted = len(rework.mounted.rings)
     for change in changes(rework.scene.robot, rework.before, t.rings):
-        line = change_line(change, mounted, rework.scene.robot)
+        line = instruction(change, mounted, rework.scene.robot)
         assert line.startswith(f"ring {change.place}" if change.place < mounted else "new ring")
         assert line.isprintable()
         assert ("remove" in line) == (change.kind is ChangeKind.TAKEN)

@@ -186,10 +186,7 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
     for file, text in exported.items():
         (tmp_path / file).write_text(text)
     zeta, given = [], []
-    monkeypatch.setattr(
-        "place_rings.cli.runs.improve.improve", lambda name, setup, *_: given.append((name, setup))
-    )
-    for command in ("robustness", "report", "view"):
+    for command in ("improve", "robustness", "report", "view"):
         monkeypatch.setattr(
             f"place_rings.cli.runs.{command}.{command}",
             lambda one, *_: given.append((one.name, one.setup)),

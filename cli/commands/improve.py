@@ -53,20 +53,11 @@ def improve(
     ``place-rings --help`` explains the terms.
     """
     from ..._search import cap_of
+    from ..._validation import ResolvedSetup
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 
-    cap = cap_of(time)
+    cap_of(time)
     setup, scene = SubjectOptions(place, mounted=mounted).resolve(subject)
-    run(
-        subject,
-        setup,
-        with_floors(scene, at_least),
-        changes,
-        add_sensors,
-        seed,
-        cap,
-        voxel,
-        out,
-        as_json,
-    )
+    mounted_setup = ResolvedSetup(subject, setup, with_floors(scene, at_least))
+    run(mounted_setup, changes, add_sensors, seed, time, voxel, out, as_json)

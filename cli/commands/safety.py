@@ -79,8 +79,10 @@ def safety(
 
     ``place-rings --help`` explains the terms.
     """
+    from ..._trajectory import Trajectory
+    from ..._validation import ResolvedSetup
     from ..options.scenes import resolve_scene
-    from ..runs.safety import DARK_TARGET, TORSO, SafetyOptions
+    from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
     if sensing.sensor is not None:
@@ -91,6 +93,16 @@ def safety(
     setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
-    own: Occlusion = "shadow" if where.occlusion == "ignore" else where.occlusion
-    options = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
-    run(subject, setup, where, motion.trajectory, motion.degrees, options, out, as_json)
+    path = motion.trajectory
+    run(
+        ResolvedSetup(subject, setup, where),
+        out,
+        as_json,
+        trajectory=path and Trajectory(None, None, path=path, degrees=motion.degrees),
+        approaches=approaches,
+        directions=directions,
+        rate=rate,
+        latency=latency,
+        occlusion=occlusion,
+        seed=seed,
+    )

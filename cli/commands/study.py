@@ -1,13 +1,12 @@
 """The command study."""
 
-import re
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
-
-from ...formats.errors import UserError, shown
 
 
 def study(
@@ -80,48 +79,18 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
+    from ..._study import StudyOptions, check_machines, check_study
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
     from ..options.targets import resolve_pair
-    from ..runs.study import study_bound, study_convergence, study_paper, study_pareto, study_robots
+    from ..runs.study import study as run
 
     check_machines(workers, scheduler)
-    folder = out or Path("results") / name
-    if name != "pareto" and (target or scene or sensors):
-        raise UserError(
-            f"study {name}: --target, --scene and --sensors are allowed only with study pareto"
-        )
-    if name == "convergence" and seed:
-        raise UserError(
-            f"--seed {seed}: not allowed with study convergence, which uses no random numbers"
-        )
-    if name == "bound":
-        study_bound(folder, seed, workers, scheduler)
-    elif name == "convergence":
-        study_convergence(folder, workers, scheduler)
-    elif name == "paper":
-        study_paper(folder, seed, workers, scheduler)
-    elif name == "robots":
-        study_robots(folder, seed, workers, scheduler)
-    else:
-        where = read_scene(scene) if scene else Scene()
-        study_pareto(folder, seed, resolve_pair(target, where), sensors, where, workers, scheduler)
-
-
-def check_machines(workers: int, scheduler: str | None) -> None:
-    """Check the processes of a study: ``workers`` on this machine, or those of a scheduler.
-
-    Raises:
-        UserError: if both are given, or if the libraries for them are not installed.
-    """
-    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
-        raise UserError(
-            f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
-        )
-    if scheduler is not None and workers != 1:
-        raise UserError(f"--workers {workers}: not allowed with --scheduler; use one of them")
-    if scheduler is not None or workers != 1:
-        from ...formats.optional_dependencies import require
-
-        option = "--workers" if scheduler is None else "--scheduler"
-        require("cluster", option, "dask", "distributed", "cryptography")
+    check_study(name, seed, target or None, sensors, scene)
+    where = read_scene(scene) if scene else Scene()
+    command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
+    if name == "pareto":
+        command = ["place-rings", *sys.argv[1:]]
+    pair = resolve_pair(target, where)
+    options = StudyOptions(seed, pair, sensors, where, shlex.join(command))
+    run(name, out or Path("results") / name, options, workers, scheduler)

@@ -58,6 +58,9 @@ CHOICES = (
 )
 
 
+TITLE = "The paper, reproduced"
+
+
 def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
     """Draw the figures into ``folder`` and return the texts of the other files by name."""
     f, motion = findings, paper.task("ur10")[0]
@@ -69,7 +72,7 @@ def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
         f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png"
     )
     paper_figures.openness(f.open, folder / "open.png")
-    cones, octrees = _octrees(folder)
+    cones, octrees = draw_octrees(folder)
     _distances(f, folder)
     text = "\n".join(
         _page(
@@ -83,10 +86,10 @@ def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
     files = {f"{name}.csv": csv_text(paper.records(rows)) for name, rows in tables.items()}
     files |= {"distances.csv": csv_text(paper_distance.records(f.distances))}
     files |= {"cone.csv": csv_text(cones), "octrees.csv": csv_text(octrees)}
-    return files | {"README.md": text, "report.html": html(text, folder, "The paper, reproduced")}
+    return files | {"README.md": text, "report.html": html(text, folder, TITLE)}
 
 
-def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def draw_octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Draw the octree pictures; return the counts of one cone, and those of setups in shells."""
     where = scene_from(paper.scene("ur10"))
     found = [

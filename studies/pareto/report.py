@@ -16,6 +16,9 @@ _POINTS = "points.csv"
 _POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")
 
 
+TITLE = "Pareto fronts of two targets"
+
+
 def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
     """Plot the fronts by number of sensors, and the paper's layouts."""
     figure = sheet(10, 7.5)
@@ -77,7 +80,7 @@ def write(
     files = {
         _POINTS: csv_text(lines),
         "README.md": text,
-        "report.html": html(text, folder, "Pareto fronts of two targets"),
+        "report.html": html(text, folder, TITLE),
     }
     return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
 

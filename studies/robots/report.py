@@ -21,13 +21,16 @@ _SAID = {
 }
 
 
+TITLE = "What ignoring the robot's body costs"
+
+
 def write(rows: Sequence[RobotRow], folder: Path, command: str) -> dict[str, str]:
     """Draw the figure into ``folder`` and return the texts of the other files by name."""
     picture(rows, folder / "robots.png")
     text = "\n".join(_page(rows, command))
     searched = [row for row in rows if row.searched]
     files = {"robots.csv": csv_text([_record(row) for row in rows]), "README.md": text}
-    files |= {"report.html": html(text, folder, "What ignoring the robot's body costs")}
+    files |= {"report.html": html(text, folder, TITLE)}
     return files | {_file(row): _proposal(row) for row in searched}
 
 

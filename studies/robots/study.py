@@ -95,7 +95,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     ]
     found = dict(zip(wanted, run("searching setups", searches), strict=True))
     setups = {key: one["rings"] for key, one in found.items()} | {
-        (r, name): _named(r, name) for r in ROBOTS for name in PAPERS
+        (r, name): named_rings(r, name) for r in ROBOTS for name in PAPERS
     }
     count = {"target": TARGET.name, "radius": TARGET.radius, "rule": "centre", "voxel": VOXEL}
     cells = {
@@ -128,7 +128,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     return rows
 
 
-def _named(robot: str, name: str) -> Rings:
+def named_rings(robot: str, name: str) -> Rings:
     """Return the rings of the paper's setup of that name on a robot."""
     scene = scene_from(where(robot, {}))
     return [

@@ -1,0 +1,94 @@
+"""Draw the pictures of the pages that the toolkit itself makes: its outputs, and the viewer.
+
+The picture of a robot needs the extra ``robots``, that of the viewer Chromium and the extra
+``test``.
+
+Run: python docs/screenshots.py [placement | ring | robot | viewer] ...
+"""
+
+import math
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import place_rings as pr
+
+DOCS = Path(__file__).parent
+SIZE = (1200, 760)  # pixels of the viewer's page
+FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+DRAWN = 20_000  # ms, time for the first picture without a graphics card
+
+
+def command(*words: str) -> None:
+    """Run place-rings."""
+    subprocess.run([sys.executable, "-m", "place_rings.cli.entry", *words], check=True)
+
+
+def placement(folder: Path) -> Path:
+    """Draw the proposal of the first command."""
+    command("--target", "V_S", "--radius", "0.5", "--out", str(folder))
+    return folder / "placement.png"
+
+
+def ring(folder: Path) -> Path:
+    """Draw a printed ring with its boards."""
+    real = pr.Rules(mount="real")
+    scene = pr.Scene(sensor=pr.sensors["vl53l4cd"], occlusion="shadow", rules=real)
+    one = scene.ring("forearm", 0.9, 12, tilt=math.radians(-45), phase=math.radians(15))
+    pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
+    return folder / "assembled.png"
+
+
+def robot(folder: Path) -> Path:
+    """Draw a robot from its URDF."""
+    site = Path(sysconfig.get_paths()["purelib"])
+    data = site / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+    urdf, packages = data / "xarm_description" / "urdf" / "xarm7.urdf", data.parent.parent
+    command("robot", str(urdf), "--packages", str(packages), "--out", str(folder))
+    return folder / "robot.png"
+
+
+def viewer(folder: Path) -> Path:
+    """Take a picture of the viewer's page."""
+    from playwright.sync_api import sync_playwright
+
+    scene = pr.Scene(targets=[pr.Shell(0.5), pr.Shell(1.5), pr.ReachAndToolSpheres()])
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    with (
+        pr.view("n3_16_55", scene, browser=False, wait=False) as page,
+        sync_playwright() as playwright,
+    ):
+        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+        tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        tab.goto(page.url)
+        tab.get_by_text("ζ in %").first.wait_for()
+        tab.wait_for_timeout(DRAWN)
+        for notice in tab.locator(".mantine-Notification-closeButton").all():
+            notice.click()  # of drawing without a graphics card
+        tab.wait_for_timeout(1000)
+        tab.screenshot(path=folder / "viewer.png")
+        browser.close()
+    return folder / "viewer.png"
+
+
+PICTURES: dict[str, Callable[[Path], Path]] = {
+    "placement": placement,
+    "ring": ring,
+    "robot": robot,
+    "viewer": viewer,
+}
+
+
+def main() -> None:
+    """Draw the requested pictures, or all."""
+    for name in sys.argv[1:] or PICTURES:
+        with TemporaryDirectory() as folder:
+            shutil.copyfile(PICTURES[name](Path(folder)), DOCS / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,197 @@
+"""The API's longer tasks, improve, safety and study: the same answers as their commands give."""
+
+import json
+import tomllib
+from multiprocessing.reduction import ForkingPickler
+
+import numpy as np
+import place_rings as pr
+import pytest
+from place_rings.coverage.targets import Target
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.progress import Outcome
+from place_rings.studies.convergence import report as convergence_report
+from place_rings.studies.convergence import study as convergence
+
+NEAR = pr.Scene(targets=[pr.Shell(0.5)])
+SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
+BRIEF = {"changes": 1, "voxel": 0.05}
+
+
+def without(record, *keys):
+    """Return JSON without some keys on every level."""
+    if isinstance(record, dict):
+        return {key: without(value, *keys) for key, value in record.items() if key not in keys}
+    return [without(one, *keys) for one in record] if isinstance(record, list) else record
+
+
+@pytest.fixture(scope="module")
+def better():
+    stages = []
+    result = pr.improve("n1_8_0", NEAR, **BRIEF, progress=lambda p: stages.append(p.stage))
+    assert stages
+    return result
+
+
+def test_improve_gives_what_the_command_prints(run, better):
+    code, out, _ = run(
+        "improve", "n1_8_0", "--target", "V_S:0.5", "--changes", 1, "--voxel", 0.05, "--json"
+    )
+    assert code == 0
+    ours = better.record.model_dump(mode="json")
+    assert without(json.loads(out), "seconds") == without(ours, "seconds")
+
+
+def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
+    (step,) = better.steps
+    assert step.setup == better.setup != pr.Setup.named("n1_8_0")
+    assert better.before < better.coverage == step.coverage
+    counted = Verifier(NEAR.core, 0.05).verify(better.setup, Target("V_S", 0.5))
+    assert better.coverage == counted.zeta
+    assert better.name == "n1_8_0, 1 change"
+    assert len(better.instructions) == 1
+    assert all(line.startswith(("ring ", "new ring")) for line in better.instructions[0])
+    assert "as mounted: 16" in repr(better)
+    files = better.save(tmp_path)
+    assert [file.name for file in files] == ["changes_1.toml", "improve.png", "improve.json"]
+    text = files[0].read_text()
+    assert better.instructions[0][0] in text
+    assert pr.load(files[0]).setup == better.setup
+    assert tomllib.loads(text)["found"]["command"] == "place_rings.improve(..., seed=0)"
+    assert ForkingPickler.loads(ForkingPickler.dumps(better)).setup == better.setup
+
+
+def test_ctrl_c_in_the_last_count_leaves_out_the_rest(better, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    again = pr.improve("n1_8_0", NEAR, **BRIEF)
+    monkeypatch.setattr(Verifier, "verify", stop)
+    assert again.record.zeta == []
+    assert [step.zeta for step in again.record.steps] == [[]]
+    assert again.coverage == better.coverage
+
+
+def test_ctrl_c_returns_the_changes_until_then():
+    def stop(_):
+        raise KeyboardInterrupt
+
+    stopped = pr.improve("n1_8_0", NEAR, **BRIEF, progress=stop)
+    assert stopped.outcome is Outcome.INTERRUPTED
+    assert stopped.coverage >= stopped.before
+
+
+@pytest.mark.parametrize("moving", [False, True], ids=["pose", "motion"])
+def test_safety_gives_what_the_command_prints(run, tmp_path, moving):
+    rows = "".join(
+        f"{t},{','.join(map(repr, q.tolist()))}\n"
+        for t, q in zip(SWING.time_s, SWING.q, strict=True)
+    )
+    (tmp_path / "swing.csv").write_text("t,q0,q1,q2,q3,q4,q5\n" + rows)
+    options = ("--trajectory", "swing.csv") if moving else ()
+    code, out, _ = run("safety", "n1_8_0", *options, "--approaches", 6, "--json")
+    assert code == 0
+    seen = []
+    report = pr.safety(
+        "n1_8_0",
+        approaches=6,
+        trajectory=SWING if moving else None,
+        progress=lambda *done: seen.append(done),
+    )
+    ours = report.record.model_dump(mode="json")
+    assert without(json.loads(out), "seconds") == without(ours, "seconds")
+    assert seen[0] == (0, seen[0][1])
+    assert seen[-1] == (seen[0][1],) * 2
+    low, high = report.interval
+    assert low <= report.in_time <= high
+    assert report.in_time == pytest.approx(report.approaches.in_time.mean())
+    assert "reported in time" in repr(report)
+
+
+def test_a_safety_report_saves_what_the_command_writes(run, tmp_path):
+    assert run("safety", "n1_8_0", "--approaches", 6, "--out", "theirs")[0] == 0
+    report = pr.safety("n1_8_0", approaches=6)
+    files = report.save(tmp_path / "ours")
+    assert {file.name for file in files} == {f.name for f in (tmp_path / "theirs").iterdir()}
+    for name in ("approaches.csv", "safety.png"):
+        assert (tmp_path / "ours" / name).read_bytes() == (tmp_path / "theirs" / name).read_bytes()
+    assert ForkingPickler.loads(ForkingPickler.dumps(report)).record == report.record
+
+
+def test_a_motion_file_is_the_motion_of_its_numbers(tmp_path):
+    path = tmp_path / "swing.csv"
+    path.write_text("t,q0,q1,q2,q3,q4,q5\n0,0,0,0,0,0,0\n0.5,10,10,10,10,10,10\n")
+    file = pr.Trajectory.from_csv(path, degrees=True).record(pr.robots["ur10"])
+    ours = SWING.record(pr.robots["ur10"])
+    np.testing.assert_allclose(file.q, ours.q)
+    np.testing.assert_array_equal(file.time_s, ours.time_s)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A study of few and coarse measurements."""
+    monkeypatch.setattr(convergence, "SETUPS", ("n1_8_0", "n3_16_55"))
+    monkeypatch.setattr(convergence, "VOXELS", (0.1, 0.05))
+    monkeypatch.setattr(convergence, "TOUCH_FROM", 0.05)
+    monkeypatch.setattr(convergence, "TRUTH_WIDTH", 3e-2)
+    for module in (convergence, convergence_report):
+        monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
+
+
+def test_a_study_writes_what_the_command_writes_and_resumes(small, run, tmp_path):
+    def stop(heading, done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pr.study("convergence", folder=tmp_path / "ours", progress=stop)
+    headings = set()
+    ours = pr.study(
+        "convergence", folder=tmp_path / "ours", progress=lambda *at: headings.add(at[0])
+    )
+    assert headings == {"measuring"}
+    assert ours.page.read_text() == ours._repr_markdown_()
+    assert {file.name for file in ours.files} == {
+        "README.md",
+        "cells.sqlite",
+        "convergence.png",
+        "data.csv",
+    }
+    # the command resumes from the measurements of the function
+    code, out, _ = run("study", "convergence", "--out", tmp_path / "ours")
+    assert (code, out.strip()) == (0, str(ours.page))
+    assert ours.page.read_text() == ours._repr_markdown_()
+    assert len(ours.data) == len(convergence.plan())
+
+
+REFUSED = [
+    (lambda: pr.improve("n1_8_0", changes=0), "changes: found 0, allowed: 1 to 20"),
+    (lambda: pr.improve("n1_8_0", add_sensors=1.5), "add_sensors: found 1.5, allowed: an integer"),
+    (lambda: pr.improve("n1_8_0", time_cap=0), "time_cap: found 0"),
+    (lambda: pr.improve(3), "setup: found a int"),
+    (lambda: pr.safety("n1_8_0", approaches=0), "approaches: found 0, allowed: 1 to 100000"),
+    (lambda: pr.safety("n1_8_0", rate=0), "rate: found 0"),
+    (lambda: pr.safety("n1_8_0", latency=9), "latency: found 9"),
+    (lambda: pr.safety("n1_8_0", occlusion="dark"), "occlusion: found 'dark'"),
+    (lambda: pr.safety("n1_8_0", trajectory="task.csv"), "trajectory: found 'task.csv'"),
+    (
+        lambda: pr.safety("n1_8_0", trajectory=pr.Trajectory([0, 1], [[0], [1]])),
+        "q: found 1 joints, allowed: 6",
+    ),
+    (lambda: pr.study("sweep"), "name: found 'sweep', allowed: bound, convergence"),
+    (lambda: pr.study("convergence", seed=1), "seed: found 1 with study convergence"),
+    (lambda: pr.study("bound", targets=(pr.Shell(1), pr.Shell(2))), "allowed: only with pareto"),
+    (lambda: pr.study("pareto", targets=(pr.Shell(1), pr.Shell(1))), "found V_S(1) twice"),
+    (lambda: pr.study("pareto", targets=3), "targets: found other values"),
+    (lambda: pr.study("paper", workers=0), "workers: found 0"),
+    (lambda: pr.study("paper", scheduler="here"), "scheduler: found 'here'"),
+    (lambda: pr.study("paper", folder="/proc/nope"), "/proc/nope: cannot be written"),
+]
+
+
+@pytest.mark.parametrize(("call", "says"), REFUSED)
+def test_invalid_arguments_are_refused_in_one_line(call, says):
+    with pytest.raises(pr.InputError) as error:
+        call()
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
