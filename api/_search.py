@@ -10,7 +10,7 @@ from ._errors import InputError, input_errors
 from ._proposal import Proposal
 from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
-from ._validation import check_scene, check_scene_sight
+from ._validation import check_scene, check_search_sight
 from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
@@ -191,7 +191,7 @@ def search(
     aim = criterion(core, redundancy, losing, errors)
     space = rings.space(core)
     check_scene(core, voxel)
-    check_scene_sight(core)
+    check_search_sight(core)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
     with input_errors(but=(InfeasibleError,)):

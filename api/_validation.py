@@ -2,8 +2,7 @@
 means.
 """
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,7 +16,7 @@ from .formats.errors import explain
 from .formats.loader import resolve
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
-from .objectives.occlusion import check_bodies, check_mounting
+from .objectives.occlusion import check_bodies, own_link_fault
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
 from .objectives.verify import check_voxel, target_voxels
@@ -45,8 +44,6 @@ class ResolvedSetup:
 
 SetupLike = Setup | str | Path | Placed | ResolvedSetup
 
-_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
-_STEP, _STEPS = 0.005, 15  # m, by which a ring of the paper is widened, and how often at most
 _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 
 
@@ -71,50 +68,20 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
                 )
 
 
-def check_sight(scene: CoreScene, setup: Setup) -> None:
-    """Refuse a setup whose sensors stand within their own link, where the scene models occlusion,
-    and a robot without bodies: InputError.
-    """
-    if scene.occlusion == "ignore":
-        return
+def check_sight(scene: CoreScene) -> None:
+    """Refuse a robot without bodies where the scene models occlusion: InputError."""
     with input_errors():
         check_bodies(scene, scene.occlusion)
-        check_mounting(scene, setup)
 
 
-def check_scene_sight(scene: CoreScene) -> None:
-    """Refuse a search whose rings would all lie within a link's own tube: InputError."""
-    rings = (
-        []
-        if scene.real
-        else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
-    )
-    check_sight(scene, Setup((*rings, *scene.rules.fixed)))
-
-
-def is_file(setup: str | Path) -> bool:
-    """Does this name a file, and not a setup of the paper?"""
-    return not _NAME.fullmatch(str(setup))
-
-
-def _clear(setup: Setup, scene: CoreScene) -> Setup:
-    """A setup of the paper, each ring widened until its sensors stand outside of its own link; as
-    it is where the scene states a radius or ignores the robot's body.
-    """
-    if scene.occlusion == "ignore" or scene.radius_stated:
-        return setup
-    return Setup(tuple(_widened(ring, scene) for ring in setup.rings))
-
-
-def _widened(ring: Ring, scene: CoreScene) -> Ring:
-    for step in range(_STEPS):
-        wider = replace(ring, radius=ring.radius + step * _STEP)
-        try:
-            check_mounting(scene, Setup((wider,)))
-        except ValueError:
-            continue
-        return wider
-    return ring
+def check_search_sight(scene: CoreScene) -> None:
+    """Refuse a search whose new rings would all lie within a link's own tube: InputError."""
+    check_sight(scene)
+    if scene.real or scene.occlusion == "ignore":
+        return
+    rings = [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
+    if (fault := own_link_fault(scene, Setup(tuple(rings)))) is not None:
+        raise InputError(fault)
 
 
 def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Setup, CoreScene]:
@@ -132,7 +99,7 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
     if isinstance(setup, str | Path):
         with input_errors():
             placed, core = resolve(str(setup), core)
-            return str(setup), placed if is_file(setup) else _clear(placed, core), core
+            return str(setup), placed, core
     name, own = "setup", None
     if not isinstance(setup, Setup) and isinstance(getattr(setup, "setup", None), Setup):
         name, own, setup = setup.name, core_scene(setup.scene), setup.setup

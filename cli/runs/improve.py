@@ -109,7 +109,7 @@ def improve(
     """Find, print and write the best changes to ``setup``, which is called ``name``."""
     console, log = Terminal(), Terminal(stderr=True)
     check_scene(scene, voxel)
-    check_sight(scene, setup)
+    check_sight(scene)
     with made_folder(out) if out else nullcontext() as folder:
         found = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
         record = _record(found, scene, name, most, add_sensors, seed, voxel, log)

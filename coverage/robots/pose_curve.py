@@ -72,8 +72,8 @@ class PoseCurve:
 
         A straight part has a disc at each end. A bend has ``points_per_bend`` discs, ends included.
         A disc shared by two pieces occurs once. Where an arm that is folded back turns round, the
-        curve has no tangent. A disc exactly there contains the arm's direction, in any plane through
-        it: its neighbours have one centre, so that the three sweep the same volume for all of them.
+        curve has no tangent. A disc exactly there may lie in any plane through the arm's axis: its
+        neighbours share one centre, so that the three sweep the same volume for each such plane.
         """
         centres: list[np.ndarray] = []
         normals: list[np.ndarray] = []
