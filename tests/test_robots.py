@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.cli.options.scenes import resolve_scene
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.formats.errors import UserError
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
 from . import drawing
@@ -239,3 +241,27 @@ def test_targets_of_every_robot(name):
     solid = target_solid(Target("V_S", 0.5), robot, robot.rest)
     p = np.random.default_rng(0).uniform(-1.5, 1.5, (2000, 3))
     assert (solid(p) <= 0).any()
+
+
+def test_a_scene_is_read_for_the_robot_that_is_given(tmp_path):
+    """Poses, mounts and limits of a file are judged by ``--robot``, not by the file's own robot."""
+    path = tmp_path / "cell.toml"
+    path.write_text("[[poses]]\nq_deg = [0.0, 20.0, 0.0, -80.0, 0.0, 100.0, 40.0]\n")
+    scene = resolve_scene(path, "panda")
+    assert scene.robot is ROBOTS["panda"]
+    assert np.degrees(scene.poses[0].q) == pytest.approx([0, 20, 0, -80, 0, 100, 40])
+    with pytest.raises(UserError, match=r"q_deg: found 7, allowed: 6 angles.* of ur5e"):
+        resolve_scene(path, "ur5e")
+    path.write_text("[[poses]]\nq_deg = [0.0, 20.0, 0.0, 80.0, 0.0, 100.0, 40.0]\n")
+    with pytest.raises(UserError, match=r"q_deg\[3\]: found 80\.0, .* of panda"):
+        resolve_scene(path, "panda")
+
+
+def test_a_scene_at_its_robots_rest_moves_to_the_rest_of_the_one_given(tmp_path):
+    path = tmp_path / "cell.toml"
+    rest = [math.degrees(a) for a in ROBOTS["fr3"].rest]
+    path.write_text(f'robot = "fr3"\n[[poses]]\nq_deg = {rest}\n')
+    for name in ("panda", "ur5e", "iiwa14"):
+        scene = resolve_scene(path, name)
+        assert scene.robot.name == name
+        assert scene.poses[0].q == pytest.approx(ROBOTS[name].rest)
