@@ -1,6 +1,7 @@
 """Every candidate of a search keeps every rule, whatever is drawn, varied or climbed to."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fitted, fresh, papers, vary
+from place_rings.placement.search.search import search
 
 from . import drawing
 
@@ -232,6 +234,54 @@ def test_the_papers_setups_are_among_the_starts():
 def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
     with pytest.raises(InfeasibleError, match=says):
         Space(Scene(rules=rules), sensors=sensors)
+
+
+@pytest.mark.parametrize(
+    ("rules", "sensors", "says"),
+    [
+        (
+            Rules(rings_per_link=1, sensors=(3, 8), fixed=(Ring("forearm", 0.5, 5),)),
+            36,
+            "36 sensors do not fit: there is room for 2 rings of at most 8 besides the 5 of the"
+            " fixed rings",
+        ),
+        (
+            Rules(fixed=(Ring("forearm", 0.5, 5),)),
+            7,
+            "7 sensors leave 2 besides the 5 of the fixed rings, fewer than the least of one ring",
+        ),
+        (
+            Rules(rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
+            15,
+            "15 sensors cannot be divided into rings of 6 to 8 besides the 5 of the fixed rings",
+        ),
+        (Rules(sensors=(6, 8)), 5, "5 sensors are fewer than the least of one ring, 6"),
+    ],
+)
+def test_a_refusal_names_the_number_that_was_requested(rules, sensors, says):
+    with pytest.raises(InfeasibleError, match=re.escape(says)):
+        Space(Scene(rules=rules), sensors=sensors)
+
+
+def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
+    on_tool = Scene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
+    layout = ring_layout(on_tool, 2, 16)
+    assert [ring.link for ring in layout.rings] == ["upper_arm"] * 2 + ["forearm"] * 2
+    setup = Space(on_tool, layout).setup(papers(Space(on_tool, layout))[0])
+    assert [(r.link, r.count) for r in setup.rings][-1] == ("tool", 8)
+    assert setup.sensors == 72
+    on_arm = Scene(rules=Rules(rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
+    there = [ring.link for ring in ring_layout(on_arm, 2, 16).rings]
+    assert there == ["upper_arm", "upper_arm", "forearm", "tool"]
+    Space(on_arm, ring_layout(on_arm, 2, 16))
+
+
+def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
+    fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
+    scene = Scene(rules=Rules(rings_per_link=1, fixed=fixed))
+    result = search(scene, Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
+    assert result.setup.rings == fixed
+    assert 0 < result.exact < 1
 
 
 def test_a_layout_without_room_is_refused():

@@ -217,30 +217,36 @@ class FeasibleSet:
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
+    requested = f"{space.sensors} sensors"  # the request, which fixed rings are part of
+    beside = f" besides the {held} of the fixed rings" if held else ""
     if space.free < 0:
         raise InfeasibleError(
-            f"{space.sensors} sensors are fewer than the {held} of the fixed rings; request more"
+            f"{requested} are fewer than the {held} of the fixed rings; request more"
         )
     if 0 < space.free < least:
-        raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
+        raise InfeasibleError(
+            f"{requested} leave {space.free}{beside}, fewer than the least of one ring, {least}"
+            if held
+            else f"{requested} are fewer than the least of one ring, {least}"
+        )
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
             raise InfeasibleError(
-                f"{space.free} sensors do not fit: a search places at most {_MOST_RINGS} free"
-                f" rings, here of at most {each[0]} sensors"
+                f"{requested} do not fit: a search places at most {_MOST_RINGS} free rings, here of"
+                f" at most {each[0]} sensors{beside}"
             )
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
         raise InfeasibleError(
-            f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most"
-            f" {size}{space.barred()}"
+            f"{requested} do not fit: there is room for {len(each)} rings of at most {size}"
+            f"{beside}{space.barred()}"
         )
     if space.free and space.sensors not in space.totals:
         size = (
             f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
         )
         raise InfeasibleError(
-            f"{space.free} sensors cannot be divided into rings of {size}; request another number"
+            f"{requested} cannot be divided into rings of {size}{beside}; request another number"
         )
 
 
