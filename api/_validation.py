@@ -19,7 +19,7 @@ from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import check_bodies, own_link_fault
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
-from .objectives.verify import check_voxel, target_voxels
+from .objectives.verify import check_beams, check_voxel, target_voxels
 
 
 class Placed(Protocol):
@@ -50,6 +50,8 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 def check_scene(scene: CoreScene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: InputError."""
     number("voxel", voxel, "m, above 0")
+    with input_errors():
+        check_beams(scene.sensors, voxel)
     try:
         SceneModel.from_domain(scene)
     except ValidationError as error:
