@@ -156,11 +156,16 @@ def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Term
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
+    soft = ""
+    if result.soft is not None:
+        soft = (
+            f", soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm, difference"
+            f" {100 * (result.soft - result.exact):+.2f})"
+        )
     console.print(
-        f"Found{sought}: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width"
-        f" {1000 * spent.width:g} mm, difference {100 * (result.soft - result.exact):+.2f});"
-        f" {spent.starts} starts, {spent.evaluations} evaluations, {spent.seconds:.0f} s;"
-        f" {result.outcome.value}."
+        f"Found{sought}: exact {100 * result.exact:.2f} %{soft}; {spent.starts} starts,"
+        f" {spent.evaluations} evaluations, {spent.seconds:.0f} s, of which start-up"
+        f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s; {result.outcome.value}."
     )
 
 
