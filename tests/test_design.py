@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -115,16 +116,69 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         c = vary(space, c, rng)
 
 
-def test_of_two_places_too_near_for_two_rings_one_is_left():
+def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
     scene = Scene(limits=limits, rules=Rules(spacing=0.3))
     there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
-    assert there == [(pytest.approx(0.3), pytest.approx(0.35), 1)]
-    assert Space(scene, ring_layout(scene, 1, 8)).places == 3
-    wide = replace(scene, limits={"forearm": Limits(keep_out=((0.4, 0.5),))})
-    left, right = (s for s in segments(wide) if s.link == "forearm")
-    assert right.low - left.high >= left.gap - 1e-12
-    assert (left.low, right.high) == (0.0, 1.0)
+    assert there == [
+        (pytest.approx(0.3), pytest.approx(0.35), 1),
+        (pytest.approx(0.65), pytest.approx(0.7), 1),
+    ]
+    space = Space(scene, ring_layout(scene, 1, 8))
+    assert space.places == 3
+    either = [i for i, s in enumerate(space.segments) if s.link == "forearm"]
+    assert space.room([], "forearm") == either
+    assert space.room(either[:1], "forearm") == space.room(either[1:], "forearm") == []
+
+
+def test_a_narrow_keep_out_costs_no_more_than_its_own_width():
+    """A ring reaches both ends of a keep-out of 6 mm between rings 60 mm apart; two rings on either
+    side keep their spacing."""
+    narrow = Scene(limits={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06))
+    space = Space(narrow, sensors=8)
+    left, right = (i for i, s in enumerate(space.segments) if s.link == "forearm")
+    ends = {(s.low, s.high) for s in space.segments if s.link == "forearm"}
+    assert ends == {(0.0, 0.5), (0.51, 1.0)}
+    reached = []
+    for segment, along in ((left, 0.0), (left, 1.0), (right, 0.0), (right, 1.0)):
+        n = space.places
+        c = Candidate(np.full(n, -1), np.zeros(n, int), np.zeros((3, n)), np.ones(n))
+        c.segment[0], c.count[0], c.values[0, 0] = segment, 8, along
+        reached.append(space.setup(c).rings[0].position)
+    assert reached == pytest.approx([0.0, 0.5, 0.51, 1.0], abs=1e-9)
+
+
+@given(drawing.seeds)
+def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
+    rng = np.random.default_rng(seed)
+    cuts = tuple(
+        (float(a), float(a + rng.uniform(0, 0.1))) for a in rng.uniform(0, 0.9, rng.integers(1, 5))
+    )
+    rules = Rules(spacing=float(rng.uniform(0.01, 0.2)))
+    scene = Scene(limits={"forearm": Limits(keep_out=cuts)}, rules=rules)
+    space, length = Space(scene, sensors=80), scene.robot.mount("forearm").length
+    legal = [p for p in np.linspace(0, 1, 101) if not any(a < p < b for a, b in cuts)]
+    for place in legal:
+        c = space.candidate(Setup((Ring("forearm", float(place), 8),)))
+        position = space.setup(c).rings[0].position
+        assert position == pytest.approx(place, abs=2 * GRAIN)
+    segment: list[int] = []
+    while free := space.room(segment, "forearm"):
+        segment.append(int(rng.choice(free)))
+    assert 1 <= len(segment) <= space._rooms()["forearm"]
+    c = fresh(space, rng)
+    spare = space.places - len(segment)
+    if spare < 0:
+        return
+    c = replace(
+        c,
+        segment=np.array([*segment, *[-1] * spare]),
+        count=np.array([*[3] * len(segment), *[0] * spare]),
+        values=rng.choice([0.0, 0.3, 1.0], (3, space.places)),
+    )
+    places = sorted(ring.position for ring in space.setup(c).rings)
+    assert all((b - a) * length >= rules.spacing - 1e-9 for a, b in pairwise(places))
+    assert not any(a + 1e-9 < p < b - 1e-9 for p in places for a, b in cuts)
 
 
 @pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])

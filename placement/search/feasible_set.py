@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.parameterization import Segment, segments
+from ...objectives.parameterization import Segment, fits, most_rings, near_segments, segments
 from ...objectives.scene import Scene
 
 _ROUNDING = 1e-6  # m, rounding of a radius in files
@@ -51,6 +51,7 @@ class FeasibleSet:
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._stretches())
+        self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
         self.free = layout.sensors if layout else (sensors or 0) - held
@@ -148,6 +149,7 @@ class FeasibleSet:
             for i, s in enumerate(self.segments)
             if (link is None or s.link == link)
             and list(used).count(i) < s.room
+            and (i not in self._near or fits(self.segments, [*used, i]))
             and rings.count(s.link) + held.count(s.link) < most
             and (not count or self.tilts(s.link, count) is not None)
         ]
@@ -155,10 +157,10 @@ class FeasibleSet:
     def _rooms(self) -> dict[str, int]:
         """Return the number of rings that fit on each link besides the fixed ones."""
         most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
-        links = {
-            s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments
+        return {
+            link: most_rings(self.segments, link, max(most - held.count(link), 0))
+            for link in dict.fromkeys(s.link for s in self.segments)
         }
-        return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
     def largest(self) -> list[int]:
         """Return the largest sensor count of each free ring that fits, in descending order."""
