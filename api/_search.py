@@ -29,6 +29,8 @@ __all__ = ["InfeasibleError", "Rings", "search"]
 
 _RINGS_PER_LINK = 2
 _SENSORS_PER_RING = 16  # where neither the caller nor a scene's rule says more
+# the rule of a scene that limits what an argument fixes
+_LIMITED_BY = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
 _MOST_COVERING = 10  # sensors that cover a point: a search's time grows with them
 
 
@@ -90,7 +92,7 @@ class Rings:
             beside = "reach_percent" if reach is not None else f"sensors {sensors}"
             raise InputError(
                 f"found {value} with {beside}, allowed: one of the two; rings are free there,"
-                f" within rules.{name} of a scene",
+                f" within rules.{_LIMITED_BY[name]} of a scene",
                 name,
                 others=("reach_percent", "sensors"),
             )

@@ -96,8 +96,10 @@ def segments(
             stretches = _without(stretches, cut)
         for low, high in (_inward(*s) for s in sorted(stretches)):
             if low <= high:
-                room = rules.rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
-                free.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
+                room = rules.max_rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
+                free.append(
+                    Segment(mount.link, low, high, min(room, rules.max_rings_per_link), gap)
+                )
     return free
 
 

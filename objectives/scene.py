@@ -96,7 +96,7 @@ class Rules:
     """Minimum distance of a ring from the link's ends, m."""
     sensors: tuple[int, int] = (3, 24)
     """Minimum and maximum number of sensors on a ring."""
-    rings_per_link: int = 8
+    max_rings_per_link: int = 8
     """Maximum number of rings on a link."""
     shared_tilt: bool = False
     """Whether all rings have the same tilt up to its sign."""

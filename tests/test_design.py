@@ -88,7 +88,8 @@ def check(space: Space, setup: Setup, sensors: int) -> None:
     for link in LINKS:
         new = sum(ring.link == link for ring in own)
         assert (
-            new == 0 or new + sum(ring.link == link for ring in rules.fixed) <= rules.rings_per_link
+            new == 0
+            or new + sum(ring.link == link for ring in rules.fixed) <= rules.max_rings_per_link
         )
     if rules.shared_tilt and own:
         assert max(abs(ring.tilt) for ring in own) == pytest.approx(
@@ -191,7 +192,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
         "forearm": Limits(radius=0.045),
         "tool": Limits(radius=0.045),
     }
-    rules = Rules(sensors=(least, 24), rings_per_link=1)
+    rules = Rules(sensors=(least, 24), max_rings_per_link=1)
     scene = Scene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
@@ -294,7 +295,7 @@ def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
     ("rules", "sensors", "says"),
     [
         (
-            Rules(rings_per_link=1, sensors=(3, 8), fixed=(Ring("forearm", 0.5, 5),)),
+            Rules(max_rings_per_link=1, sensors=(3, 8), fixed=(Ring("forearm", 0.5, 5),)),
             36,
             "36 sensors do not fit: there is room for 2 rings of at most 8 besides the 5 of the"
             " fixed rings",
@@ -305,7 +306,7 @@ def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
             "7 sensors leave 2 besides the 5 of the fixed rings, fewer than the least of one ring",
         ),
         (
-            Rules(rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
+            Rules(max_rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
             15,
             "15 sensors cannot be divided into rings of 6 to 8 besides the 5 of the fixed rings",
         ),
@@ -324,7 +325,7 @@ def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
     setup = Space(on_tool, layout).setup(papers(Space(on_tool, layout))[0])
     assert [(r.link, r.count) for r in setup.rings][-1] == ("tool", 8)
     assert setup.sensors == 72
-    on_arm = Scene(rules=Rules(rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
+    on_arm = Scene(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
     there = [ring.link for ring in ring_layout(on_arm, 2, 16).rings]
     assert there == ["upper_arm", "upper_arm", "forearm", "tool"]
     Space(on_arm, ring_layout(on_arm, 2, 16))
@@ -332,7 +333,7 @@ def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
 
 def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
     fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
-    scene = Scene(rules=Rules(rings_per_link=1, fixed=fixed))
+    scene = Scene(rules=Rules(max_rings_per_link=1, fixed=fixed))
     result = search(scene, Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
     assert result.setup.rings == fixed
     assert 0 < result.exact < 1

@@ -17,6 +17,7 @@ from ...reporting.comparison import PAPER_TARGETS, papers
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
 from ...reporting.lines.protective_volume import protective_lines
+from ...reporting.lines.reach import reach_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar
@@ -36,7 +37,9 @@ def place(
     """
     console, log = Terminal(), Terminal(stderr=True)
     with made_folder(out) as folder:
-        proposal = replace(_searched(find, log), command=shlex.join(["place-rings", *sys.argv[1:]]))
+        proposal = replace(
+            _searched(find, scene, log), command=shlex.join(["place-rings", *sys.argv[1:]])
+        )
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         mine = proposal.own_records(comparison)
         files = {key: folder / name for key, name in _FILES.items()}
@@ -61,12 +64,17 @@ def place(
     console.print(f"For a report to read and to print: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
-    """What the search gives, with its progress on ``console``."""
+def _searched(find: Callable[..., Proposal], scene: Scene, console: Terminal) -> Proposal:
+    """What the search gives, with its progress on ``console``, and before it what no sensor
+    reaches.
+    """
     with late_progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Progress) -> None:
+            if p == Progress():  # the request is valid, the search has not begun
+                for line in reach_lines(scene):
+                    console.print(line, highlight=False, soft_wrap=True)
             bar.start()
             if p == Progress():
                 return

@@ -131,7 +131,7 @@ class RedesignProblem:
                 and np.count_nonzero(which == k) < s.room
                 and fits(available, [*which.tolist(), k])
             ]
-            if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
+            if not room or links.count(ring.link) >= self.scene.rules.max_rings_per_link:
                 return None
             at = ring.position
             which[i] = min(

@@ -142,7 +142,7 @@ class FeasibleSet:
         """Return the segments (of ``link``, if given) with room for one more ring of ``count``
         sensors besides the rings on the segments ``used``."""
         rings = [self.segments[i].link for i in used if i >= 0]
-        most = self.scene.rules.rings_per_link
+        most = self.scene.rules.max_rings_per_link
         held = [ring.link for ring in self.fixed]
         return [
             i
@@ -156,7 +156,7 @@ class FeasibleSet:
 
     def _rooms(self) -> dict[str, int]:
         """Return the number of rings that fit on each link besides the fixed ones."""
-        most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
+        most, held = self.scene.rules.max_rings_per_link, [ring.link for ring in self.fixed]
         return {
             link: most_rings(self.segments, link, max(most - held.count(link), 0))
             for link in dict.fromkeys(s.link for s in self.segments)

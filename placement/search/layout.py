@@ -25,7 +25,7 @@ def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Set
     for mount in scene.robot.mounts:
         if free and mount.link not in free:
             continue
-        n, most = (rings_per_link, scene.rules.rings_per_link) if mount.length > 0 else (1, 1)
+        n, most = (rings_per_link, scene.rules.max_rings_per_link) if mount.length > 0 else (1, 1)
         if fixed := sum(ring.link == mount.link for ring in scene.rules.fixed):
             n = max(min(n, most - fixed), 0)
         low, high = scene.limits_of(mount.link).position
