@@ -25,6 +25,7 @@ from .scene import Scene
 VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days
+_CELL = 100.0  # m: a lattice that is smaller has voxels too fine for any count
 _ROBOT_VOXELS = 1 << 12  # of the lattice, left for the robot that carries the beams
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
@@ -160,6 +161,8 @@ def check_beams(sensors: Iterable[Sensor], voxel: float) -> None:
         ValueError: naming the field of view and the largest one at that range.
     """
     furthest = (FURTHEST - _ROBOT_VOXELS) * voxel
+    if not furthest > _CELL:  # the voxels are to blame
+        return
     for sensor in sensors:
         half = max(sensor.circumscribed_half_angle, sensor.half_angle)
         if sensor.range_m * math.hypot(1.0, math.tan(half)) < furthest:
