@@ -276,7 +276,7 @@ def improve(
     cap = cap_of(time_cap)
     name, mounted, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core, mounted)
+    check_sight(core)
     tell = progress or (lambda _: None)
     with input_errors():
         result = redesign.improve(

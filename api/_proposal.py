@@ -201,10 +201,11 @@ class Proposal(Placement):
             raise ValueError(
                 "the proposal comes from a file; only a proposal of search has a result.json"
             )
+        soft = self.search.soft
         own = self.own_records(comparison)
         return SearchFile(
             proposal=self.file(own),
-            soft_minus_exact_percent=100 * (self.search.soft - self.search.exact),
+            soft_minus_exact_percent=(None if soft is None else 100 * (soft - self.search.exact)),
             comparison=comparison,
             asked_percent=criterion_percent,
             files=files,
@@ -276,12 +277,14 @@ def found_model(result: SearchResult, seed: int, criterion: Criterion, command: 
     return FoundModel(
         outcome=result.outcome.value,
         seed=seed,
-        soft_percent=100 * result.soft,
+        soft_percent=None if result.soft is None else 100 * result.soft,
         exact_percent=100 * result.exact,
         width=spent.width,
         starts=spent.starts,
         evaluations=spent.evaluations,
         seconds=round(spent.seconds, 1),
+        start_up_seconds=round(spent.start_up, 1),
+        count_seconds=round(spent.counting, 1),
         command=command,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),

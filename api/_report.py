@@ -90,7 +90,7 @@ def write_report(
     whole("seed", seed, 0)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core, placed)
+    check_sight(core)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
         made = writable(folder)

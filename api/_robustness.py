@@ -135,7 +135,7 @@ def robustness(
     check_drawing(k, draws)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core, placed)
+    check_sight(core)
     verifier, done, total = Verifier(core, voxel), -1, draws * len(core.poses) * len(core.goals)
 
     def tell() -> None:

@@ -10,7 +10,7 @@ from ._errors import InputError, input_errors
 from ._proposal import Proposal
 from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
-from ._validation import check_scene, check_scene_sight
+from ._validation import check_scene, check_search_sight
 from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
@@ -29,6 +29,8 @@ __all__ = ["InfeasibleError", "Rings", "search"]
 
 _RINGS_PER_LINK = 2
 _SENSORS_PER_RING = 16  # default where the scene's rules allow it
+# the rule of a scene that limits what an argument fixes
+_LIMITED_BY = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
 _MOST_COVERING = 10  # redundancy; the time of a search grows with it
 
 
@@ -98,7 +100,7 @@ class Rings:
             beside = "reach_percent" if reach is not None else f"sensors {sensors}"
             raise InputError(
                 f"found {value} with {beside}, where the search chooses the rings; use only one of"
-                f" them, or set rules.{name} in the scene",
+                f" them, or set rules.{_LIMITED_BY[name]} in the scene",
                 name,
                 others=("reach_percent", "sensors"),
             )
@@ -218,7 +220,7 @@ def search(
     aim = criterion(core, redundancy, losing, errors)
     space = rings.space(core)
     check_scene(core, voxel)
-    check_scene_sight(core)
+    check_search_sight(core)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
     with input_errors(but=(InfeasibleError,)):

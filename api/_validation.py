@@ -1,7 +1,6 @@
 """Checks of scenes and setups before a count, and the forms in which functions accept a setup."""
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,10 +14,10 @@ from .formats.errors import explain
 from .formats.loader import resolve
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
-from .objectives.occlusion import check_bodies, check_mounting
+from .objectives.occlusion import check_bodies, own_link_fault
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
-from .objectives.verify import check_voxel, target_voxels
+from .objectives.verify import check_beams, check_voxel, target_voxels
 
 
 class Placed(Protocol):
@@ -46,11 +45,6 @@ class ResolvedSetup:
 
 SetupLike = Setup | str | Path | Placed | ResolvedSetup
 
-_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
-_STEP, _STEPS = (
-    0.005,
-    15,
-)  # m, widening of a ring of the paper's layouts, and largest number of steps
 _COARSE = 0.1  # m; above it, counting the voxels of a target is fast
 
 
@@ -61,6 +55,8 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
         InputError: otherwise.
     """
     number("voxel", voxel, "m, above 0")
+    with input_errors():
+        check_beams(scene.sensors, voxel)
     try:
         SceneModel.from_domain(scene)
     except ValidationError as error:
@@ -79,58 +75,28 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
                 )
 
 
-def check_sight(scene: CoreScene, setup: Setup) -> None:
-    """Check that occlusion can be modelled: the robot has bodies, and no sensor lies inside its own
-    link.
-
-    Raises:
-        InputError: otherwise, unless the scene ignores occlusion.
-    """
-    if scene.occlusion == "ignore":
-        return
-    with input_errors():
-        check_bodies(scene, scene.occlusion)
-        check_mounting(scene, setup)
-
-
-def check_scene_sight(scene: CoreScene) -> None:
-    """Check that the rings of a search do not lie inside their own links.
+def check_sight(scene: CoreScene) -> None:
+    """Check that the robot has bodies if the scene models occlusion.
 
     Raises:
         InputError: otherwise.
     """
-    rings = (
-        []
-        if scene.real
-        else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
-    )
-    check_sight(scene, Setup((*rings, *scene.rules.fixed)))
+    with input_errors():
+        check_bodies(scene, scene.occlusion)
 
 
-def is_file(setup: str | Path) -> bool:
-    """Return whether this is the path of a file rather than a name such as ``n2_16_25``."""
-    return not _NAME.fullmatch(str(setup))
+def check_search_sight(scene: CoreScene) -> None:
+    """Check that the rings of a search do not all lie inside their own links.
 
-
-def _clear(setup: Setup, scene: CoreScene) -> Setup:
-    """Return a layout of the paper with each ring widened until its sensors are outside their link.
-
-    The layout stays unchanged if the scene states a ring radius or ignores occlusion.
+    Raises:
+        InputError: otherwise.
     """
-    if scene.occlusion == "ignore" or scene.radius_stated:
-        return setup
-    return Setup(tuple(_widened(ring, scene) for ring in setup.rings))
-
-
-def _widened(ring: Ring, scene: CoreScene) -> Ring:
-    for step in range(_STEPS):
-        wider = replace(ring, radius=ring.radius + step * _STEP)
-        try:
-            check_mounting(scene, Setup((wider,)))
-        except ValueError:
-            continue
-        return wider
-    return ring
+    check_sight(scene)
+    if scene.real or scene.occlusion == "ignore":
+        return
+    rings = [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
+    if (fault := own_link_fault(scene, Setup(tuple(rings)))) is not None:
+        raise InputError(fault)
 
 
 def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Setup, CoreScene]:
@@ -149,7 +115,7 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
     if isinstance(setup, str | Path):
         with input_errors():
             placed, core = resolve(str(setup), core)
-            return str(setup), placed if is_file(setup) else _clear(placed, core), core
+            return str(setup), placed, core
     name, own = "setup", None
     if not isinstance(setup, Setup) and isinstance(getattr(setup, "setup", None), Setup):
         name, own, setup = setup.name, core_scene(setup.scene), setup.setup

@@ -233,7 +233,7 @@ def _count(
     tell: Callable[[Bracket], None] | None,
 ) -> Coverage:
     name, placed, core = resolve_setup(setup, scene)
-    check_sight(core, placed)
+    check_sight(core)
     if rule != "certified" and voxel is not None:
         check_scene(core, voxel)
     calls: dict[str, Any] = {

@@ -104,8 +104,7 @@ def view(
         other, second, _ = resolve_setup(compare, core)
         setups[other if other != name else f"{other} (again)"] = second
     check_scene(core, 0.01)
-    for one in setups.values():
-        check_sight(core, one)
+    check_sight(core)
     with input_errors():
         surface = (
             None

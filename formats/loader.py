@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings.ring import Setup, named_setup
@@ -18,7 +19,7 @@ from .recorded_motion import with_record
 from .robots.urdf import read_urdf
 from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models, setup_of
-from .schema.robot_models import RobotFile, RobotModel, robot_of
+from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
@@ -66,8 +67,13 @@ def _text(path: Path, kind: str) -> str:
         ) from error
 
 
-def read_model(path: Path, model: type[_Model]) -> _Model:
+def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _Model:
     """Return the TOML file at ``path`` as ``model``.
+
+    Args:
+        path: the file.
+        model: its model.
+        robot: takes the place of a scene's own robot, if given.
 
     Raises:
         UserError: if it cannot be read or is not valid.
@@ -77,7 +83,9 @@ def read_model(path: Path, model: type[_Model]) -> _Model:
         raw = tomllib.loads(text)
         if issubclass(model, VersionedFile):
             refuse_newer(raw)
-        return model.model_validate(_with_robot(path, raw, model), context=FROM_FILE)
+        raw = _with_robot(path, raw, model)
+        raw = raw if robot is None else _on_robot(raw, robot)
+        return model.model_validate(raw, context=FROM_FILE)
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -103,6 +111,21 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
+    """Return the keys of a scene with ``robot`` in place of its own.
+
+    A single pose that is the rest pose of the scene's own robot becomes that of ``robot``.
+    """
+    moved = {**raw, "robot": robot_key(robot)}
+    match raw.get("poses"):
+        case [{"q_deg": [*q_deg]}] if all(isinstance(a, int | float) for a in q_deg):
+            own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
+            rest = robot_of(own.robot).rest
+            if len(rest) == len(q_deg) and np.allclose(np.radians(q_deg), rest, rtol=0, atol=1e-9):
+                del moved["poses"]
+    return moved
 
 
 def _beside(path: Path, key: str, name: str) -> Path:
@@ -133,13 +156,17 @@ def read_robot(path: Path) -> Robot:
     return robot_of(read_model(path, RobotFile))
 
 
-def read_scene(path: Path) -> Scene:
+def read_scene(path: Path, robot: Robot | None = None) -> Scene:
     """Return the scene in a TOML file.
+
+    Args:
+        path: the file.
+        robot: the robot that the whole scene is read for, in place of its own, if given.
 
     Raises:
         UserError: if it, or a file that it names, cannot be read or is not valid.
     """
-    return _scene(path, read_model(path, SceneFile))
+    return _scene(path, read_model(path, SceneFile, robot))
 
 
 def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:

@@ -76,18 +76,16 @@ def setup_sight(
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
 
 
-def check_mounting(scene: Scene, setup: Setup) -> None:
-    """Reject a sensor whose apex lies within the tube of its own link: no ring fits there.
+def own_link_fault(scene: Scene, setup: Setup) -> str | None:
+    """Return a message on the first sensor whose apex lies within the tube of its own link; None if
+    there is none.
 
-    A sensor within a housing across the link, another link or an obstacle is accepted. It sees
-    nothing, and ``Unseeing.within`` names the body. The paper's rings at the links' ends, which sit
-    inside the joints' housings, can thus be counted.
-
-    Raises:
-        ValueError: naming ring, sensor, link, body and depth.
+    No ring fits there. Like a sensor within any other body, it sees nothing, and
+    ``Unseeing.within`` names the body: a count of such a setup states the fault and has an answer,
+    whatever the robot.
     """
     if not setup.rings:
-        return
+        return None
     values = ring_values(setup)
     apex = sensor_poses(
         ring_arrays(scene.robot, setup.rings), values.position, values.tilt, values.phase
@@ -99,11 +97,12 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
             gap = body.capsule.distance(some)
             if len(some) and gap.min() <= INSIDE:
                 k = int(gap.argmin())
-                raise ValueError(
+                return (
                     f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body"
                     f" {body.name} (radius {body.capsule.radius:g} m); occlusion {scene.occlusion}"
                     " requires sensors outside it"
                 )
+    return None
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ ring positions that satisfy all rules.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -29,7 +30,7 @@ class Segment:
     high: float
     """Upper end, in [0, 1] along the mount axis."""
     room: int
-    """Maximum number of rings on the segment."""
+    """Maximum number of rings on the segment, if there are none on its neighbours."""
     gap: float
     """Minimum spacing of two rings as a share of the link."""
 
@@ -62,32 +63,14 @@ def _common(
     return [(low, high) for low, high in sorted(shared) if low <= high]
 
 
-def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
-    """Shrink neighbouring intervals, each by half, until they are ``gap`` apart.
-
-    Where one of them is too short for that, the longer one stays whole and the shorter is dropped.
-    """
-    separated: list[tuple[float, float]] = []
-    for low, high in sorted(stretches):
-        while separated and (lack := gap - (low - separated[-1][1])) > 0:
-            left, right = separated.pop()
-            if min(right - left, high - low) >= lack / 2:
-                separated.append((left, right - lack / 2))
-                low += lack / 2
-                break
-            if right - left >= high - low:
-                low, high = left, right
-        separated.append((low, high))
-    return separated
-
-
 def segments(
     scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None
 ) -> list[Segment]:
     """Return all segments of all links on which new rings may sit.
 
     Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the
-    intervals that are ``clear`` on each link.
+    intervals that are ``clear`` on each link. Every legal place lies on a segment. Two segments of
+    a link may be nearer to each other than the spacing of rings: see ``fits`` and ``stretch``.
     """
     free, rules = [], scene.rules
     for mount in scene.robot.mounts:
@@ -111,11 +94,76 @@ def segments(
             stretches = _common(stretches, clear[mount.link])
         for cut in (*limits.keep_out, *((p - gap, p + gap) for p in fixed)):
             stretches = _without(stretches, cut)
-        for low, high in (_inward(*s) for s in _apart([s for s in stretches if s[0] <= s[1]], gap)):
+        for low, high in (_inward(*s) for s in sorted(stretches)):
             if low <= high:
-                room = rules.rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
-                free.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
+                room = rules.max_rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
+                free.append(
+                    Segment(mount.link, low, high, min(room, rules.max_rings_per_link), gap)
+                )
     return free
+
+
+def _near(a: Segment, b: Segment) -> bool:
+    """Return whether ``b`` begins nearer to the end of ``a`` than the spacing of rings."""
+    return a.link == b.link and b.low - a.high < a.gap - GRAIN / 2
+
+
+def near_segments(some: Sequence[Segment]) -> frozenset[int]:
+    """Return the numbers of the segments that are nearer to another one than the spacing."""
+    near = set[int]()
+    for i, (a, b) in enumerate(pairwise(some)):
+        if _near(a, b):
+            near |= {i, i + 1}
+    return frozenset(near)
+
+
+def fits(some: Sequence[Segment], which: Sequence[int]) -> bool:
+    """Return whether rings on the segments ``which`` can keep the spacing.
+
+    Each ring is put as low as possible, which leaves the most room for the others.
+    """
+    last: dict[str, float] = {}
+    for i in sorted(k for k in which if k >= 0):
+        s = some[i]
+        place = max(s.low, last.get(s.link, -math.inf) + s.gap)
+        if place > s.high + GRAIN / 2:
+            return False
+        last[s.link] = place
+    return True
+
+
+def most_rings(some: Sequence[Segment], link: str, most: int) -> int:
+    """Return the largest number of rings, up to ``most``, that the segments of a link hold."""
+    which: list[int] = []
+    for i, s in enumerate(some):
+        if s.link == link:
+            which += [i] * s.room
+            while len(which) > most or not fits(some, which):
+                which.pop()
+    return len(which)
+
+
+def _occupied(
+    some: Sequence[Segment], which: Int[np.ndarray, " R"]
+) -> dict[int, tuple[float, float]]:
+    """Return the ends of the segments that hold rings, kept apart from each other.
+
+    Where two of them are nearer than the spacing, each gives way by half, as far as its own rings
+    leave room and no further than the others need.
+    """
+    count = {int(i): int(np.count_nonzero(which == i)) for i in sorted({*which.tolist()} - {-1})}
+    ends = {i: (some[i].low, some[i].high) for i in count}
+    pairs = [(i, j) for i, j in pairwise(count) if _near(some[i], some[j])]
+    for i, j in reversed(pairs):  # the last place of a segment that leaves room for those above
+        low, high = ends[i]
+        ends[i] = low, min(high, ends[j][1] - count[j] * some[j].gap)
+    for i, j in pairs:
+        (low, high), (above, top), gap = ends[i], ends[j], some[j].gap
+        if above - high < gap - GRAIN / 2:
+            middle = math.floor((high + above - gap) / 2 / GRAIN + 1e-9) * GRAIN
+            high = min(max(middle, low + (count[i] - 1) * gap), high)
+            ends[i], ends[j] = (low, high), (max(above, high + gap), top)
+    return ends
 
 
 @tree
@@ -148,13 +196,15 @@ def stretch(
 ) -> Interval:
     """Return the segments of rings as arrays.
 
+    Segments that hold rings are kept apart by the spacing: rings on them keep it for any values.
+
     Args:
         found: the available segments.
         which: index (R,) of each ring's segment; -1 for a slot without a ring.
         shared: sign (R,) of the tilt that all rings share; None if each ring has its own tilt.
     """
-    none = Segment("", 0.0, 0.0, 0, 0.0)
-    each = [found[i] if i >= 0 else none for i in which]
+    none, ends = Segment("", 0.0, 0.0, 0, 0.0), _occupied(found, which)
+    each = [replace(found[i], low=ends[i][0], high=ends[i][1]) if i >= 0 else none for i in which]
     rings = np.array([max(np.count_nonzero(which == i), 1) for i in which])
     gap = np.array([s.gap for s in each])
     free = np.array([s.high - s.low for s in each]) - (rings - 1) * gap

@@ -96,7 +96,7 @@ class Rules:
     """Minimum distance of a ring from the link's ends, m."""
     sensors: tuple[int, int] = (3, 24)
     """Minimum and maximum number of sensors on a ring."""
-    rings_per_link: int = 8
+    max_rings_per_link: int = 8
     """Maximum number of rings on a link."""
     shared_tilt: bool = False
     """Whether all rings have the same tilt up to its sign."""
@@ -217,10 +217,15 @@ class Scene:
         return self.limits_of(link).sensor or self.sensor
 
     @property
+    def sensors(self) -> frozenset[Sensor]:
+        """The different sensors that a setup of the scene may contain."""
+        new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
+        return frozenset((*new, *(r.sensor for r in self.rules.fixed)))
+
+    @property
     def square(self) -> bool:
         """Whether a setup of the scene may contain sensors with square beams."""
-        sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return any(s.square for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
+        return any(s.square for s in self.sensors)
 
     @property
     def real(self) -> bool:

@@ -12,18 +12,21 @@ import psutil
 from ..coverage.choices import Rule
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
+from ..coverage.sensors.sensor import Sensor
 from ..coverage.solids.base import Difference, Parts
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import Bracket, bracket
 from ..coverage.voxels.octree import count, regions, voxels
 from ..coverage.voxels.octree_cells import Region
-from ..coverage.voxels.voxel_set import VoxelSet
+from ..coverage.voxels.voxel_set import FURTHEST, VoxelSet
 from .occlusion import setup_sight
 from .scene import Scene
 
 VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days
+_CELL = 100.0  # m: a lattice that is smaller has voxels too fine for any count
+_ROBOT_VOXELS = 1 << 12  # of the lattice, left for the robot that carries the beams
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100
@@ -145,6 +148,40 @@ def check_voxel(solid: Difference, voxel: float) -> None:
         raise TooFineError(
             f"voxels of {voxel:g} m give about {surface:.1g} voxels on the target's surface, above"
             f" the limit of {_MOST:.0e}; use {voxel * math.sqrt(surface / _MOST):.1g} m or more"
+        )
+
+
+def check_beams(sensors: Iterable[Sensor], voxel: float) -> None:
+    """Reject sensors whose beams extend further than a lattice of ``voxel`` m.
+
+    A beam ends in a flat base, so its width grows without limit as the field of view approaches
+    180 degrees.
+
+    Raises:
+        ValueError: naming the field of view and the largest one at that range.
+    """
+    furthest = (FURTHEST - _ROBOT_VOXELS) * voxel
+    if not furthest > _CELL:  # the voxels are to blame
+        return
+    for sensor in sensors:
+        half = max(sensor.circumscribed_half_angle, sensor.half_angle)
+        if sensor.range_m * math.hypot(1.0, math.tan(half)) < furthest:
+            continue
+        beam = f"fov {math.degrees(sensor.fov):.6g}°"
+        if sensor.fov_up is not None:
+            beam += f" by {math.degrees(sensor.fov_up):.6g}°"
+        if sensor.range_m >= furthest:
+            raise ValueError(
+                f"sensor: found range {sensor.range_m:g} m, allowed: below {furthest:.4g} m for"
+                f" voxels of {voxel:g} m"
+            )
+        # of a square beam with two equal angles, whose corner lies furthest
+        widest = math.sqrt(furthest**2 / sensor.range_m**2 - 1)
+        most = 2 * math.degrees(math.atan(widest / (math.sqrt(2) if sensor.square else 1)))
+        raise ValueError(
+            f"sensor: found {beam} at range {sensor.range_m:g} m, a beam"
+            f" {2 * sensor.range_m * math.tan(half):,.0f} m wide at its end; allowed: up to"
+            f" {math.floor(1e3 * most) / 1e3:.6g}° for voxels of {voxel:g} m"
         )
 
 
@@ -294,11 +331,13 @@ class Verifier:
         """Return zeta of ``setup`` for ``target`` over the scene's poses.
 
         Raises:
-            ValueError: if the target is empty, or its radius lies within V_R.
+            ValueError: if the target is empty, its radius lies within V_R, or a beam is too wide.
             TooFineError: if the count would take days.
             BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
         """
         start = time.perf_counter()
+        if self.voxel is not None:
+            check_beams({ring.sensor for ring in setup.rings}, self.voxel)
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         return self.over_poses(target, poses, time.perf_counter() - start)
 

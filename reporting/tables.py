@@ -164,17 +164,59 @@ _LARGEST_ERROR = {0.0125: 0.12, 0.025: 0.12, 0.05: 0.62, 0.1: 1.48, 0.2: 7.1}
 the paper's layouts (``place-rings study convergence``)."""
 
 
-def count_error_line(voxel: float) -> str | None:
-    """Return a sentence about the error of a count by ``centre``; None for voxels larger than were
-    studied.
+def flat_beam_points(setup: Setup, voxel: float, target: float) -> float:
+    """Return an estimate of the count's error from beams thinner than a voxel, in points.
+
+    Where such a beam is parallel to the lattice's faces, voxel centres lie all above or below it,
+    and the layers counted differ from its thickness by half a voxel, root mean square. The beam is
+    that thin up to d = voxel / (2 tan(narrow half angle)) from the sensor, over an area of
+    d^2 tan(wide half angle), which all sensors of a ring add to.
+
+    Args:
+        setup: the rings.
+        voxel: side of a voxel, m.
+        target: volume of the target, m^3.
+    """
+    area = 0.0
+    for ring in setup.rings:
+        narrow, wide = sorted((ring.sensor.half_angle, ring.sensor.half_angle_up or math.inf))
+        thin = min(voxel / (2 * math.tan(narrow)), ring.sensor.range_m)
+        area += ring.count * thin**2 * math.tan(narrow if wide == math.inf else wide)
+    return 100 * area * voxel / 2 / target
+
+
+def flat_beam_line(setup: Setup, voxel: float, results: Sequence[VerifyResult]) -> str | None:
+    """Return a sentence about that error; None where it is below that of any beams."""
+    volumes = [
+        r.target_voxels / len(r.poses) * voxel**3 for r in results if r.target_voxels and r.poses
+    ]
+    points = max((flat_beam_points(setup, voxel, v) for v in volumes), default=0.0)
+    if points <= (usual_count_error(voxel) or math.inf):
+        return None
+    return (
+        "Flat beams that lie along the lattice (parallel to two axes of the base frame) add up to"
+        f" about {points:.1g} points; use --rule certified or smaller voxels."
+    )
+
+
+def usual_count_error(voxel: float) -> float | None:
+    """Return the largest error of a count by ``centre`` that was studied, in points; None for
+    voxels larger than were studied.
 
     The error grows at least in proportion to the voxel, so below the smallest one that was studied
     it is scaled down.
     """
     side = next((side for side in _LARGEST_ERROR if voxel <= side), None)
-    if side is None:
+    return None if side is None else _LARGEST_ERROR[side] * min(voxel / min(_LARGEST_ERROR), 1.0)
+
+
+def count_error_line(voxel: float) -> str | None:
+    """Return a sentence about the error of a count by ``centre``; None for voxels larger than were
+    studied.
+    """
+    points = usual_count_error(voxel)
+    if points is None:
         return None
-    points = _LARGEST_ERROR[side] * min(voxel / min(_LARGEST_ERROR), 1.0)
     return (
         f"A count with voxels of {1000 * voxel:g} mm is off by up to about {points:.1g} points;"
         " place-rings verify --rule certified computes a guaranteed interval."

@@ -3,18 +3,29 @@ tubes across themselves.
 """
 
 import math
+import re
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.soft.estimator import soft_zeta
 from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.solids.swept_tube import Tube
+from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.coverage.voxels.voxel_set import FURTHEST
+from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier, check_beams
 
 from . import drawing
 from .test_certified_bounds import one_cone
@@ -111,3 +122,26 @@ def test_an_empty_target_is_a_clear_error():
         bracket(nothing, BALL, 0.01)
     with pytest.raises(EmptySolidError, match="empty"):
         sample(nothing, 10, 0)
+
+
+@given(st.floats(1, 179.9999), st.floats(0.01, 100), st.none() | st.floats(1, 179.9999))
+def test_a_beam_is_refused_for_its_own_width_before_the_voxels_are_blamed(fov, range_m, up):
+    sensor = Sensor(math.radians(fov), range_m, fov_up=None if up is None else math.radians(up))
+    ring, voxel = Ring("upper_arm", 0.5, 3, sensor=sensor), 0.05
+    scene = Scene(sensor=sensor)
+    refused = None
+    try:
+        check_beams(scene.sensors, voxel)
+    except ValueError as error:
+        refused = str(error)
+    if refused is None:  # the lattice holds it
+        box = sensor_cones(scene.robot, Setup((ring,)), scene.poses[0].q).bounds()
+        assert np.abs(box).max() < FURTHEST * voxel
+        return
+    assert re.match(r"sensor: found fov [\d.]+°( by [\d.]+°)? at range", refused)
+    with pytest.raises(ValueError, match="found fov"):
+        Verifier(scene, voxel).verify(Setup((ring,)), Target("V_S", 0.5))
+    allowed = float(re.search(r"up to ([\d.]+)°", refused)[1])
+    assert allowed < max(fov, up or 0)
+    half = math.radians(allowed)
+    check_beams([replace(sensor, fov=half, fov_up=None if up is None else half)], voxel)

@@ -128,7 +128,7 @@ def test_no_setup_of_the_grid_exceeds_its_bounds(far):
 
 @pytest.mark.parametrize("spacing", [0.0, 0.03, 0.2, 0.35])
 def test_rings_exclude_each_other_as_the_rules_say(spacing):
-    scene = Scene(rules=Rules(spacing=spacing, rings_per_link=3))
+    scene = Scene(rules=Rules(spacing=spacing, max_rings_per_link=3))
     rings = RingGrid(7, 1, (8,), 1).rings(scene)
     sets = limits(scene, rings)
     for a, b in itertools.combinations(range(len(rings)), 2):

@@ -1,7 +1,9 @@
 """Every candidate of a search keeps every rule, whatever is drawn, varied or climbed to."""
 
 import math
+import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fitted, fresh, papers, vary
+from place_rings.placement.search.search import search
 
 from . import drawing
 
@@ -85,7 +88,8 @@ def check(space: Space, setup: Setup, sensors: int) -> None:
     for link in LINKS:
         new = sum(ring.link == link for ring in own)
         assert (
-            new == 0 or new + sum(ring.link == link for ring in rules.fixed) <= rules.rings_per_link
+            new == 0
+            or new + sum(ring.link == link for ring in rules.fixed) <= rules.max_rings_per_link
         )
     if rules.shared_tilt and own:
         assert max(abs(ring.tilt) for ring in own) == pytest.approx(
@@ -113,16 +117,69 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         c = vary(space, c, rng)
 
 
-def test_of_two_places_too_near_for_two_rings_one_is_left():
+def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
     scene = Scene(limits=limits, rules=Rules(spacing=0.3))
     there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
-    assert there == [(pytest.approx(0.3), pytest.approx(0.35), 1)]
-    assert Space(scene, ring_layout(scene, 1, 8)).places == 3
-    wide = replace(scene, limits={"forearm": Limits(keep_out=((0.4, 0.5),))})
-    left, right = (s for s in segments(wide) if s.link == "forearm")
-    assert right.low - left.high >= left.gap - 1e-12
-    assert (left.low, right.high) == (0.0, 1.0)
+    assert there == [
+        (pytest.approx(0.3), pytest.approx(0.35), 1),
+        (pytest.approx(0.65), pytest.approx(0.7), 1),
+    ]
+    space = Space(scene, ring_layout(scene, 1, 8))
+    assert space.places == 3
+    either = [i for i, s in enumerate(space.segments) if s.link == "forearm"]
+    assert space.room([], "forearm") == either
+    assert space.room(either[:1], "forearm") == space.room(either[1:], "forearm") == []
+
+
+def test_a_narrow_keep_out_costs_no_more_than_its_own_width():
+    """A ring reaches both ends of a keep-out of 6 mm between rings 60 mm apart; two rings on either
+    side keep their spacing."""
+    narrow = Scene(limits={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06))
+    space = Space(narrow, sensors=8)
+    left, right = (i for i, s in enumerate(space.segments) if s.link == "forearm")
+    ends = {(s.low, s.high) for s in space.segments if s.link == "forearm"}
+    assert ends == {(0.0, 0.5), (0.51, 1.0)}
+    reached = []
+    for segment, along in ((left, 0.0), (left, 1.0), (right, 0.0), (right, 1.0)):
+        n = space.places
+        c = Candidate(np.full(n, -1), np.zeros(n, int), np.zeros((3, n)), np.ones(n))
+        c.segment[0], c.count[0], c.values[0, 0] = segment, 8, along
+        reached.append(space.setup(c).rings[0].position)
+    assert reached == pytest.approx([0.0, 0.5, 0.51, 1.0], abs=1e-9)
+
+
+@given(drawing.seeds)
+def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
+    rng = np.random.default_rng(seed)
+    cuts = tuple(
+        (float(a), float(a + rng.uniform(0, 0.1))) for a in rng.uniform(0, 0.9, rng.integers(1, 5))
+    )
+    rules = Rules(spacing=float(rng.uniform(0.01, 0.2)))
+    scene = Scene(limits={"forearm": Limits(keep_out=cuts)}, rules=rules)
+    space, length = Space(scene, sensors=80), scene.robot.mount("forearm").length
+    legal = [p for p in np.linspace(0, 1, 101) if not any(a < p < b for a, b in cuts)]
+    for place in legal:
+        c = space.candidate(Setup((Ring("forearm", float(place), 8),)))
+        position = space.setup(c).rings[0].position
+        assert position == pytest.approx(place, abs=2 * GRAIN)
+    segment: list[int] = []
+    while free := space.room(segment, "forearm"):
+        segment.append(int(rng.choice(free)))
+    assert 1 <= len(segment) <= space._rooms()["forearm"]
+    c = fresh(space, rng)
+    spare = space.places - len(segment)
+    if spare < 0:
+        return
+    c = replace(
+        c,
+        segment=np.array([*segment, *[-1] * spare]),
+        count=np.array([*[3] * len(segment), *[0] * spare]),
+        values=rng.choice([0.0, 0.3, 1.0], (3, space.places)),
+    )
+    places = sorted(ring.position for ring in space.setup(c).rings)
+    assert all((b - a) * length >= rules.spacing - 1e-9 for a, b in pairwise(places))
+    assert not any(a + 1e-9 < p < b - 1e-9 for p in places for a, b in cuts)
 
 
 @pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])
@@ -135,7 +192,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
         "forearm": Limits(radius=0.045),
         "tool": Limits(radius=0.045),
     }
-    rules = Rules(sensors=(least, 24), rings_per_link=1)
+    rules = Rules(sensors=(least, 24), max_rings_per_link=1)
     scene = Scene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
@@ -232,6 +289,54 @@ def test_the_papers_setups_are_among_the_starts():
 def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
     with pytest.raises(InfeasibleError, match=says):
         Space(Scene(rules=rules), sensors=sensors)
+
+
+@pytest.mark.parametrize(
+    ("rules", "sensors", "says"),
+    [
+        (
+            Rules(max_rings_per_link=1, sensors=(3, 8), fixed=(Ring("forearm", 0.5, 5),)),
+            36,
+            "36 sensors do not fit: there is room for 2 rings of at most 8 besides the 5 of the"
+            " fixed rings",
+        ),
+        (
+            Rules(fixed=(Ring("forearm", 0.5, 5),)),
+            7,
+            "7 sensors leave 2 besides the 5 of the fixed rings, fewer than the least of one ring",
+        ),
+        (
+            Rules(max_rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
+            15,
+            "15 sensors cannot be divided into rings of 6 to 8 besides the 5 of the fixed rings",
+        ),
+        (Rules(sensors=(6, 8)), 5, "5 sensors are fewer than the least of one ring, 6"),
+    ],
+)
+def test_a_refusal_names_the_number_that_was_requested(rules, sensors, says):
+    with pytest.raises(InfeasibleError, match=re.escape(says)):
+        Space(Scene(rules=rules), sensors=sensors)
+
+
+def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
+    on_tool = Scene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
+    layout = ring_layout(on_tool, 2, 16)
+    assert [ring.link for ring in layout.rings] == ["upper_arm"] * 2 + ["forearm"] * 2
+    setup = Space(on_tool, layout).setup(papers(Space(on_tool, layout))[0])
+    assert [(r.link, r.count) for r in setup.rings][-1] == ("tool", 8)
+    assert setup.sensors == 72
+    on_arm = Scene(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
+    there = [ring.link for ring in ring_layout(on_arm, 2, 16).rings]
+    assert there == ["upper_arm", "upper_arm", "forearm", "tool"]
+    Space(on_arm, ring_layout(on_arm, 2, 16))
+
+
+def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
+    fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
+    scene = Scene(rules=Rules(max_rings_per_link=1, fixed=fixed))
+    result = search(scene, Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
+    assert result.setup.rings == fixed
+    assert 0 < result.exact < 1
 
 
 def test_a_layout_without_room_is_refused():

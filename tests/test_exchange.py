@@ -85,7 +85,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     here.look(fields.first(256))
     for i in range(6):
         before = here.value
-        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3))
+        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3), StopToken(math.inf))
         assert here.value >= before
         assert here.value == pytest.approx(
             _share(scene, space.setup(here.candidate), points, 64),

@@ -75,7 +75,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 ):
     """By a search whose answers are known, and grow with the number of sensors."""
     fixed = (Ring("forearm", 0.5, held),) if held else ()
-    scene = Scene(rules=Rules(sensors=(least, least + more), rings_per_link=rings, fixed=fixed))
+    scene = Scene(rules=Rules(sensors=(least, least + more), max_rings_per_link=rings, fixed=fixed))
 
     def known(scene, space, *_):
         exact = 1 - math.exp(-space.sensors / 60)

@@ -128,7 +128,7 @@ RULES = drawn(
     spacing=LENGTHS,
     from_joints=LENGTHS,
     sensors=st.tuples(st.integers(1, 5), st.integers(6, 9)),
-    rings_per_link=st.integers(1, 9),
+    max_rings_per_link=st.integers(1, 9),
     shared_tilt=st.booleans(),
     fixed=st.lists(RINGS, max_size=2).map(tuple),
     mount=st.sampled_from([None, "real", "free"]),

@@ -250,3 +250,15 @@ def test_rounded_rings_are_those_that_a_file_gives_back(seed):
     assert rounded(Setup(rings), scene.sensor) == setup_of(
         ring_models(Setup(rings), scene.sensor), scene.sensor
     )
+
+
+def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_path):
+    path = tmp_path / "scene.toml"
+    for key in ("rings_per_link", "max_rings_per_link"):
+        path.write_text(f"[rules]\n{key} = 5\n")
+        assert read_scene(path).rules.max_rings_per_link == 5
+    text = to_toml(SceneModel.from_domain(read_scene(path)))
+    assert "max_rings_per_link = 5" in text
+    path.write_text("[rules]\nrings_per_link = 5\nmax_rings_per_link = 4\n")
+    with pytest.raises(UserError, match=r"rules\.rings_per_link"):
+        read_scene(path)

@@ -112,12 +112,38 @@ def test_tube_is_what_its_definition_says(seed):
     assert np.array_equal(tube(p) <= 0, inside)
 
 
-def test_folding_back_is_no_bend():
-    curve = pose_curve(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 0.5]]))
-    tube = curve.tube(0.1, 10)
-    assert curve.arc_length() == pytest.approx(1.5)
-    assert tube(np.array([[0, 0, 1.05]]))[0] > 0
-    assert tube(np.array([[0, 0, 0.7]]))[0] < 0
+@given(
+    drawing.seeds,
+    st.floats(0.2, 1),
+    st.sampled_from([0.5, 1.0, 2.0]),
+    st.sampled_from([2, 3, 4, 19, 20]),
+)
+def test_an_arm_folded_back_is_the_limit_of_a_sharp_bend(seed, blend, ratio, points_per_bend):
+    """Whichever way the arm comes to lie on itself, also where a disc falls on the turning point
+    (an odd number of points, segments of one length).
+    """
+    rng = np.random.default_rng(seed)
+    along, aside = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
+    joint, p = 1.3 * along, rng.uniform(-0.8, 1.6, (2000, 3))
+
+    def curve(off):  # the last segment turns back, off the first one by ``off``, rad
+        back = -math.cos(off) * along + math.sin(off) * aside
+        return pose_curve(np.array([np.zeros(3), 0.3 * along, joint, joint + ratio * back]), blend)
+
+    folded, nearly = curve(0.0), curve(1e-7)
+    assert folded.arc_length() == pytest.approx(nearly.arc_length(), abs=1e-5)
+    tubes = [one.tube(0.4, points_per_bend)(p) for one in (folded, nearly)]
+    clear = np.abs(tubes[1]) > 1e-5  # elsewhere 1e-7 rad may move a point across the surface
+    assert np.array_equal(tubes[0][clear] <= 0, tubes[1][clear] <= 0)
+
+
+def test_the_shell_is_continuous_where_the_elbow_folds(reference_pose):
+    counts = []
+    for elbow in (180.0, 179.9999):
+        q = reference_pose.copy()
+        q[2] = math.radians(elbow)
+        counts.append(count(target_solid(Target("V_S", 0.5), ROBOTS["ur10_dh"], q), 0.05))
+    assert counts[0] == pytest.approx(counts[1], rel=1e-3)
 
 
 def test_impossible_curves_and_targets_are_refused(reference_pose):

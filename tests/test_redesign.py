@@ -75,7 +75,7 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     scene = Scene(
         goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.2), 0.0, 0.12)),
         limits={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
-        rules=Rules(spacing=0.06, sensors=(3, 12), rings_per_link=3, fixed=(fixed,)),
+        rules=Rules(spacing=0.06, sensors=(3, 12), max_rings_per_link=3, fixed=(fixed,)),
     )
     mounted = Setup(
         (fixed, Ring("forearm", 0.1, 8, 1.0), Ring("forearm", 0.45, 16), Ring("tool", 0.0, 8))

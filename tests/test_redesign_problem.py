@@ -62,7 +62,7 @@ def check_rules(
             if other is not ring and other.link == ring.link:
                 assert length > 0
                 assert abs(other.position - ring.position) * length >= rules.spacing - PLACE
-        assert sum(r.link == ring.link for r in after) <= rules.rings_per_link
+        assert sum(r.link == ring.link for r in after) <= rules.max_rings_per_link
         if rules.shared_tilt:  # as many of the others have it as have any other
             tilts = [round(abs(r.tilt), 5) for r in own]
             assert tilts.count(round(abs(ring.tilt), 5)) == max(map(tilts.count, tilts))
@@ -124,7 +124,7 @@ BROKEN = {
     "keep_out": (Ring("forearm", 0.55, 8), Rules()),
     "sensors_per_ring": (Ring("forearm", 0.2, 30), Rules()),
     "spacing": (Ring("forearm", 0.41, 8), Rules()),
-    "rings_per_link": (Ring("forearm", 0.2, 8), Rules(rings_per_link=1)),
+    "max_rings_per_link": (Ring("forearm", 0.2, 8), Rules(max_rings_per_link=1)),
     "shared_tilt": (Ring("forearm", 0.2, 8, 0.3), Rules(shared_tilt=True)),
     "fixed": (Ring("upper_arm", 0.2, 8), Rules(fixed=(Ring("upper_arm", 0.7, 8),))),
 }

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.cli.options.scenes import resolve_scene
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.formats.errors import UserError
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
 from . import drawing
@@ -202,6 +204,33 @@ def test_what_is_built_in_is_sound():
     assert np.allclose(ROBOTS["ur10"].rest, np.radians(REFERENCE_POSE_DEG))
 
 
+def test_the_fr3_has_limits_of_the_maker_and_says_which():
+    """franka_description's fr3/joint_limits.yaml. The maker's later system limits (frankarobotics/
+    docs, control-parameters-joint-fr3.csv) contain them; the ranges that it suggests to planners
+    (-rectangular.csv, and those of an earlier edition) lie within them.
+    """
+    symmetric = {1: 2.7437, 2: 1.7837, 3: 2.9007, 5: 2.8065, 7: 3.0159}
+    system = {1: 2.9007, 2: 1.8361, 3: 2.9007, 5: 2.8763, 7: 3.0508}
+    planner = {1: 2.3476, 2: 1.5454, 3: 2.4937, 5: 2.5100, 7: 2.7045}
+    earlier = {1: 2.3093, 2: 1.5133, 3: 2.4937, 5: 2.4800, 7: 2.6895}
+
+    def limits(of, fourth, sixth):
+        rows = {j: (-v, v) for j, v in of.items()} | {4: fourth, 6: sixth}
+        return np.array([rows[j] for j in range(1, 8)])
+
+    own = ROBOTS["fr3"].limits
+    assert np.array_equal(own, limits(symmetric, (-3.0421, -0.1518), (0.5445, 4.5169)))
+    wide = limits(system, (-3.0770, -0.1169), (0.4398, 4.6216))
+    assert np.all((wide[:, 0] <= own[:, 0]) & (own[:, 1] <= wide[:, 1]))
+    for narrow in (
+        limits(planner, (-2.7714, -0.4226), (0.7773, 4.2841)),
+        limits(earlier, (-2.7478, -0.4461), (0.8521, 4.2094)),
+    ):
+        assert np.all((own[:, 0] <= narrow[:, 0]) & (narrow[:, 1] <= own[:, 1]))
+    for figure in ("2.7437", "2.9007", "2.3476", "2.3093"):
+        assert figure in ROBOTS["fr3"].source
+
+
 @pytest.mark.parametrize("name", [n for n in ROBOTS if n not in PAPER_ROBOTS])
 def test_a_ring_around_a_mount_is_clear_of_the_robots_bodies(name):
     """A circle 3.5 cm outside the section stands in no body but those that contain the tube's own
@@ -239,3 +268,27 @@ def test_targets_of_every_robot(name):
     solid = target_solid(Target("V_S", 0.5), robot, robot.rest)
     p = np.random.default_rng(0).uniform(-1.5, 1.5, (2000, 3))
     assert (solid(p) <= 0).any()
+
+
+def test_a_scene_is_read_for_the_robot_that_is_given(tmp_path):
+    """Poses, mounts and limits of a file are judged by ``--robot``, not by the file's own robot."""
+    path = tmp_path / "cell.toml"
+    path.write_text("[[poses]]\nq_deg = [0.0, 20.0, 0.0, -80.0, 0.0, 100.0, 40.0]\n")
+    scene = resolve_scene(path, "panda")
+    assert scene.robot is ROBOTS["panda"]
+    assert np.degrees(scene.poses[0].q) == pytest.approx([0, 20, 0, -80, 0, 100, 40])
+    with pytest.raises(UserError, match=r"q_deg: found 7, allowed: 6 angles.* of ur5e"):
+        resolve_scene(path, "ur5e")
+    path.write_text("[[poses]]\nq_deg = [0.0, 20.0, 0.0, 80.0, 0.0, 100.0, 40.0]\n")
+    with pytest.raises(UserError, match=r"q_deg\[3\]: found 80\.0, .* of panda"):
+        resolve_scene(path, "panda")
+
+
+def test_a_scene_at_its_robots_rest_moves_to_the_rest_of_the_one_given(tmp_path):
+    path = tmp_path / "cell.toml"
+    rest = [math.degrees(a) for a in ROBOTS["fr3"].rest]
+    path.write_text(f'robot = "fr3"\n[[poses]]\nq_deg = {rest}\n')
+    for name in ("panda", "ur5e", "iiwa14"):
+        scene = resolve_scene(path, name)
+        assert scene.robot.name == name
+        assert scene.poses[0].q == pytest.approx(ROBOTS[name].rest)

@@ -3,20 +3,22 @@ is wrong is one line.
 """
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
+import place_rings as pr
 import pytest
 import trimesh
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
-from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.occlusion import BodilessError, check_mounting, unseeing
+from place_rings.objectives.occlusion import BodilessError, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.tolerance import tolerance
@@ -70,19 +72,41 @@ def test_redundancy_and_tolerance_count_past_the_robot():
     assert abs(astray.mean - zeta) < 0.05
 
 
-def test_sensors_in_housings_are_named_and_in_their_own_tube_refused():
+def test_sensors_in_housings_and_in_their_own_tube_are_named():
     scene = Scene(occlusion="shadow")
     setup = named_setup("n2_16_25")
-    check_mounting(scene, setup)
+    assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
     assert {u.within for u in found} >= {"shoulder", "elbow"}
     assert unseeing(Scene(), setup) == found
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
-    with pytest.raises(
-        ValueError, match=r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm"
-    ):
-        check_mounting(scene, thin)
+    fault = own_link_fault(scene, thin)
+    assert re.match(r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm", fault)
+    blocked = unseeing(scene, thin)
+    assert [(u.ring, u.sensor, u.within) for u in blocked] == [(1, k, "forearm") for k in range(6)]
+    assert [u.depth for u in blocked] == pytest.approx([0.005] * 6)
+    assert Verifier(scene, 0.05).verify(thin, NEAR).zeta == pytest.approx(
+        Verifier(scene, 0.05).verify(Setup(thin.rings[:1]), NEAR).zeta, abs=1e-12
+    )
+
+
+@pytest.mark.parametrize("robot", sorted(ROBOTS))
+@pytest.mark.parametrize("occlusion", ["shadow", "blind"])
+def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, occlusion):
+    """One rule for all robots: sensors in a body, the own link's or another, see nothing."""
+    scene = pr.Scene(robot=robot, occlusion=occlusion)
+    counted = pr.verify("n2_16_55", scene, voxel=0.1)
+    assert counted.setup == named_setup("n2_16_55", scene.core.sensor, scene.core.ring_radius)
+    free = pr.verify("n2_16_55", scene.replace(occlusion="ignore"), voxel=0.1)
+    assert 0 < counted.coverage < free.coverage
+    (record,) = counted.records
+    within = {(u.ring, u.within) for u in record.unseeing if u.within}
+    assert within
+    assert any("lies in" in line for line in record.mounting)
+    own = own_link_fault(scene.core, counted.setup)
+    if own is not None:
+        assert any(body and f"within body {body} " in own for _, body in within)
 
 
 def test_a_robot_without_bodies_is_refused():

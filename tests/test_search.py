@@ -3,10 +3,12 @@ answer.
 """
 
 import math
+import threading
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from place_rings.coverage.processors import processors
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
@@ -14,8 +16,9 @@ from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
 from place_rings.objectives.verify import TooFineError, Verifier
-from place_rings.placement.search import multistart as pools
+from place_rings.placement.search import local_search
 from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.exchange import Exchange, Round
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.progress import Outcome
@@ -123,6 +126,55 @@ def test_a_time_cap_before_any_climb_compiles_nothing(monkeypatch):
     assert capped.soft == pytest.approx(capped.exact, abs=0.02)
 
 
+def test_a_time_cap_leaves_a_compilation_to_itself(monkeypatch):
+    """Nothing interrupts a compilation: the search ends without it, and prints no soft value that
+    is no estimate, as the exchange reads occlusion from a table."""
+    done, begun, real = threading.Event(), threading.Event(), SoftTerms._run
+
+    def endless(self, *args):
+        begun.set()
+        assert done.wait(120)
+        return real(self, *args)
+
+    monkeypatch.setattr(SoftTerms, "_run", endless)
+    scene = Scene(occlusion="shadow")
+    space = Space(scene, ring_layout(scene, 1, 4))
+    cap = Schedule(2, (Stage(0.1, 256, 2, 1),), draws=4, rounds=(Round(256, 2, 1, 2, 0.1),))
+    try:
+        capped = search(
+            scene, space, schedule=cap, voxel=0.1, clock=lambda: float(begun.is_set()), time_cap=0.5
+        )
+        assert begun.is_set()
+        assert not done.is_set()
+    finally:
+        done.set()
+    assert capped.outcome is Outcome.TIME
+    assert capped.soft is None
+    assert (capped.statistics.evaluations, capped.statistics.width) == (0, 0.0)
+    assert 0 < capped.exact < 1
+    spent = capped.statistics
+    assert 0 < spent.start_up < spent.seconds
+    assert 0 < spent.counting < spent.seconds
+    # a poll, and the time that running jobs have to end
+    assert spent.seconds - spent.start_up - spent.counting < 2 + processors()
+
+
+def test_a_time_cap_ends_an_exchange_after_a_ring(monkeypatch):
+    now, real = [0.0], Exchange.put
+
+    def put(self, *args):
+        now[0] += 1
+        return real(self, *args)
+
+    monkeypatch.setattr(Exchange, "put", put)
+    scene = Scene()
+    capped = search(scene, Space(scene, sensors=48), voxel=0.1, clock=lambda: now[0], time_cap=40.5)
+    assert capped.outcome is Outcome.TIME
+    # the rings that each thread puts before it looks at the clock again; a move puts up to two,
+    # a merge all
+    assert 41 <= now[0] <= 41 + 16 * processors()
+
+
 def test_a_time_cap_that_passes_while_the_answer_is_counted_did_not_bite(scene):
     now = [0.0]
 
@@ -138,7 +190,7 @@ def test_a_time_cap_that_passes_while_the_answer_is_counted_did_not_bite(scene):
 
 
 def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
-    real, calls = pools.wait, []
+    real, calls = local_search.wait, []
 
     def interrupted(*args, **kwargs):
         calls.append(1)
@@ -146,7 +198,7 @@ def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
             raise KeyboardInterrupt
         return real(*args, **kwargs)
 
-    monkeypatch.setattr(pools, "wait", interrupted)
+    monkeypatch.setattr(local_search, "wait", interrupted)
     stopped = search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert 0 < stopped.exact < 1

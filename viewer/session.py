@@ -13,7 +13,7 @@ from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import faults
-from ..objectives.occlusion import check_mounting
+from ..objectives.occlusion import own_link_fault
 from ..objectives.scene import Scene
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
@@ -87,9 +87,6 @@ class ViewerSession:
             f.text
             for f in faults(scene, setup.rings, self._clear(occlusion) if scene.real else None)
         ]
-        if occlusion != "ignore":
-            try:
-                check_mounting(scene, setup)
-            except ValueError as error:
-                found.append(str(error))
+        if occlusion != "ignore" and (fault := own_link_fault(scene, setup)) is not None:
+            found.append(fault)
         return found

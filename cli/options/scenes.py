@@ -4,16 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from pydantic import ValidationError
-
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError, explain
+from ...formats.errors import UserError
 from ...formats.loader import read_robot, read_scene
 from ...formats.recorded_motion import with_record
-from ...formats.schema.scene_models import SceneModel
 from ...objectives.scene import Pose, Scene
 from .targets import parse_goals, with_goals
 
@@ -28,10 +24,14 @@ def resolve_scene(
             volume.
     """
     goals = parse_goals(targets, radius)
-    stated = read_scene(scene) if scene else None
-    if robot is not None:
-        stated = _on_robot(scene, stated, given_robot(robot))
-    return with_goals(stated, goals) if stated is not None else None
+    arm = None if robot is None else given_robot(robot)
+    if scene is not None:
+        stated = read_scene(scene, arm)
+    elif arm is not None:
+        stated = Scene(robot=arm, poses=(Pose(arm.rest),))
+    else:
+        return None
+    return with_goals(stated, goals)
 
 
 def urdf_of(robot: str | None) -> Path | None:
@@ -55,29 +55,6 @@ def given_robot(text: str) -> Robot:
         return built_in(text)
     except ValueError as error:
         raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
-
-
-def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
-    """Return ``scene`` on another robot; a scene in its robot's rest pose takes the new one's.
-
-    Args:
-        path: file of the scene, for errors.
-        scene: the scene; None for the reference scene.
-        robot: the new robot.
-
-    Raises:
-        UserError: if the scene's poses, mounts or rings do not fit the robot.
-    """
-    if scene is None:
-        return Scene(robot=robot, poses=(Pose(robot.rest),))
-    if len(scene.poses) == 1 and np.array_equal(scene.poses[0].q, scene.robot.rest):
-        scene = replace(scene, poses=(Pose(robot.rest),))
-    moved = replace(scene, robot=robot)
-    try:
-        SceneModel.from_domain(moved)
-    except ValidationError as error:
-        raise explain(f"--robot {robot.name}: {path}", error, SceneModel) from error
-    return moved
 
 
 def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:

@@ -17,6 +17,7 @@ from ...reporting.comparison import PAPER_TARGETS, papers
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
 from ...reporting.lines.protective_volume import protective_lines
+from ...reporting.lines.reach import reach_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar
@@ -46,7 +47,9 @@ def place(
     """
     console, log = Terminal(), Terminal(stderr=True)
     with made_folder(out) as folder:
-        proposal = replace(_searched(find, log), command=shlex.join(["place-rings", *sys.argv[1:]]))
+        proposal = replace(
+            _searched(find, scene, log), command=shlex.join(["place-rings", *sys.argv[1:]])
+        )
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         mine = proposal.own_records(comparison)
         files = {key: folder / name for key, name in _FILES.items()}
@@ -71,12 +74,16 @@ def place(
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
-    """Return the result of the search; its progress goes to ``console``."""
+def _searched(find: Callable[..., Proposal], scene: Scene, console: Terminal) -> Proposal:
+    """Return the result of the search; its progress goes to ``console``, and before it the parts of
+    the target that no sensor reaches."""
     with late_progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Progress) -> None:
+            if p == Progress():  # the request is valid, the search has not begun
+                for line in reach_lines(scene):
+                    console.print(line, highlight=False, soft_wrap=True)
             bar.start()
             if p == Progress():
                 return
@@ -175,10 +182,14 @@ def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Term
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
+    soft = ""
+    if result.soft is not None:
+        soft = f"; its smooth approximation gave {100 * result.soft:.2f} %"
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %; its smooth approximation gave"
-        f" {100 * result.soft:.2f} % ({spent.starts} starts, {spent.evaluations} evaluations,"
-        f" {spent.seconds:.0f} s); {result.outcome.value}."
+        f"Search{sought}: coverage {100 * result.exact:.2f} %{soft} ({spent.starts} starts,"
+        f" {spent.evaluations} evaluations, {spent.seconds:.0f} s, of which start-up"
+        f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
+        f" {result.outcome.value}."
     )
 
 

@@ -12,7 +12,14 @@ from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import print_sight
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
-from ...reporting.tables import count_error_line, percent, proof_line, target_label, zeta_table
+from ...reporting.tables import (
+    count_error_line,
+    flat_beam_line,
+    percent,
+    proof_line,
+    target_label,
+    zeta_table,
+)
 from ...reporting.terminal import Terminal, say_json
 from ..options.groups import SubjectOptions
 
@@ -48,6 +55,8 @@ def verify(
         zeta_table(results, {name: setup.sensors}, f"{_place(scene)}, {_how(rule, voxel)}")
     )
     if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
+        console.print(line, highlight=False, soft_wrap=True)
+    if rule == "centre" and (line := flat_beam_line(setup, voxel or VOXEL, results)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene)
     for fault in results[0].mounting:

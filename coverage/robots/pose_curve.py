@@ -9,7 +9,9 @@ from jaxtyping import Float
 
 from ..solids.swept_tube import Tube
 
-_STRAIGHT = 1e-9  # sine of the angle below which two segments count as collinear
+_STRAIGHT = 1e-9  # sine of the angle below which two segments count as parallel
+# of the longest velocity: below it a point of a bend has no tangent
+_TURNING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,9 @@ class PoseCurve:
         """Return discs along the curve: centres (D, 3) m, unit tangents (D, 3), first of each slab.
 
         A straight part has a disc at each end. A bend has ``points_per_bend`` discs, ends included.
-        A disc shared by two pieces occurs once.
+        A disc shared by two pieces occurs once. Where an arm that is folded back turns round, the
+        curve has no tangent. A disc exactly there may lie in any plane through the arm's axis: its
+        neighbours share one centre, so that the three sweep the same volume for each such plane.
         """
         centres: list[np.ndarray] = []
         normals: list[np.ndarray] = []
@@ -77,7 +81,10 @@ class PoseCurve:
         for piece in self.pieces:
             t = np.linspace(0, 1, points_per_bend if piece.bend else 2)
             centre, velocity = piece.point(t), piece.velocity(t)
-            normal = velocity / np.linalg.norm(velocity, axis=1, keepdims=True)
+            speed = np.linalg.norm(velocity, axis=1)
+            turning = speed <= _TURNING * speed.max()
+            velocity[turning], speed[turning] = _across(velocity[0]), 1.0
+            normal = velocity / speed[:, None]
             shared = bool(normals) and float(np.dot(normals[-1], normal[0])) > 0
             if shared:
                 centre, normal = centre[1:], normal[1:]
@@ -93,12 +100,21 @@ class PoseCurve:
         return Tube(centre, normal, float(radius), np.array(first))
 
 
+def _across(v: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
+    """Return a unit vector normal to ``v``."""
+    across = np.cross(v, np.eye(3)[np.abs(v).argmin()])
+    unit: np.ndarray = across / np.linalg.norm(across)
+    return unit
+
+
 def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurve:
     """Return the paper's piecewise Bezier curve through the polyline ``points``.
 
-    Where the two segments at a joint are not collinear, the curve leaves the first segment
-    ``blend / 2`` of its length before the joint and rejoins the second ``blend / 2`` of its length
-    after it. In between it is a quadratic Bezier curve with the joint as its middle control point.
+    Where the two segments at a joint do not continue in one direction, the curve leaves the first
+    segment ``blend / 2`` of its length before the joint and rejoins the second ``blend / 2`` of its
+    length after it. In between it is a quadratic Bezier curve with the joint as its middle control
+    point. An arm that is folded back onto itself is the limit of a sharp bend: the curve turns
+    round short of the joint, so that the volumes about it are continuous in the joint angles.
 
     Args:
         points: (P, 3) m, P at least 2, no two neighbours equal.
@@ -116,7 +132,8 @@ def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurv
     pieces: list[Piece] = []
     start = points[0]
     for i in range(1, len(points) - 1):
-        if np.linalg.norm(np.cross(unit[i - 1], unit[i])) < _STRAIGHT:
+        parallel = np.linalg.norm(np.cross(unit[i - 1], unit[i])) < _STRAIGHT
+        if parallel and np.dot(unit[i - 1], unit[i]) > 0:
             leave = rejoin = points[i]
         else:
             leave, rejoin = points[i] - blend / 2 * step[i - 1], points[i] + blend / 2 * step[i]

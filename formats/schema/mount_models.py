@@ -12,6 +12,7 @@ from .mapping import DEGREES, MappedModel, Of, Unit
 from .sensor_models import SensorModel
 
 _BOLT = Unit(lambda name: int(name[1:]) / 1000, lambda diameter: f"M{1000 * diameter:.0f}")
+_FORMER = "rings_per_link"  # a command's option of that name sets a number, not a maximum
 _NUT = Unit(lambda name: name == "trap", lambda trapped: "trap" if trapped else "through")
 
 
@@ -99,6 +100,16 @@ class MountModel(MappedModel[Limits]):
 class RulesModel(MappedModel[Rules]):
     """Rules that make a setup buildable."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, keys: Any) -> Any:
+        """Read the former name of ``max_rings_per_link``."""
+        if isinstance(keys, dict) and _FORMER in keys and "max_rings_per_link" not in keys:
+            keys = {k: v for k, v in keys.items() if k != _FORMER} | {
+                "max_rings_per_link": keys[_FORMER]
+            }
+        return keys
+
     spacing: float = Field(
         default=0.03, ge=0, le=10, description="least distance between two rings on a link, m"
     )
@@ -111,7 +122,7 @@ class RulesModel(MappedModel[Rules]):
         AfterValidator(ascending),
         Of("sensors"),
     ] = [3, 24]
-    rings_per_link: int = Field(
+    max_rings_per_link: int = Field(
         default=8, ge=1, le=200, description="largest number of rings on a link"
     )
     shared_tilt: bool = Field(

@@ -22,12 +22,21 @@ class FoundModel(StrictModel):
 
     outcome: str = Field(description="how the search ended")
     seed: int = Field(description="random seed")
-    soft_percent: float = Field(description="the search's soft estimate of its criterion, percent")
+    soft_percent: float | None = Field(
+        default=None,
+        description="soft estimate of the criterion by the search, percent; none if stopped early",
+    )
     exact_percent: Percent = Field(description="exact value of the criterion, percent")
     width: float = Field(description="width of the sigmoid of soft_percent, m")
     starts: int = Field(description="number of starts")
     evaluations: int = Field(description="evaluations of the soft estimate")
     seconds: float = Field(description="wall-clock time, s")
+    start_up_seconds: float = Field(
+        default=0.0, description="part of it before the search began, which a cap does not cut, s"
+    )
+    count_seconds: float = Field(
+        default=0.0, description="part of it for the final count, which a cap does not cut, s"
+    )
     command: str = Field(description="command that wrote the file")
     created: str = Field(description="time of creation, UTC")
     versions: dict[str, str] = Field(description="versions of the relevant packages")
@@ -87,8 +96,8 @@ class SearchFile(VersionedFile):
     by the same verifier."""
 
     proposal: ProposalFile = Field(description="setup, scene and search")
-    soft_minus_exact_percent: float = Field(
-        description="error of the soft estimate, percentage points"
+    soft_minus_exact_percent: float | None = Field(
+        description="error of the soft estimate, percentage points; null where there is none"
     )
     comparison: list[VerifyResult] = Field(
         description="coverage of the proposal and of the paper's layouts"

@@ -93,9 +93,9 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
         broken += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
     for link in scene.robot.links:
         there = [i for i, ring in enumerate(rings) if ring.link == link]
-        if len(there) > scene.rules.rings_per_link and not set(there) <= fixed:
-            text = f"{link} has {len(there)} rings, allowed: {scene.rules.rings_per_link}"
-            broken.append(Fault(tuple(i for i in there if i in own), "rings_per_link", text))
+        if len(there) > scene.rules.max_rings_per_link and not set(there) <= fixed:
+            text = f"{link} has {len(there)} rings, allowed: {scene.rules.max_rings_per_link}"
+            broken.append(Fault(tuple(i for i in there if i in own), "max_rings_per_link", text))
     if scene.rules.shared_tilt and own:
         tilt = commonest_tilt([rings[i] for i in own])
         broken += [

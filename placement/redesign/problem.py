@@ -22,6 +22,7 @@ from ...objectives.parameterization import (
     SetupArrays,
     decode,
     encode,
+    fits,
     segments,
     stretch,
 )
@@ -126,9 +127,11 @@ class RedesignProblem:
             room = [
                 k
                 for k, s in enumerate(available)
-                if s.link == ring.link and np.count_nonzero(which == k) < s.room
+                if s.link == ring.link
+                and np.count_nonzero(which == k) < s.room
+                and fits(available, [*which.tolist(), k])
             ]
-            if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
+            if not room or links.count(ring.link) >= self.scene.rules.max_rings_per_link:
                 return None
             at = ring.position
             which[i] = min(

@@ -222,11 +222,15 @@ class Exchange:
                 other._places,
             )
 
-    def sweep(self, r: Round) -> None:
-        """Improve every ring once, in random order, and try ``r.moves`` moves."""
+    def sweep(self, r: Round, brake: StopToken) -> None:
+        """Improve every ring once, in random order, and try ``r.moves`` moves, until a stop."""
         for i in self._rng.permutation(self.candidate.rings):
+            if brake.on():
+                return
             self.put(int(i), r.near, r.scale, r.anywhere)
         for _ in range(r.moves):
+            if brake.on():
+                return
             self.move(r.near, r.scale, r.anywhere)
 
 
@@ -264,7 +268,7 @@ def exchange(
         space: the setups to choose from.
         fields: points of the scene.
         seed: random seed of the starts and of all draws.
-        brake: ends the exchange after a sweep; Ctrl-C sets it.
+        brake: ends the exchange after a ring; Ctrl-C sets it.
         threads: share the candidates of a round.
         tell: receives the round, the finished part of it, and the best candidate so far, in the
             calling thread.
@@ -288,7 +292,7 @@ def exchange(
     def run(number: int, r: Round, some: list[Exchange]) -> None:
         list(threads.map(Exchange.look, some, repeat(fields.first(r.points))))
         for i in range(r.sweeps):
-            list(threads.map(Exchange.sweep, some, repeat(r)))
+            list(threads.map(Exchange.sweep, some, repeat(r), repeat(brake)))
             tell(
                 number,
                 (i + 1) / r.sweeps if some is pool else 1.0,

@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.parameterization import Segment, segments
+from ...objectives.parameterization import Segment, fits, most_rings, near_segments, segments
 from ...objectives.scene import Scene
 
 _ROUNDING = 1e-6  # m, rounding of a radius in files
@@ -51,6 +51,7 @@ class FeasibleSet:
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._stretches())
+        self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
         self.free = layout.sensors if layout else (sensors or 0) - held
@@ -141,24 +142,25 @@ class FeasibleSet:
         """Return the segments (of ``link``, if given) with room for one more ring of ``count``
         sensors besides the rings on the segments ``used``."""
         rings = [self.segments[i].link for i in used if i >= 0]
-        most = self.scene.rules.rings_per_link
+        most = self.scene.rules.max_rings_per_link
         held = [ring.link for ring in self.fixed]
         return [
             i
             for i, s in enumerate(self.segments)
             if (link is None or s.link == link)
             and list(used).count(i) < s.room
+            and (i not in self._near or fits(self.segments, [*used, i]))
             and rings.count(s.link) + held.count(s.link) < most
             and (not count or self.tilts(s.link, count) is not None)
         ]
 
     def _rooms(self) -> dict[str, int]:
         """Return the number of rings that fit on each link besides the fixed ones."""
-        most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
-        links = {
-            s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments
+        most, held = self.scene.rules.max_rings_per_link, [ring.link for ring in self.fixed]
+        return {
+            link: most_rings(self.segments, link, max(most - held.count(link), 0))
+            for link in dict.fromkeys(s.link for s in self.segments)
         }
-        return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
     def largest(self) -> list[int]:
         """Return the largest sensor count of each free ring that fits, in descending order."""
@@ -217,32 +219,36 @@ class FeasibleSet:
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
+    requested = f"{space.sensors} sensors"  # the request, which fixed rings are part of
+    beside = f" besides the {held} of the fixed rings" if held else ""
     if space.free < 0:
         raise InfeasibleError(
-            f"{space.sensors} sensors are fewer than the {held} of the fixed rings; request more"
+            f"{requested} are fewer than the {held} of the fixed rings; request more"
         )
     if 0 < space.free < least:
         raise InfeasibleError(
-            f"{space.free} sensors are too few for a ring, which needs at least {least}"
+            f"{requested} leave {space.free}{beside}, fewer than the least of one ring, {least}"
+            if held
+            else f"{requested} are fewer than the least of one ring, {least}"
         )
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
             raise InfeasibleError(
-                f"{space.free} sensors do not fit: a search places at most {_MOST_RINGS} free"
-                f" rings, here of at most {each[0]} sensors"
+                f"{requested} do not fit: a search places at most {_MOST_RINGS} free rings, here of"
+                f" at most {each[0]} sensors{beside}"
             )
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
         raise InfeasibleError(
-            f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most"
-            f" {size}{space.barred()}"
+            f"{requested} do not fit: there is room for {len(each)} rings of at most {size}"
+            f"{beside}{space.barred()}"
         )
     if space.free and space.sensors not in space.totals:
         size = (
             f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
         )
         raise InfeasibleError(
-            f"{space.free} sensors cannot be divided into rings of {size}; request another number"
+            f"{requested} cannot be divided into rings of {size}{beside}; request another number"
         )
 
 

@@ -10,9 +10,10 @@ from ...objectives.scene import Scene
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
     """Return a layout with evenly spaced rings without tilt.
 
-    Every link with a length carries ``rings_per_link`` rings, each other link one. Where rings have
-    bodies, a link on which no position is clear at all poses carries none, unless no link has a
-    clear position.
+    Every link with a length carries ``rings_per_link`` rings, each other link one. Fixed rings take
+    these places where a link has no others: on a link without a length, and where the rules'
+    largest number of rings on a link leaves fewer. Where rings have bodies, a link on which no
+    position is clear at all poses carries none, unless no link has a clear position.
     """
     clear, rings = MountClearance(scene) if scene.real else None, []
     radii = {
@@ -24,10 +25,14 @@ def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Set
     for mount in scene.robot.mounts:
         if free and mount.link not in free:
             continue
-        n = rings_per_link if mount.length > 0 else 1
+        n, most = (rings_per_link, scene.rules.max_rings_per_link) if mount.length > 0 else (1, 1)
+        if fixed := sum(ring.link == mount.link for ring in scene.rules.fixed):
+            n = max(min(n, most - fixed), 0)
         low, high = scene.limits_of(mount.link).position
         places = (
-            np.linspace(low, high, n) if n > 1 else [(low + high) / 2 if mount.length > 0 else 0.0]
+            np.linspace(low, high, n)
+            if n > 1
+            else [(low + high) / 2 if mount.length > 0 else 0.0] * n
         )
         sensor = scene.sensor_of(mount.link)
         rings += [

@@ -1,8 +1,9 @@
 """The pool of candidates of a search: results of the exchange, random starts and variants, improved
 by local search on all processors while the sigmoid narrows."""
 
-from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -22,10 +23,10 @@ from .design import Candidate, Space, stacked
 from .diversity import unlike_first
 from .exchange import exchange, share_of
 from .exchange_points import Fields
-from .local_search import StopToken, climb
+from .local_search import CutShortError, StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress
-from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
+from .schedule import FINALISTS, Schedule, Stage, exchange_sees_all
 
 # two starts or variants differ if more than this share of their sensors sit elsewhere
 UNLIKE = 0.12
@@ -61,7 +62,7 @@ class Pool:
         """
         self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
-        self._known, self._aim = known, aim
+        self._known, self.aim = known, aim
         goals = len(scene.goals) * aim.mountings
         self._at_once = [
             poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages
@@ -76,30 +77,37 @@ class Pool:
         self.points = TargetPoints(scene, max(most, _LEAST), seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
         self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
-        self._quick: Fields | None = None
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule.rounds) + len(schedule.stages))
         self.first: list[Candidate] = []
         self.evaluations, self._judging = 0, scene.pose_weights
+        self.ready = time.monotonic()  # when points and line-of-sight tables were there
 
     @property
     def width(self) -> float:
-        """Width of the sigmoid in the last stage that began, m; 0 without local search, when
-        ``soft`` is a share of points."""
-        if self._quick and not self.evaluations:
+        """Width of the sigmoid in the last stage that began, m; 0 without local search."""
+        if not self.evaluations:
             return 0.0
         return self.schedule.stages[
             max(self.progress.stage - len(self.schedule.rounds), 1) - 1
         ].width
 
-    def soft(self, c: Candidate) -> float:
-        """Return the soft value of a candidate on all points; without local search its share of the
-        exchange's points, which needs no compilation."""
-        if self._quick and not self.evaluations:
-            return share_of(self.space, self._quick, c)
-        return float(
-            self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0]
+    def soft(self, c: Candidate) -> float | None:
+        """Return the soft value of a candidate on all points.
+
+        Without local search it is the share of the exchange's points that the candidate covers,
+        which needs no compilation; None where that is no estimate, because the exchange does not
+        evaluate the whole criterion, and where a stop came first.
+        """
+        if not self.evaluations:
+            return share_of(self.space, self.fields, c) if self.fields else None
+        value = self.threads.submit(
+            self.objective.soft, *arrays_of(self.space, [c]), self.width, self.widest
         )
+        try:
+            return float(self.brake.result(value)[0][0])
+        except CutShortError:
+            return None
 
     @cached_property
     def widest(self) -> Cloud:
@@ -125,7 +133,7 @@ class Pool:
 
         if rounds := self.schedule.rounds:
             fields = self.fields or Fields(self.space, self.points)
-            self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
+            self.ready = time.monotonic()
             exchanged = exchange(
                 self.space,
                 fields,
@@ -141,9 +149,18 @@ class Pool:
             self.some = exchanged[:most] if self.fields else [*exchanged[: most // 2], *self._known]
 
     def climb(self) -> None:
-        """Add random candidates up to the number of starts, then run the stages of local search."""
+        """Add random candidates up to the number of starts, then run the stages of local search.
+
+        A stop leaves the candidates as they are then.
+        """
         if self.brake.on() or not self.schedule.stages:
             return
+        try:
+            self._stages()
+        except CutShortError:
+            return
+
+    def _stages(self) -> None:
         most, clouds = self.schedule.starts - len(self.some), self.points.clouds(self._sizes[0])
         if most > 0:
             drawn = [
@@ -171,9 +188,15 @@ class Pool:
         self.progress.stage = len(self.schedule.rounds) + number + 1
         self.progress.done, self.progress.climbs = 0, len(jobs)
         self._watch(jobs)
-        climbs = sorted((job.result() for job in jobs), key=lambda found: -found[1])
+        ended = [job.done() and not job.cancelled() for job in jobs]
+        climbs = sorted(
+            (job.result() for job, end in zip(jobs, ended, strict=True) if end),
+            key=lambda found: -found[1],
+        )
+        left = [c for c, end in zip(self.some, ended, strict=True) if not end]
         self.evaluations += sum(spent for *_, spent in climbs)
-        self.some = unlike_first(self.space, [c for c, *_ in climbs], ALIKE)[: stage.keep]
+        improved = [c for c, *_ in climbs]
+        self.some = unlike_first(self.space, [*improved, *left], ALIKE)[: stage.keep]
 
     def _climb(
         self, c: Candidate, stage: Stage, clouds: Cloud, poses: Weights
@@ -209,21 +232,21 @@ class Pool:
         )
         return there, float(share), result.evaluations
 
-    def _watch(self, jobs: Iterable[Future[tuple[Candidate, float, int]]]) -> None:
-        """Wait for all jobs, show each best result so far, report progress, and turn Ctrl-C into a
-        request to stop."""
-        waiting, furthest = set(jobs), 0.0
-        while waiting:
+    def _watch(self, jobs: Sequence[Future[tuple[Candidate, float, int]]]) -> None:
+        """Wait for all jobs, or for a stop; show each best result so far, and report progress."""
+        furthest = 0.0
+        for done in self.brake.ended(jobs):
             try:
-                done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
                 self.progress.done += len(done)
                 for c, share, _ in (job.result() for job in done):
-                    if share > furthest:
+                    if share > furthest and not self.brake.on():
                         furthest = share
                         self._show(c)
                 self.tell(self.progress)
             except KeyboardInterrupt:
                 self.brake.pulled.set()
+            except CutShortError:
+                pass
 
     def _show(self, c: Candidate) -> None:
         """Keep a candidate as the best so far if its value on all points is higher."""
@@ -244,9 +267,8 @@ class Pool:
         subset = representative(weights, count - worst, self.luck)
         if worst == 0:
             return subset
-        return with_worst(
-            subset, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
-        )
+        each = self.threads.submit(self.objective.by_pose, *arrays_of(self.space, some), clouds)
+        return with_worst(subset, self.brake.result(each), worst)
 
     def _soft(
         self, some: list[Candidate], width: float, clouds: Cloud, poses: Weights
@@ -256,7 +278,11 @@ class Pool:
     def _scores(
         self, some: list[Candidate], width: float, clouds: Cloud, poses: Weights
     ) -> Float[np.ndarray, " S"]:
-        """Return the soft values of candidates, computed on all processors."""
+        """Return the soft values of candidates, computed on all processors.
+
+        Raises:
+            CutShortError: if a stop came first.
+        """
         n = processors()
         jobs = [
             self.threads.submit(self._soft, some[i::n], width, clouds, poses)
@@ -264,7 +290,7 @@ class Pool:
         ]
         scores = np.empty(len(some))
         for i, job in enumerate(jobs):
-            scores[i::n] = job.result()
+            scores[i::n] = self.brake.result(job)
         return scores
 
     def _best(

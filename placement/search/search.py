@@ -42,9 +42,9 @@ class SearchResult:
 
     setup: Setup
     """The best setup."""
-    soft: float
+    soft: float | None
     """Soft value of the criterion: weighted mean in [0, 1], over the poses the mean or the worst,
-    as the scene states."""
+    as the scene states. None where a stop left no estimate."""
     exact: float
     """Exact value of the criterion, defined as ``soft`` is."""
     short: float
@@ -79,6 +79,9 @@ def search(
 
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
+    A cut leaves a compilation that is under way to its thread. What the cap does not hold for is
+    the start-up, until points and line-of-sight tables are there, and the exact count of the
+    finalists; the statistics have both.
     The paper's tilts are among the starts, and the best of all starts is among the finalists, so
     the answer is never worse than those. With many poses, each stage uses a representative subset
     of poses, which grows as the sigmoid narrows; where the worst pose counts, half of the subset
@@ -110,29 +113,49 @@ def search(
         *papers(space),
         *(c for c in (fitted(space, setup) for setup in known) if c is not None),
     ]
-    with ThreadPoolExecutor(processors()) as threads:
+    threads = ThreadPoolExecutor(processors())
+    try:
         pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts)
         try:
             pool.exchange()
             pool.climb()
         except KeyboardInterrupt:
             brake.pulled.set()
+        return _counted(pool, verifier or Verifier(scene, voxel), tell, began)
+    finally:
+        threads.shutdown(wait=not brake.on(), cancel_futures=True)
+
+
+def _counted(
+    pool: Pool, verifier: Verifier, tell: Callable[[Progress], None], began: float
+) -> SearchResult:
+    """Return the finalist that the exact count prefers, with the search's statistics."""
+    space, brake, aim = pool.space, pool.brake, pool.aim
     progress, late = pool.progress, brake.on()
     finalists = apart(
         space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck
     )
-    setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
+    setups = [rounded(space.setup(c), pool.scene.sensor) for c in finalists]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count
         tell(progress)
 
-    counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, pool.luck, counting)
+    start = time.monotonic()
+    counted = choose(verifier, setups, aim, brake, pool.luck, counting)
+    end = time.monotonic()
     soft = pool.soft(finalists[counted.index])
     outcome = (
         Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
     )
-    spent = Statistics(schedule.starts, pool.evaluations, time.monotonic() - began, pool.width)
+    spent = Statistics(
+        pool.schedule.starts,
+        pool.evaluations,
+        time.monotonic() - began,
+        pool.width,
+        pool.ready - began,
+        end - start,
+    )
     return SearchResult(
         setups[counted.index],
         soft,

@@ -70,7 +70,7 @@ def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...
             for some in sorted(sets)
             if some and not any(set(some) < set(o) for o in sets)
         ]
-        found.append((mine, scene.rules.rings_per_link))
+        found.append((mine, scene.rules.max_rings_per_link))
     return tuple(found)
 
 

@@ -5,6 +5,13 @@ Chains, limits and meshes come from public descriptions: the Panda's from franka
 the iiwa's from IFL-CAMP/iiwa_stack (iiwa_description). Reaches come from the data sheets. The TCP
 is the flange, without a hand.
 
+Franka publishes several sets of joint limits for the FR3; joint 1 is given here as an example. The
+built-in robot has those of franka_description's robots/fr3/joint_limits.yaml (+-2.7437 rad). The
+later system limits in the specifications of the control interface (frankarobotics/docs,
+control-parameters-joint-fr3.csv) are wider (+-2.9007). The ranges that these suggest to planners
+with a constant speed limit are narrower: +-2.3476 in control-parameters-joint-fr3-rectangular.csv,
++-2.3093 in descriptions made from an earlier edition.
+
 Bodies contain the visual meshes. Mounts run along the parts of the arms around which a ring can be
 closed. On the Frankas these are the tube above the shoulder (upper arm) and the neck before the
 wrist (forearm); the FR3 has the Panda's bodies and mounts because it shares its housings. On the
@@ -146,7 +153,11 @@ FR3 = Robot(
         ]
     ),
     home=_FRANKA_HOME,
-    source="Franka Research 3: franka_description 0.4; data sheet",
+    source=(
+        "Franka Research 3: franka_description 0.4; data sheet. Joint limits: its"
+        " fr3/joint_limits.yaml (joint 1: 2.7437 rad); the maker's later system limits are wider"
+        " (2.9007), its suggested ranges for planners narrower (2.3476, before 2.3093)"
+    ),
 )
 
 IIWA14 = Robot(
