@@ -20,7 +20,8 @@ from ..solids.base import Parts
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
 from .octree_cells import Cells, Region, first_cells
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
+from .solid_bitmask import words
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre
 
 _CHUNK = 1 << 16  # pairs of cell and cone processed at once
