@@ -16,10 +16,9 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.soft.beams import Hidden, InCell
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.k_coverage import soft_seen
-from place_rings.coverage.soft.obstacle_occlusion import InCell
-from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
