@@ -42,7 +42,7 @@ def bars(frame: Frame | None, range_m: float) -> Text:
     return text
 
 
-class View:
+class CheckView:
     """The live view of a session. ranges: of each ring's sensors, m; names: of the rings."""
 
     def __init__(
@@ -59,7 +59,7 @@ class View:
             redirect_stdout=False,
         )
 
-    def __enter__(self) -> "View":
+    def __enter__(self) -> "CheckView":
         if self._console.is_terminal:
             self._live.start()
         return self
