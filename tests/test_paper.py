@@ -20,8 +20,9 @@ from place_rings.studies.paper import octree_figures
 from place_rings.studies.paper import open_choices as paper_open
 from place_rings.studies.paper import report as paper_page
 from place_rings.studies.paper import study as paper_study
+from place_rings.studies.paper.coverage_statements import coverage
 from place_rings.studies.paper.figures import value
-from place_rings.studies.paper.statements import Verdict, coverage, judged
+from place_rings.studies.paper.statements import Verdict, judged
 
 READINGS = [("a", "centre"), ("a", "touch"), ("b", "centre"), ("b", "touch")]
 

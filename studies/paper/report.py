@@ -17,10 +17,11 @@ from . import distance_cells as paper_distance
 from . import figures as paper_figures
 from . import octree_figures
 from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, CoverageRow
+from .coverage_statements import coverage
 from .figures import COUNT_NAMES, value
 from .open_choices import SETUPS as OPEN_SETUPS
 from .open_choices import TARGETS as OPEN_TARGETS
-from .statements import Statement, coverage
+from .statements import Statement
 from .study import Findings
 
 _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
