@@ -20,7 +20,7 @@ from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import check_bodies, check_mounting
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
-from .objectives.verify import check_voxel, target_voxels
+from .objectives.target_voxels import check_voxel, target_voxels
 
 
 class Placed(Protocol):

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
 import psutil
 
 from ..coverage.choices import Rule
@@ -15,15 +14,15 @@ from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import Bracket, bracket
-from ..coverage.voxels.octree import count, regions, voxels
+from ..coverage.voxels.octree import count, regions
 from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
 from .scene import Scene
+from .target_voxels import check_voxel, surface_voxels, target_voxels
 
 VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
-_MOST = 1e10  # voxels on the surface of a target: more would take days
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100
@@ -37,10 +36,6 @@ def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
     return min(
         math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0
     )
-
-
-class TooFineError(ValueError):
-    """Voxels are so small that counting them would take days."""
 
 
 @dataclass(frozen=True)
@@ -100,52 +95,6 @@ class Verified:
     def covered_voxels(self) -> int | None:
         """Covered voxels of the target, summed over the poses."""
         return None if self.rule == "certified" else sum(p.covered_voxels or 0 for p in self.poses)
-
-
-def target_voxels(
-    solid: Difference,
-    voxel: float,
-    rule: Literal["centre", "touch"],
-    region: Region | None = None,
-    memory: float | None = None,
-) -> VoxelSet:
-    """Return the voxels of the target volume, Omega(V_max), in the whole or in one region.
-
-    Under the rule ``touch``, as in the paper, these are the voxels that the outer solid touches
-    less those that V_R touches.
-    """
-    if rule == "centre":
-        return voxels(solid, voxel, region=region, memory=memory)
-    outer, body = (
-        voxels(s, voxel, "touch", region=region, memory=memory) for s in (solid.a, solid.b)
-    )
-    return outer - body
-
-
-def surface_voxels(solid: Difference, voxel: float) -> float:
-    """Return a generous estimate of the number of voxels on a solid's surface, which are stored.
-
-    It is a few times the number of voxels on the surface of its bounding box.
-    """
-    x, y, z = np.ptp(solid.bounds(), axis=0)
-    return float(4 * (x * y + y * z + z * x) / voxel**2)
-
-
-def check_voxel(solid: Difference, voxel: float) -> None:
-    """Reject a voxel size for which the count would take days.
-
-    Raises:
-        ValueError: if the size is not positive and finite.
-        TooFineError: if the surface has more than 10^10 voxels.
-    """
-    if not (math.isfinite(voxel) and voxel > 0):
-        raise ValueError(f"voxel {voxel} is not a positive number of metres")
-    surface = surface_voxels(solid, voxel)
-    if surface > _MOST:
-        raise TooFineError(
-            f"voxels of {voxel:g} m give about {surface:.1g} voxels on the target's surface, above"
-            f" the limit of {_MOST:.0e}; use {voxel * math.sqrt(surface / _MOST):.1g} m or more"
-        )
 
 
 def _silent(_: object) -> None:

@@ -14,7 +14,7 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Shape, Target, target_solid
 from place_rings.coverage.voxels.octree import PROBES, count, regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
-from place_rings.objectives.verify import target_voxels
+from place_rings.objectives.target_voxels import target_voxels
 
 from . import drawing
 

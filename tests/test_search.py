@@ -13,7 +13,8 @@ from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
-from place_rings.objectives.verify import TooFineError, Verifier
+from place_rings.objectives.target_voxels import TooFineError
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import multistart as pools
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout

@@ -15,7 +15,7 @@ from ...coverage.targets import Target, robot_curve
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.scene import Scene
-from ...objectives.verify import target_voxels
+from ...objectives.target_voxels import target_voxels
 from ...reporting.rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, paler, rgb
 from ...reporting.rendering.meshes import body, circle, cone, loops, tube
 from ...reporting.rendering.robot import add_robot
