@@ -20,8 +20,9 @@ from ...objectives.scene import Scene
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
 from .design import Candidate, Space, stacked
 from .diversity import unlike_first
-from .exchange import exchange, share_of
+from .exchange import share_of
 from .exchange_points import Fields
+from .exchange_rounds import exchange
 from .local_search import StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress

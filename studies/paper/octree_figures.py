@@ -38,6 +38,7 @@ _RULES: dict[Rule, tuple[str, str]] = {
 }
 # m, offset from the lattice on each axis: an apex on the lattice touches extra voxels
 _OFF = CONE_VOXELS[-1] / 3
+_APEX, _AXIS = np.full(3, _OFF), np.array([0.0, 0.0, 1.0])  # of the paper's cone
 PLACES = 100  # positions of a cone on the lattice, over which a volume is averaged
 _DISCS, _METAL = 0.1, "#aab3bc"  # m, distance between the discs of a cone; their colour
 _DPI = 150
@@ -230,9 +231,8 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and
             over random positions on the lattice mean_m3 and deviation_m3.
     """
-    axis, apex = np.array([0.0, 0.0, 1.0]), np.full(3, _OFF)
-    half, height, truth = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m, PAPER_SENSOR.volume
-    solid = Cones(apex[None], axis[None], np.array([half]), np.array([height]))
+    half, height = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m
+    solid = Cones(_APEX[None], _AXIS[None], np.array([half]), np.array([height]))
     figure, axes = _axes(
         (10, 9),
         2,
@@ -245,46 +245,16 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         wspace=0.04,
     )
     canvases = [Canvas(ax, solid.bounds(), *EYE) for ax in axes]
-    rim = circle(apex + height * axis, axis, height * np.tan(half))
-    outline = canvases[0].hull(np.vstack([apex, rim]))
-    canvases[0].mesh(cone(apex, axis, half, height), _METAL, closed=True)
-    _title(axes[0], "Cone", f"closed form\n{truth:.4f} m³\n")
-    for d in np.arange(_DISCS, height + 1e-9, _DISCS):
-        disc = circle(apex + d * axis, axis, d * np.tan(half))
-        canvases[5].faces(disc[None], paler(_METAL, 0.3), lit=False)
-        canvases[5].lines(loops(disc[None]), GREY, 0.7)
-    _title(axes[5], "Discs", f"{_DISCS:g} m apart\n\n")
-    rows: list[dict[str, float | str]] = []
-    for canvas, (rule, voxel) in zip(
-        [*canvases[1:5], *canvases[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True
-    ):
-        found = voxels(solid, voxel, rule)
-        s = skin(found, canvas.rotation[2])
-        line = 0.5 if voxel > CONE_VOXELS[-1] else 0.25
-        add_skin(
-            canvas,
-            s,
-            paler(_RULES[rule][0], 0.3),
-            normals(solid, s.centres, voxel),
-            0.4,
-            1.12,
-            line=line,
+    outline = _draw_cone(canvases[0], half, height)
+    _draw_cone_discs(canvases[5], half, height)
+    rows = [
+        _draw_cone_voxels(canvas, solid, voxel, rule, outline)
+        for canvas, (rule, voxel) in zip(
+            [*canvases[1:5], *canvases[6:]],
+            [(r, v) for r in _RULES for v in CONE_VOXELS],
+            strict=True,
         )
-        canvas.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
-        error = 100 * (found.volume / truth - 1)
-        mean, deviation = _anywhere(solid, voxel, rule)
-        text = (
-            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places:"
-            f" {mean:.3f} ± {deviation:.3f}"
-        )
-        _title(canvas.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
-        rows.append({"rule": rule, "voxel": voxel, "voxels": len(found), "volume_m3": found.volume})
-        rows[-1] |= {
-            "closed_form_m3": truth,
-            "error_percent": error,
-            "mean_m3": mean,
-            "deviation_m3": deviation,
-        }
+    ]
     for canvas in canvases:
         canvas.draw()
     _fit(canvases, alike=True)
@@ -297,3 +267,50 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
     )
     write_png(file, figure)
     return rows
+
+
+def _draw_cone(canvas: Canvas, half: float, height: float) -> np.ndarray:
+    """Draw the paper's cone, and return its outline (M, 2) on the page."""
+    rim = circle(_APEX + height * _AXIS, _AXIS, height * np.tan(half))
+    outline: np.ndarray = canvas.hull(np.vstack([_APEX, rim]))
+    canvas.mesh(cone(_APEX, _AXIS, half, height), _METAL, closed=True)
+    _title(canvas.ax, "Cone", f"closed form\n{PAPER_SENSOR.volume:.4f} m³\n")
+    return outline
+
+
+def _draw_cone_discs(canvas: Canvas, half: float, height: float) -> None:
+    """Draw the discs that make up the paper's cone."""
+    for d in np.arange(_DISCS, height + 1e-9, _DISCS):
+        disc = circle(_APEX + d * _AXIS, _AXIS, d * np.tan(half))
+        canvas.faces(disc[None], paler(_METAL, 0.3), lit=False)
+        canvas.lines(loops(disc[None]), GREY, 0.7)
+    _title(canvas.ax, "Discs", f"{_DISCS:g} m apart\n\n")
+
+
+def _draw_cone_voxels(
+    canvas: Canvas, solid: Cones, voxel: float, rule: Rule, outline: np.ndarray
+) -> dict[str, float | str]:
+    """Draw the cone's voxels inside its ``outline``, and return the numbers; see ``one_cone``."""
+    counted, truth = voxels(solid, voxel, rule), PAPER_SENSOR.volume
+    s = skin(counted, canvas.rotation[2])
+    line = 0.5 if voxel > CONE_VOXELS[-1] else 0.25
+    colour = paler(_RULES[rule][0], 0.3)
+    add_skin(canvas, s, colour, normals(solid, s.centres, voxel), 0.4, 1.12, line=line)
+    canvas.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
+    error = 100 * (counted.volume / truth - 1)
+    mean, deviation = _anywhere(solid, voxel, rule)
+    text = (
+        f"{len(counted):,} voxels\n{counted.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places:"
+        f" {mean:.3f} ± {deviation:.3f}"
+    )
+    _title(canvas.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
+    return {
+        "rule": rule,
+        "voxel": voxel,
+        "voxels": len(counted),
+        "volume_m3": counted.volume,
+        "closed_form_m3": truth,
+        "error_percent": error,
+        "mean_m3": mean,
+        "deviation_m3": deviation,
+    }
