@@ -21,11 +21,12 @@ from ..coverage.rings.ring_kinematics import (
 )
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
-from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
+from ..coverage.soft.sampling import Cloud
 from .criterion import Criterion, check_criterion
 from .parameterization import Interval, SetupArrays, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
+from .target_points import TargetPoints
 
 MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
 # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
@@ -60,41 +61,6 @@ def worth(
     short = np.maximum(floors(scene) - zetas, 0.0)
     value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
     return value
-
-
-class TargetPoints:
-    """Points of every goal at every pose of a scene, drawn once: targets do not depend on rings."""
-
-    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
-        """Draw ``count`` points in each goal at each pose, separately for each mounting.
-
-        The Monte Carlo error then averages out over the mountings, so fewer points suffice.
-
-        Raises:
-            ValueError: if a target is empty.
-        """
-        self.mountings = mountings
-        self.terms = [
-            (g, p)
-            for _ in range(mountings)
-            for g in range(len(scene.goals))
-            for p in range(len(scene.poses))
-        ]
-        seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
-        self.points = [
-            sample(scene.solid(scene.goals[g].target, p), count, int(s))
-            for (g, p), s in zip(self.terms, seeds, strict=True)
-        ]
-
-    def clouds(self, count: int) -> Cloud:
-        """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
-
-        The shape does not depend on ``count``, so one compilation serves all.
-        """
-        blocks = -(-len(self.points[0]) // BLOCK)
-        each = [cloud(points[:count], blocks=blocks) for points in self.points]
-        stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
-        return stacked
 
 
 class CoverageObjective:

@@ -13,9 +13,10 @@ from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference
 from ..coverage.targets import Target
-from ..coverage.voxels.certified_bounds import Bracket, bracket
+from ..coverage.voxels.certified_bounds import bracket
 from ..coverage.voxels.octree import count, regions
 from ..coverage.voxels.octree_cells import Region
+from ..coverage.voxels.volume_tally import Bracket
 from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
 from .scene import Scene

@@ -30,7 +30,8 @@ from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.occlusion import setup_sight, unseeing
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.moves import fresh

@@ -47,13 +47,13 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
     if workers == 1 and scheduler is None:
         yield run
         return
-    from ...studies.engine import cluster
+    from ...studies.engine import cluster, distribution
 
     with (
         gone_is_an_error(),
         cluster.there(scheduler) if scheduler is not None else cluster.here(workers) as client,
     ):
-        yield partial(cluster.run, client)
+        yield partial(distribution.run, client)
 
 
 @contextmanager

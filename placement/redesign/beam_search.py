@@ -16,7 +16,8 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.design import stacked
 from ..search.local_search import StopToken, climb

@@ -16,7 +16,8 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import Scene
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.local_search import StopToken
 from ..search.progress import Outcome, Progress, Statistics

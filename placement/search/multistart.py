@@ -17,7 +17,8 @@ from ...objectives.criterion import Criterion
 from ...objectives.parameterization import SetupArrays
 from ...objectives.pose_subset import poses_at_once, representative, with_worst
 from ...objectives.scene import Scene
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from .design import Candidate, Space, stacked
 from .diversity import unlike_first
 from .exchange import share_of

@@ -11,7 +11,8 @@ from ...coverage.solids.cones import Cones
 from ...coverage.voxels.octree import Rule, count, voxels
 from ...objectives.scene import Scene
 from ...reporting.plots import GREY, INK
-from ...reporting.rendering.canvas import UNSEEN_COLOUR, Canvas, paler
+from ...reporting.rendering.canvas import Canvas
+from ...reporting.rendering.colours import UNSEEN_COLOUR, paler
 from ...reporting.rendering.figures import add_axes, add_bar, write_png
 from ...reporting.rendering.meshes import circle, cone, loops
 from ...reporting.rendering.voxels import add_skin, normals, skin
