@@ -25,4 +25,5 @@ def vertex_normals(
     normal = np.stack(
         [np.bincount(triangles.ravel(), of_corner[:, i], len(vertices)) for i in range(3)], axis=1
     )
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    unit: np.ndarray = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return unit

@@ -22,6 +22,7 @@ def listed_spots(blind: Blind) -> int:
 
 
 def blind_spot_section(f: Facts) -> Iterator[str]:
+    """Yield the section's paragraphs and tables, as Markdown."""
     yield "## Blind spots\n"
     several = len(f.scene.poses) > 1
     for n, blind in enumerate(f.blind):

@@ -54,13 +54,8 @@ def page(
         created: time of creation.
         frame_length: returns the bytes that a ring with a given number of sensors sends at once.
     """
-    parts = (
-        _head(f, versions, created),
-        _asked(f),
-        _coverage(f),
-        blind_spot_section(f),
-        _robust(f),
-    )
+    results = _coverage(f), blind_spot_section(f), _robust(f)
+    parts = _head(f, versions, created), _asked(f), *results
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
     lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
