@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
+from ...objectives.floors import worth
 from ...objectives.parameterization import Interval, decode
-from ...objectives.soft_objective import worth
 from .design import Candidate, Space
 from .exchange_points import Field, Fields
 from .feasible_set import Rng

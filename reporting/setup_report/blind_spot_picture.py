@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...coverage.arrays import Array
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.connected_components import ranges
@@ -90,9 +91,7 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     write_png(path, figure)
 
 
-def _draw_cell(
-    canvas: Canvas, scene: Scene, setup: Setup, frames: np.ndarray, box: np.ndarray
-) -> None:
+def _draw_cell(canvas: Canvas, scene: Scene, setup: Setup, frames: Array, box: np.ndarray) -> None:
     """Draw floor, obstacles and the robot with its rings at ``frames``."""
     draw_room(canvas)
     for obstacle in scene.obstacles:

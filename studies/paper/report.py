@@ -12,10 +12,10 @@ from ...reporting import approach_figure, distance_figures
 from ...reporting.pages import csv_text, html, table
 from ...simulation.distance import summary
 from ..engine.scenes import scene_from
+from . import cone_figure, octree_figures
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import figures as paper_figures
-from . import octree_figures
 from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, CoverageRow
 from .coverage_statements import coverage
 from .figures import COUNT_NAMES, value
@@ -100,7 +100,7 @@ def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     octree_figures.shells(
         folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL
     )
-    return octree_figures.one_cone(folder / "cone.png"), found
+    return cone_figure.one_cone(folder / "cone.png"), found
 
 
 def _distances(f: Findings, folder: Path) -> None:
