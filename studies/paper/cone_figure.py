@@ -14,9 +14,7 @@ from ...reporting.rendering.figures import write_png
 from ...reporting.rendering.meshes import circle, cone, loops
 from ...reporting.rendering.voxels import add_skin, normals, skin
 from .octree_panels import add_head, add_title, fit_panels, panel_axes
-from .octree_view import (
-    EYE,
-)
+from .octree_view import EYE
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
 PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3, the paper's cone by formula and by octree
