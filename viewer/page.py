@@ -18,7 +18,6 @@ from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..formats.errors import UserError
 from ..formats.escaping import printable
-from ..formats.writing import write_bytes
 from . import html as words
 from .colours import KINDS
 from .controls import Controls
@@ -26,13 +25,11 @@ from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import EditedSetup
 from .jobs import Job
 from .long_task import LongTask
-from .saving import file_named, save
+from .page_files import PageFiles
 from .scene_graph import SceneGraph
 from .session import ViewerSession
-from .snapshot import picture
 from .tasks import SearchAnswer, prove, search_from, seen_under
 
-_LONGEST = 30.0  # s, timeout for a picture from the browser
 _MOST_TOLD = 3  # violated rules that are listed
 
 
@@ -64,6 +61,7 @@ class Page:
             )
         self.controls = Controls(client.gui, room, self._names)
         self._work = LongTask(self.controls, room.turn)
+        self._files = PageFiles(client, room.out, self.controls, self._work)
         self._connect()
         self._show()
 
@@ -101,7 +99,7 @@ class Page:
         self._press(c.prove, self._prove)
         self._press(c.search, self._search)
         self._press(c.stop, self._work.stop)
-        self._press(c.save, self._save)
+        self._press(c.save, lambda: self._files.save(*self._asked()[1:]))
         self._press(c.picture, self._picture)
 
     # Actions of the user.
@@ -285,25 +283,6 @@ class Page:
         self._show()
         self._work.note(f"better: {change}")
 
-    # Saving.
-
-    def _save(self) -> None:
-        c, (_, setup, scene) = self.controls, self._asked()
-        path = file_named(self._room.out, c.name.value, bool(c.replace.value))
-
-        def work(job: Job) -> None:
-            proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
-            save(
-                file_named(self._room.out, path.stem, bool(c.replace.value)),
-                setup,
-                scene,
-                [p.counted for p in proofs],
-            )
-            values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
-            self._work.note(f"saved as {path.name}: {values}, counted")
-
-        self._work.start(work)
-
     def _picture(self) -> None:
         with self._lock:
             setups, choice = [d.setup for d in self._drafts], self._choice
@@ -312,19 +291,7 @@ class Page:
             for t in self._room.targets
         ]
         title = f"{printable(self._names[self._active])}: {setups[self._active].sensors} sensors"
-        camera = self._client.camera
-        size = (camera.image_height or 800, camera.image_width or 1200)
-        try:
-            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
-        except (RuntimeError, TimeoutError) as error:
-            raise UserError("picture: the browser sent none; try again") from error
-        data = picture(view, title, "   ".join(zetas))
-        name = self.controls.name.value
-        if self._room.out is not None:
-            path = file_named(self._room.out, name, bool(self.controls.replace.value), ".png")
-            write_bytes(path, data)
-            self._work.note(f"saved as {path.name}")
-        self._client.send_file_download("place-rings.png", data, save_immediately=True)
+        self._files.picture(title, "   ".join(zetas))
 
     def close(self) -> None:
         """Stop the running job when the browser disconnects or the server ends."""
