@@ -100,7 +100,7 @@ def test_a_lost_worker_costs_no_cell(client, store, tmp_path):
 def test_a_cell_that_ends_every_worker_is_named_and_the_rest_kept(
     client, store, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(cluster, "_LOSSES", 2)
+    monkeypatch.setattr(distribution, "_LOSSES", 2)
     cells = ends(tmp_path, 0, 99)
     with pytest.raises(UserError, match=r'"end",.*"x":1}.*ended its worker 2 times'):
         distribution.run(client, cells, ALL, store)
