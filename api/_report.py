@@ -122,7 +122,8 @@ def _draw(facts: "Facts", folder: Path) -> None:
     """Draw the pictures of the page: the setup and the blind spots of each target."""
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_picture import blind_picture
-    from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots
+    from .reporting.setup_report.blind_spot_section import blind_name, listed_spots
+    from .reporting.setup_report.report_page import PICTURE
     from .reporting.tables import target_label
 
     scene, setup = facts.scene, facts.setup

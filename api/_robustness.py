@@ -14,9 +14,11 @@ from .coverage.choices import Law
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .formats.schema.robustness_models import RobustnessResult
-from .objectives.redundancy import Redundancy, redundancy
+from .objectives.redundancy import Redundancy
+from .objectives.robustness import RobustnessSettings
+from .objectives.robustness import robustness as counted
 from .objectives.scene import Scene as CoreScene
-from .objectives.tolerance import Tolerance, tolerance
+from .objectives.tolerance import Tolerance
 from .objectives.verify import VOXEL, Verifier
 
 _MOST_SEEN = 100  # sensors that cover one point; no real setup has more
@@ -145,12 +147,11 @@ def robustness(
             progress(done, total)
 
     tell()
-    sure, off = list[Redundancy](), list[Tolerance]()
     with input_errors():
-        for goal in core.goals:
-            sure.append(redundancy(verifier, placed, goal.target, k))
-            off.append(tolerance(verifier, placed, goal.target, errors, draws, seed, tell))
-    return RobustnessReport(placed, Scene.of(core), tuple(sure), tuple(off), name)
+        each = counted(verifier, placed, RobustnessSettings(k, errors, draws, seed), tell)
+    sure = tuple(one.redundancy for one in each)
+    off = tuple(one.tolerance for one in each)
+    return RobustnessReport(placed, Scene.of(core), sure, off, name)
 
 
 def _within(name: str, value: float, low: float, high: float) -> None:

@@ -19,7 +19,7 @@ from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from .coverage.soft.sampling import Cloud, cloud
 from .objectives.scene import Scene as CoreScene
 from .objectives.soft_fraction import SoftFraction
-from .objectives.soft_objective import TargetPoints
+from .objectives.target_points import TargetPoints
 
 
 class _Prepared(NamedTuple):

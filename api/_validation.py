@@ -17,7 +17,7 @@ from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import check_bodies, own_link_fault
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
-from .objectives.verify import check_beams, check_voxel, target_voxels
+from .objectives.target_voxels import check_beams, check_voxel, target_voxels
 
 
 class Placed(Protocol):

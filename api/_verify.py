@@ -13,7 +13,7 @@ from ._scene import Scene
 from ._validation import SetupLike, check_scene, check_sight, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
-from .coverage.voxels.certified_bounds import Bracket
+from .coverage.voxels.volume_tally import Bracket
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.occlusion import unseeing

@@ -24,7 +24,7 @@ NAMES = (
         "fronts",
         "searches",
     ),
-    *("rig", "rig_moving", "rig_checks", "near_stops", "viewer", "start_up"),
+    *("rig", "rig_moving", "rig_checks", "near_stops", "viewer", "start_up", "house"),
 )
 _LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops")
 _PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections

@@ -13,7 +13,7 @@ from typing import Any
 
 import dask
 import numpy as np
-from place_rings.studies.engine import cluster
+from place_rings.studies.engine import cluster, distribution
 from place_rings.studies.engine.counting_tasks import zeta
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.store import Cell, Store
@@ -88,7 +88,7 @@ def drive(folder: Path, count: int) -> None:
         NotedStore(folder / "cells.sqlite", "kills") as store,
         cluster.here(2) as client,
     ):
-        cluster.run(client, cells(count), NOTED, store)
+        distribution.run(client, cells(count), NOTED, store)
 
 
 if __name__ == "__main__":

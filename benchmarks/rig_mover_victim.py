@@ -11,7 +11,7 @@ import sys
 from multiprocessing.connection import Connection
 
 import numpy as np
-from place_rings.cli.runs.check_view import View
+from place_rings.cli.runs.check_view import CheckView
 from place_rings.cli.signals import ended_by_signals, gone_is_an_error
 from place_rings.rig.check.procedure import EndedError
 from place_rings.rig.rings.line_monitor import Port
@@ -30,7 +30,7 @@ def say(what: str, **more: object) -> None:
     print(json.dumps({"what": what, **more}), flush=True)
 
 
-def move(session: Session, mover: Mover, view: View) -> None:
+def move(session: Session, mover: Mover, view: CheckView) -> None:
     """Move to and fro until an error."""
     start = session.link.latest().q
     far = np.eye(6)[0] * (FAR if start[0] < 0 else -FAR)
@@ -76,7 +76,7 @@ def check(address: str, ports: list[str]) -> None:
         limits = MotionLimits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
         with Mover(address, session.link, limits, danger=stops) as mover:
             say("ready")
-            view = View(
+            view = CheckView(
                 session,
                 [str(i) for i in range(len(ports))],
                 [1.5] * len(ports),

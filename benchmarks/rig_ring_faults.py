@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 from place_rings.rig.rings.line_monitor import SILENT, Event, Happened, Port
-from place_rings.rig.rings.ports import Rings
+from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN, Found, row, until
@@ -45,7 +45,7 @@ def ring_fault(rig: SimulatedRig, name: str, rng: np.random.Generator, found: Fo
     watch, ring = list[Event](), int(rng.integers(2))
     if do == "plug":
         rig.do("unplug", ring=ring)
-    with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append) as rings:
+    with RingReaders([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append) as rings:
         time.sleep(rng.uniform(0.4, 0.9))
         # the machine delayed a line, which is already reported
         if do != "plug" and None in rings.latest():

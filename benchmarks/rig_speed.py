@@ -5,7 +5,7 @@ import time
 import numpy as np
 from place_rings.rig.rings.firmware_decoders import DECODERS, decoder
 from place_rings.rig.rings.line_monitor import Port
-from place_rings.rig.rings.ports import Rings
+from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN
@@ -45,7 +45,7 @@ def throughput() -> list[tuple]:
         )
     )
     with SimulatedRig((PLAIN, command(10, 16, 100.0))) as rig:
-        with Rings([Port(rig.ring(i), 16) for i in range(10)]) as rings:
+        with RingReaders([Port(rig.ring(i), 16) for i in range(10)]) as rings:
             time.sleep(1)
             first, cpu, start = (
                 sum(c.frames for c in rings.counts),

@@ -21,7 +21,8 @@ from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout
 from place_rings.simulation.pick_and_place import pick_and_place

@@ -21,16 +21,16 @@ from ..coverage.rings.ring_kinematics import (
 )
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
-from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
+from ..coverage.soft.sampling import Cloud
 from .criterion import Criterion, check_criterion
+from .floors import STEEP, floors
 from .parameterization import Interval, SetupArrays, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
+from .target_points import TargetPoints
 
-MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
 # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
 TEMPERATURE = 0.005
-STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
 _SOFTNESS = 0.1  # of the minimum over losses, per m of the sigmoid's width
 _AT_ONCE = 16  # setups per batch
 
@@ -43,61 +43,6 @@ def _soft_minimum(
 
     lack = np.where(among, -zetas / TEMPERATURE, -np.inf)
     return TEMPERATURE * float(np.log(np.count_nonzero(among)) - logsumexp(lack)), softmax(lack)
-
-
-def floors(scene: Scene) -> Float[np.ndarray, " G"]:
-    """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
-    return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
-
-
-def worth(
-    zetas: Float[np.ndarray, "*batch G"], scene: Scene
-) -> Float[np.ndarray, "*batch"] | np.floating:
-    """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
-
-    The penalty is a steep parabola of the shortfall below each floor.
-    """
-    short = np.maximum(floors(scene) - zetas, 0.0)
-    value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
-    return value
-
-
-class TargetPoints:
-    """Points of every goal at every pose of a scene, drawn once: targets do not depend on rings."""
-
-    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
-        """Draw ``count`` points in each goal at each pose, separately for each mounting.
-
-        The Monte Carlo error then averages out over the mountings, so fewer points suffice.
-
-        Raises:
-            ValueError: if a target is empty.
-        """
-        self.mountings = mountings
-        self.terms = [
-            (g, p)
-            for _ in range(mountings)
-            for g in range(len(scene.goals))
-            for p in range(len(scene.poses))
-        ]
-        seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
-        self.points = [
-            sample(scene.solid(scene.goals[g].target, p), count, int(s))
-            for (g, p), s in zip(self.terms, seeds, strict=True)
-        ]
-        self._clouds: dict[int, Cloud] = {}
-
-    def clouds(self, count: int) -> Cloud:
-        """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
-
-        The shape does not depend on ``count``, so one compilation serves all.
-        """
-        if count not in self._clouds:
-            blocks = -(-len(self.points[0]) // BLOCK)
-            each = [cloud(points[:count], blocks=blocks) for points in self.points]
-            stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
-            self._clouds[count] = stacked
-        return self._clouds[count]
 
 
 class CoverageObjective:

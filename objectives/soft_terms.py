@@ -13,11 +13,10 @@ from jaxtyping import Bool, Float, Int
 
 from ..coverage.arrays import Array
 from ..coverage.robots.link_bodies import robot_capsules
-from ..coverage.soft.estimator import Seen, Soft
+from ..coverage.soft.beams import Hidden, InCell, Seen
+from ..coverage.soft.estimator import Soft
 from ..coverage.soft.k_coverage import soft_seen
 from ..coverage.soft.leave_one_out import soft_losses
-from ..coverage.soft.obstacle_occlusion import InCell
-from ..coverage.soft.robot_occlusion import Hidden
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import BeamShapes

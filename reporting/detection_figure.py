@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.cones import Cones
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.motion_samples import STEP, Moments
@@ -143,6 +144,36 @@ def _distances(ax: Axes, found: Approaches) -> None:
     ax.legend(frameon=False, fontsize=9, loc="upper left")
 
 
+def _robot(ax: Axes, m: Moments, at: int, cones: Cones, turn: float, flat: list[int]) -> None:
+    """Draw the robot at moment ``at``, its separation distances, and the beams of its sensors."""
+    seen = [turned(p, turn) for p in (m.start[at], m.end[at])]
+    near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
+    ax.add_collection(PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5))
+    beams = [beam_outline(cones, i, turn, flat) for i in range(len(cones))]
+    ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.16, lw=0, zorder=1))
+    ax.add_collection(
+        PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.5, lw=0.4, zorder=1.1)
+    )
+    links = robot_outlines(m.bodies, at, turn, flat)
+    ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
+
+
+def _person(ax: Axes, body: Bones, step: int, turn: float, flat: list[int]) -> None:
+    """Draw the person at a step of the walk, and paler at earlier ones."""
+    ghost = max(int(_GHOSTS / STEP), 1)
+    for back in range(step, -1, -ghost):
+        a, b = (turned(p[back], turn) for p in (body.start, body.end))
+        shade = 0.75 if back == step else 0.75 * max(0.12, 0.45 - 0.12 * (step - back) / ghost)
+        person = PolyCollection(
+            capsule_outlines(a, b, body.radius, flat),
+            facecolor=_PERSON if back == step else _BAD,
+            alpha=shade,
+            lw=0,
+            zorder=4,
+        )
+        ax.add_collection(person)
+
+
 def _approach(
     top: Axes,
     side: Axes,
@@ -160,35 +191,11 @@ def _approach(
     azimuth, step = float(found.azimuth[k]), int(found.broken_step[k])
     at = int(m.before(int(found.moment[k]), found.walk - 1 - step))
     cones = sensor_cones(robot, setup, m.q[at])
-    turn = -azimuth  # the side view looks across the path
-    views = ((top, [0, 1], 0.0, azimuth), (side, [0, 2], turn, 0.0))
     reported = found.report[k]
-    ghost = max(int(_GHOSTS / STEP), 1)
-    for ax, flat, robot_turn, person_turn in views:
-        seen = [turned(p, robot_turn) for p in (m.start[at], m.end[at])]
-        near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
-        ax.add_collection(
-            PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5)
-        )
-        beams = [beam_outline(cones, i, robot_turn, flat) for i in range(len(cones))]
-        ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.16, lw=0, zorder=1))
-        ax.add_collection(
-            PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.5, lw=0.4, zorder=1.1)
-        )
-        links = robot_outlines(m.bodies, at, robot_turn, flat)
-        ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
-        for back in range(step, -1, -ghost):
-            a, b = (turned(p[back], person_turn) for p in (body.start, body.end))
-            shade = 0.75 if back == step else 0.75 * max(0.12, 0.45 - 0.12 * (step - back) / ghost)
-            colour = _PERSON if back == step else _BAD
-            person = PolyCollection(
-                capsule_outlines(a, b, body.radius, flat),
-                facecolor=colour,
-                alpha=shade,
-                lw=0,
-                zorder=4,
-            )
-            ax.add_collection(person)
+    # the side view looks across the path
+    for ax, flat, turn, toward in ((top, [0, 1], 0.0, azimuth), (side, [0, 2], -azimuth, 0.0)):
+        _robot(ax, m, at, cones, turn, flat)
+        _person(ax, body, step, toward, flat)
         ax.set_aspect("equal")
     way = turned(body.start[:, 6], azimuth)
     top.plot(*way[: step + 1, :2].T, color=_BAD, lw=2.6, zorder=3.5, solid_capstyle="round")

@@ -47,19 +47,30 @@ def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
 
 def page(r: SafetyResult, command: str) -> str:
     """Return the report as Markdown."""
-    s = r.separation
+    lines = [
+        *_summary(r),
+        *_required_separation(r),
+        *_sensor_ranges(r),
+        *_directions(r),
+        f"Command: `{command}`, seed {r.seed}.",
+        "",
+    ]
+    return printable_lines("\n".join(lines))
+
+
+def _summary(r: SafetyResult) -> list[str]:
+    """Return the title, and the share of approaches that are reported in time."""
     share = (
         f"**{r.in_time.percent:.1f} %** ({r.in_time.low_percent:.1f} to"
         f" {r.in_time.high_percent:.1f})"
     )
-    far = r.if_far_enough
-    lines = [
+    return [
         f"# Detection in time: {r.setup}",
         "",
         f"> {r.disclaimer}",
         "",
         (
-            f"A person of 1.75 m walks straight at the robot at {s.human_speed:g} m/s,"
+            f"A person of 1.75 m walks straight at the robot at {r.separation.human_speed:g} m/s,"
             f" {r.approaches} times, from directions drawn uniformly{_during(r)}. {share} of these"
             " approaches are reported before any part of the robot is nearer than its separation"
             " distance. The range in brackets is the 95 % interval (Wilson)."
@@ -69,6 +80,13 @@ def page(r: SafetyResult, command: str) -> str:
         "",
         "![Shares by direction, distances, and the approaches that are reported last](safety.png)",
         "",
+    ]
+
+
+def _required_separation(r: SafetyResult) -> list[str]:
+    """Return the section on the formula and its terms."""
+    s = r.separation
+    return [
         "## Required separation",
         "",
         (
@@ -85,6 +103,12 @@ def page(r: SafetyResult, command: str) -> str:
             f" its S (at most {r.separation_at_report_m:.2f} m)."
         ),
         "",
+    ]
+
+
+def _sensor_ranges(r: SafetyResult) -> list[str]:
+    """Return the section on the sensors' ranges."""
+    lines = [
         "## Range of the sensors",
         "",
         _reach(r),
@@ -99,6 +123,7 @@ def page(r: SafetyResult, command: str) -> str:
         "",
         *_sensors(r),
     ]
+    far = r.if_far_enough
     if far is not None:
         lines += [
             (
@@ -108,19 +133,17 @@ def page(r: SafetyResult, command: str) -> str:
             ),
             "",
         ]
+    return lines
+
+
+def _directions(r: SafetyResult) -> list[str]:
+    """Return the section on the shares by direction."""
     each = [
         (f"{d.from_deg:.0f}–{d.to_deg:.0f}", str(d.approaches), f"{d.percent:.1f}", _interval(d))
         for d in r.by_direction
     ]
     heads = ("direction, °", "approaches", "in time, %", "95 % interval")
-    lines += [
-        "## By direction",
-        "",
-        table(heads, each),
-        f"Command: `{command}`, seed {r.seed}.",
-        "",
-    ]
-    return printable_lines("\n".join(lines))
+    return ["## By direction", "", table(heads, each)]
 
 
 def _interval(d: ShareModel) -> str:

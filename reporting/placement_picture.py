@@ -18,7 +18,8 @@ from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
 from .plots import GREY, GRID, INK
-from .rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, rgb
+from .rendering.canvas import Canvas
+from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, rgb
 from .rendering.figures import write_png
 from .rendering.meshes import (
     RING_WIDTH,

@@ -1,59 +1,9 @@
-"""Robustness of a setup as counts and table rows: lost sensors and rings, and mounting errors."""
-
-from dataclasses import dataclass
-from functools import partial
+"""Robustness of a setup as table rows and text: lost sensors and rings, and mounting errors."""
 
 from rich.table import Table
 
-from ..coverage.rings.mounting_errors import MountingErrors
-from ..coverage.rings.ring import Setup
 from ..formats.schema.robustness_models import LossModel, RobustnessResult
-from ..objectives.redundancy import redundancy
-from ..objectives.scene import Scene
-from ..objectives.tolerance import tolerance
-from ..objectives.verify import Verifier
-from .progress import ProgressBar
 from .tables import Explained, target_label, target_legend
-from .terminal import Terminal
-
-
-@dataclass(frozen=True)
-class Robustness:
-    """Settings of a robustness report."""
-
-    most: int
-    """Largest k for which k-coverage is counted."""
-    voxel: float
-    """Side of a voxel, m."""
-    errors: MountingErrors
-    """Distribution of the mounting errors."""
-    draws: int
-    """Number of drawn mountings."""
-    seed: int
-    """Random seed of the draws."""
-
-
-def assess(
-    name: str, setup: Setup, scene: Scene, asked: Robustness, console: Terminal
-) -> list[RobustnessResult]:
-    """Count redundancy and tolerance of a setup for each of the scene's goals.
-
-    Args:
-        name: name of the setup in the results.
-        setup: setup to assess.
-        scene: scene whose goals are counted.
-        asked: settings.
-        console: terminal for the progress bar.
-    """
-    verifier, results = Verifier(scene, asked.voxel), []
-    with ProgressBar(console) as bar:
-        for goal in scene.goals:
-            task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
-            sure = redundancy(verifier, setup, goal.target, asked.most)
-            drawing = (setup, goal.target, asked.errors, asked.draws, asked.seed)
-            astray = tolerance(verifier, *drawing, partial(bar.advance, task))
-            results.append(RobustnessResult.of(name, setup, sure, astray))
-    return results
 
 
 def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:

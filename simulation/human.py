@@ -113,6 +113,92 @@ def two_bones(
     return elbow, shoulder + d[:, None] * unit
 
 
+class _Skeleton:
+    """The segments of a body of ``stature`` m in T postures, added from the floor upwards."""
+
+    def __init__(self, stature: float, posture: Posture) -> None:
+        c, s, zero = (
+            np.cos(posture.heading),
+            np.sin(posture.heading),
+            np.zeros_like(posture.heading),
+        )
+        self.stature, self.posture = stature, posture
+        self.forward, self.left = np.stack([c, s, zero], axis=1), np.stack([-s, c, zero], axis=1)
+        self.names: list[str] = []
+        self.start: list[Float[np.ndarray, "T 3"]] = []
+        self.end: list[Float[np.ndarray, "T 3"]] = []
+
+    def add(self, name: str, a: Float[np.ndarray, "T 3"], b: Float[np.ndarray, "T 3"]) -> None:
+        """Add a segment from ``a`` to ``b``."""
+        self.names.append(name)
+        self.start.append(a)
+        self.end.append(b)
+
+    def swung(self, angle: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 3"]:
+        """Return the downward direction, turned forward by ``angle`` rad."""
+        way: np.ndarray = np.sin(angle)[:, None] * self.forward - np.cos(angle)[:, None] * _UP
+        return way
+
+    def add_legs(self, floor: float) -> Float[np.ndarray, "T 3"]:
+        """Add legs and feet on a floor of height ``floor`` m, and return the pelvis."""
+        h, posture = self.stature, self.posture
+        legs = []
+        for i in range(2):
+            phase = posture.phase + i * np.pi
+            hip = posture.stride * _HIP_SWING * np.sin(phase)
+            knee = _KNEE_REST + posture.stride * _KNEE_SWING * np.maximum(np.cos(phase), 0) ** 2
+            legs.append((THIGH * h * self.swung(hip), SHANK * h * self.swung(hip - knee)))
+        height = ANKLE * h + np.maximum(*(-(thigh + shank)[:, 2] for thigh, shank in legs)) + floor
+        pelvis = np.column_stack([posture.position, height])
+        sole = RADII["foot"]
+        for side, (thigh, shank) in zip(_SIDES, legs, strict=True):
+            hip_joint = pelvis + side * HIPS / 2 * h * self.left
+            ankle = hip_joint + thigh + shank
+            heel = ankle - (_HEEL * h - sole * h) * self.forward - (ANKLE - sole) * h * _UP
+            self.add("thigh", hip_joint, hip_joint + thigh)
+            self.add("shank", hip_joint + thigh, ankle)
+            self.add("foot", heel, heel + (FOOT - 2 * sole) * h * self.forward)
+        return pelvis
+
+    def add_trunk(
+        self, pelvis: Float[np.ndarray, "T 3"], spine: Float[np.ndarray, "T 3"]
+    ) -> Float[np.ndarray, "T 3"]:
+        """Add trunk, neck and head along the unit vector ``spine``, and return the neck's base."""
+        h = self.stature
+        neck = pelvis + TRUNK * h * spine
+        for side in _SIDES:
+            middle = pelvis + side * _CHEST * h * self.left
+            self.add("trunk", middle, middle + (TRUNK - RADII["trunk"] * 0.8) * h * spine)
+        self.add("neck", neck, neck + NECK * h * spine)
+        self.add(
+            "head",
+            neck + (NECK + RADII["head"]) * h * spine,
+            neck + (NECK + HEAD - RADII["head"]) * h * spine,
+        )
+        return neck
+
+    def add_arms(
+        self, neck: Float[np.ndarray, "T 3"], spine: Float[np.ndarray, "T 3"]
+    ) -> tuple[Float[np.ndarray, "T 2 3"], Float[np.ndarray, "T 2 3"]]:
+        """Add arms and hands, and return the shoulders and the wrists, left and right."""
+        h, posture = self.stature, self.posture
+        a, b, front = UPPER_ARM * h, FOREARM * h, np.cross(self.left, spine)
+        shoulders, wrists = [], []
+        for i, side in enumerate(_SIDES):
+            shoulder = neck + side * SHOULDERS / 2 * h * self.left
+            swing = -posture.stride * _ARM_SWING * np.sin(posture.phase + i * np.pi)
+            rest = shoulder + a * self.swung(swing) + b * self.swung(swing + _ELBOW_REST)
+            target = rest + posture.reach[:, i, None] * (posture.goal[:, i] - rest)
+            pole = _POLE[0] * front + side * _POLE[1] * self.left + _POLE[2] * spine
+            elbow, wrist = two_bones(shoulder, target, pole, a, b)
+            self.add("upper_arm", shoulder, elbow)
+            self.add("forearm", elbow, wrist)
+            self.add("hand", wrist, wrist + (wrist - elbow) / b * (HAND - RADII["hand"]) * h)
+            shoulders.append(shoulder)
+            wrists.append(wrist)
+        return np.stack(shoulders, 1), np.stack(wrists, 1)
+
+
 def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
     """Return the body of ``stature`` m in T postures on a floor of height ``floor`` m.
 
@@ -120,74 +206,14 @@ def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
     stay level. Hands at rest swing opposite to the legs; a reaching wrist moves on the straight
     line from there to its goal.
     """
-    t, h = len(posture.heading), stature
-    c, s, zero = np.cos(posture.heading), np.sin(posture.heading), np.zeros(t)
-    forward, left = np.stack([c, s, zero], axis=1), np.stack([-s, c, zero], axis=1)
-    names: list[str] = []
-    start, end = [], []
-
-    def add(name: str, a: Float[np.ndarray, "T 3"], b: Float[np.ndarray, "T 3"]) -> None:
-        names.append(name)
-        start.append(a)
-        end.append(b)
-
-    def swung(angle: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 3"]:
-        """Return the downward direction, turned forward by ``angle`` rad."""
-        way: np.ndarray = np.sin(angle)[:, None] * forward - np.cos(angle)[:, None] * _UP
-        return way
-
-    legs = []
-    for i in range(2):
-        phase = posture.phase + i * np.pi
-        hip = posture.stride * _HIP_SWING * np.sin(phase)
-        knee = _KNEE_REST + posture.stride * _KNEE_SWING * np.maximum(np.cos(phase), 0) ** 2
-        legs.append((THIGH * h * swung(hip), SHANK * h * swung(hip - knee)))
-    height = ANKLE * h + np.maximum(*(-(thigh + shank)[:, 2] for thigh, shank in legs)) + floor
-    pelvis = np.column_stack([posture.position, height])
-    for side, (thigh, shank) in zip(_SIDES, legs, strict=True):
-        hip_joint = pelvis + side * HIPS / 2 * h * left
-        ankle = hip_joint + thigh + shank
-        heel = ankle - (_HEEL * h - RADII["foot"] * h) * forward - (ANKLE - RADII["foot"]) * h * _UP
-        add("thigh", hip_joint, hip_joint + thigh)
-        add("shank", hip_joint + thigh, ankle)
-        add("foot", heel, heel + (FOOT - 2 * RADII["foot"]) * h * forward)
-
-    spine = np.sin(posture.lean)[:, None] * forward + np.cos(posture.lean)[:, None] * _UP
-    front = np.cross(left, spine)
-    neck = pelvis + TRUNK * h * spine
-    for side in _SIDES:
-        middle = pelvis + side * _CHEST * h * left
-        add("trunk", middle, middle + (TRUNK - RADII["trunk"] * 0.8) * h * spine)
-    add("neck", neck, neck + NECK * h * spine)
-    add(
-        "head",
-        neck + (NECK + RADII["head"]) * h * spine,
-        neck + (NECK + HEAD - RADII["head"]) * h * spine,
-    )
-
-    a, b = UPPER_ARM * h, FOREARM * h
-    shoulders, wrists = [], []
-    for i, side in enumerate(_SIDES):
-        shoulder = neck + side * SHOULDERS / 2 * h * left
-        swing = -posture.stride * _ARM_SWING * np.sin(posture.phase + i * np.pi)
-        rest = shoulder + a * swung(swing) + b * swung(swing + _ELBOW_REST)
-        target = rest + posture.reach[:, i, None] * (posture.goal[:, i] - rest)
-        pole = _POLE[0] * front + side * _POLE[1] * left + _POLE[2] * spine
-        elbow, wrist = two_bones(shoulder, target, pole, a, b)
-        add("upper_arm", shoulder, elbow)
-        add("forearm", elbow, wrist)
-        add("hand", wrist, wrist + (wrist - elbow) / b * (HAND - RADII["hand"]) * h)
-        shoulders.append(shoulder)
-        wrists.append(wrist)
-    radius = h * np.array([RADII[name] for name in names])
-    return Bones(
-        tuple(names),
-        np.stack(start, 1),
-        np.stack(end, 1),
-        radius,
-        np.stack(shoulders, 1),
-        np.stack(wrists, 1),
-    )
+    body = _Skeleton(stature, posture)
+    pelvis = body.add_legs(floor)
+    spine = np.sin(posture.lean)[:, None] * body.forward + np.cos(posture.lean)[:, None] * _UP
+    neck = body.add_trunk(pelvis, spine)
+    shoulders, wrists = body.add_arms(neck, spine)
+    radius = stature * np.array([RADII[name] for name in body.names])
+    start, end = np.stack(body.start, 1), np.stack(body.end, 1)
+    return Bones(tuple(body.names), start, end, radius, shoulders, wrists)
 
 
 def balls_along(

@@ -18,8 +18,9 @@ from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.solids.volume_fraction import VolumeFraction
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels import certified_bounds as certified
-from place_rings.coverage.voxels.certified_bounds import Bracket, _Tally, bracket
+from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.coverage.voxels.volume_tally import Bracket, VolumeTally
 from place_rings.objectives import verify as exact
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
@@ -227,7 +228,7 @@ def test_sums_of_many_cells_hold_their_rounding():
     """Adding less than half a unit in the last place, over and over, changes nothing; the bounds
     allow for it.
     """
-    tally, one = _Tally(), np.ones(1)
+    tally, one = VolumeTally(), np.ones(1)
     for volume in (1.0, *[2.0**-53] * 8_000):
         tally.add(VolumeFraction(one, one), VolumeFraction(0 * one, 0 * one), volume, 0)
     b = tally.bracket(1, 1.0, 0.1)

@@ -12,7 +12,7 @@ import psutil
 import pytest
 from distributed import LocalCluster
 from place_rings.formats.errors import UserError
-from place_rings.studies.engine import cluster
+from place_rings.studies.engine import cluster, distribution
 from place_rings.studies.engine import runner as engine
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.store import Cell, Store
@@ -73,12 +73,12 @@ def ends(folder, *times):
 
 def test_many_workers_find_what_one_finds(client, store, tmp_path):
     told = []
-    found = cluster.run(client, zetas(), ALL, store, lambda *at: told.append(at))
+    found = distribution.run(client, zetas(), ALL, store, lambda *at: told.append(at))
     with Store(tmp_path / "one.sqlite", "test") as one:
         assert timeless(engine.run(zetas(), TASKS, one)) == timeless(found)
     assert told == [(i, 8) for i in range(9)]
     assert engine.run(zetas(), {}, store) == found  # all was kept
-    assert cluster.run(client, zetas(), ALL, store) == found
+    assert distribution.run(client, zetas(), ALL, store) == found
 
 
 def test_the_cluster_listens_on_this_machine_alone(client):
@@ -94,16 +94,16 @@ def test_the_cluster_listens_on_this_machine_alone(client):
 
 def test_a_lost_worker_costs_no_cell(client, store, tmp_path):
     cells = ends(tmp_path, 0, 1, 0, 0)
-    assert cluster.run(client, cells, ALL, store) == [0, 1, 4, 9]
+    assert distribution.run(client, cells, ALL, store) == [0, 1, 4, 9]
 
 
 def test_a_cell_that_ends_every_worker_is_named_and_the_rest_kept(
     client, store, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(cluster, "_LOSSES", 2)
+    monkeypatch.setattr(distribution, "_LOSSES", 2)
     cells = ends(tmp_path, 0, 99)
     with pytest.raises(UserError, match=r'"end",.*"x":1}.*ended its worker 2 times'):
-        cluster.run(client, cells, ALL, store)
+        distribution.run(client, cells, ALL, store)
     assert [store.get(cell) for cell in cells] == [0, None]
 
 
@@ -116,20 +116,20 @@ def test_ctrl_c_keeps_what_is_finished(client, store, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        cluster.run(client, cells, ALL, store, stop_at_the_fifth)
+        distribution.run(client, cells, ALL, store, stop_at_the_fifth)
     assert sum(store.get(cell) is not None for cell in cells) >= 5
-    assert cluster.run(client, cells, ALL, store) == [x * x for x in range(20)]
+    assert distribution.run(client, cells, ALL, store) == [x * x for x in range(20)]
 
 
 def test_an_error_of_a_work_is_the_same_as_with_one_process(client, store):
     with pytest.raises(ValueError, match="7 is refused"):
-        cluster.run(client, [Cell("refuse", {"x": 7})], ALL, store)
+        distribution.run(client, [Cell("refuse", {"x": 7})], ALL, store)
 
 
 def test_a_worker_with_another_program_measures_nothing(client, store):
     cells = zetas()
     with pytest.raises(UserError, match=r"task 'zeta' is from .* the same version"):
-        cluster.run(client, cells, {**TASKS, "zeta": engine.run}, store)
+        distribution.run(client, cells, {**TASKS, "zeta": engine.run}, store)
     assert [store.get(cell) for cell in cells] == [None] * len(cells)
 
 
@@ -152,7 +152,7 @@ def certificate(client):
 
 def test_a_running_scheduler_is_joined(client, certificate, store, tmp_path):
     with cluster.there(client.scheduler.address) as joined:
-        assert cluster.run(joined, ends(tmp_path, 0, 0), ALL, store) == [0, 1]
+        assert distribution.run(joined, ends(tmp_path, 0, 0), ALL, store) == [0, 1]
 
 
 @pytest.mark.parametrize("needed", ["place_rings.soul", "soul.place_rings"])

@@ -30,11 +30,11 @@ from place_rings.simulation.detection import (
     lasting,
     seeing_as_far,
     start_of,
-    stops,
     turned,
     walker,
 )
 from place_rings.simulation.motion_samples import STEP, moments_of_record, moments_of_scene
+from place_rings.simulation.sightings import stops
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1

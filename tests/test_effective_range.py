@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.sensors.catalogue import MODELS, model, side_of_diagonal
+from place_rings.coverage.sensors.catalogue import MODELS, model
 from place_rings.coverage.sensors.effective_range import effective, size_of
 from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.sensor_model import side_of_diagonal
 from place_rings.formats.schema.sensor_models import SensorModel
 
 NAMES = st.sampled_from(sorted(MODELS))

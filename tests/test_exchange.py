@@ -21,10 +21,11 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
-from place_rings.objectives.soft_objective import TargetPoints
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.exchange import Exchange, Round, exchange, share_of
+from place_rings.placement.search.exchange import Exchange, Round, share_of
 from place_rings.placement.search.exchange_points import Fields
+from place_rings.placement.search.exchange_rounds import exchange
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.moves import fresh, papers

@@ -10,7 +10,7 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
-from place_rings.objectives.verify import target_voxels
+from place_rings.objectives.target_voxels import target_voxels
 
 from . import drawing
 from .test_octree import drawn_scene

@@ -10,7 +10,8 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import finalists
 from place_rings.placement.search.design import Space, stacked

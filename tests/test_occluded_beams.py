@@ -26,7 +26,7 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives.verify import target_voxels
+from place_rings.objectives.target_voxels import target_voxels
 from scipy.spatial.transform import Rotation
 
 from . import drawing

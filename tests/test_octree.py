@@ -21,7 +21,7 @@ from place_rings.coverage.voxels.octree import (
     voxels,
 )
 from place_rings.coverage.voxels.voxel_set import VoxelSet
-from place_rings.objectives.verify import target_voxels
+from place_rings.objectives.target_voxels import target_voxels
 
 from . import drawing
 

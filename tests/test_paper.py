@@ -15,13 +15,14 @@ from place_rings.reporting.pages import csv_text, html, table
 from place_rings.simulation.distance import Series, measures
 from place_rings.studies.engine.counting_tasks import zeta
 from place_rings.studies.engine.scenes import setup_from
+from place_rings.studies.paper import cone_figure
 from place_rings.studies.paper import coverage_cells as paper
-from place_rings.studies.paper import octree_figures
 from place_rings.studies.paper import open_choices as paper_open
 from place_rings.studies.paper import report as paper_page
 from place_rings.studies.paper import study as paper_study
+from place_rings.studies.paper.coverage_statements import coverage
 from place_rings.studies.paper.figures import value
-from place_rings.studies.paper.statements import Verdict, coverage, judged
+from place_rings.studies.paper.statements import Verdict, judged
 
 READINGS = [("a", "centre"), ("a", "touch"), ("b", "centre"), ("b", "touch")]
 
@@ -125,7 +126,7 @@ def test_cells_are_asked_once():
 
 def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path, monkeypatch):
     monkeypatch.setattr(paper_page, "SHOWN_VOXEL", 0.1)
-    monkeypatch.setattr(octree_figures, "PLACES", 2)
+    monkeypatch.setattr(cone_figure, "PLACES", 2)
     files = paper_page.write(findings, tmp_path, "place-rings study paper")
     page, report = files["README.md"], files["report.html"]
     for statement in coverage(findings.configurations, findings.tilts):

@@ -34,7 +34,8 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.moves import fresh

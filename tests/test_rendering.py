@@ -8,7 +8,8 @@ from hypothesis import given
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.reporting.rendering.canvas import Canvas, rgb
+from place_rings.reporting.rendering.canvas import Canvas
+from place_rings.reporting.rendering.colours import rgb
 from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.rendering.meshes import ball, capsule, closed, cone, faces_within, tube
 from place_rings.reporting.rendering.rasterizer import UNLIT, DepthBuffer, Triangles, shaded

@@ -23,8 +23,9 @@ from place_rings.reporting.rendering.voxels import (
     skin,
     voxel_set,
 )
-from place_rings.studies.paper import octree_figures
-from place_rings.studies.paper.octree_figures import CONE_VOXELS, four_panels, one_cone, shells
+from place_rings.studies.paper import cone_figure, octree_panels
+from place_rings.studies.paper.cone_figure import CONE_VOXELS, one_cone
+from place_rings.studies.paper.octree_figures import four_panels, shells
 
 SIDE = 0.25
 
@@ -161,8 +162,8 @@ def test_flat_faces_are_open_and_the_floor_of_a_pit_is_not():
 @pytest.fixture
 def coarse(monkeypatch):
     """Pictures of few pixels, and volumes averaged over few places."""
-    monkeypatch.setattr(octree_figures, "_DPI", 50)
-    monkeypatch.setattr(octree_figures, "PLACES", 12)
+    monkeypatch.setattr(octree_panels, "_DPI", 50)
+    monkeypatch.setattr(cone_figure, "PLACES", 12)
 
 
 def test_panels_show_what_the_octree_counts(coarse, tmp_path):

@@ -91,7 +91,7 @@ def test_control_c_stops_it(robot, mover):
 
 def test_a_killed_client_stops_it_by_the_robots_watchdog(robot, mover):
     """The last that the mover is good for."""
-    timer = later(mover._process.kill)
+    timer = later(mover._control.kill)
     with pytest.raises(MoveStoppedError, match="the client's process ended"):
         mover.move(HOME - 1)
     timer.join()

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.rig.recording.records import Kind
 from place_rings.rig.rings.line_monitor import LATE, SILENT, Event, Happened, Line, Port
-from place_rings.rig.rings.ports import Rings
+from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.simulated.ports import SimulatedRing
 
@@ -89,7 +89,7 @@ class Watch:
             return check()
 
     def rings(self, ports):
-        return Rings(
+        return RingReaders(
             ports,
             lambda ring, frame: self.keep(self.frames, (ring, frame)),
             lambda event: self.keep(self.events, event),

@@ -33,7 +33,8 @@ from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space, stacked

@@ -13,9 +13,11 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.soft_terms import SoftTerms
-from place_rings.objectives.verify import TooFineError, Verifier
+from place_rings.objectives.target_points import TargetPoints
+from place_rings.objectives.target_voxels import TooFineError
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import local_search
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.exchange import Exchange, Round

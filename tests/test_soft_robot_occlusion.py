@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.soft.beams import Hidden, InCell
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.first_return import BALLS, GRAZE, soft_stop
-from place_rings.coverage.soft.obstacle_occlusion import InCell
-from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones

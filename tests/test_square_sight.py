@@ -16,10 +16,9 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.soft.beams import Hidden, InCell
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.k_coverage import soft_seen
-from place_rings.coverage.soft.obstacle_occlusion import InCell
-from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
@@ -31,7 +30,8 @@ from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.occlusion import setup_sight, unseeing
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.moves import fresh

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
-from place_rings.coverage.voxels.certified_bounds import Bracket
+from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
 from place_rings.objectives import verify as exact
 from place_rings.placement.search.progress import Outcome

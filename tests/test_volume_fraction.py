@@ -8,7 +8,8 @@ from hypothesis import given
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
-from place_rings.coverage.solids.volume_fraction import VolumeFraction, share_under
+from place_rings.coverage.solids.tangent_bounds import share_under
+from place_rings.coverage.solids.volume_fraction import VolumeFraction
 
 from . import drawing
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
-from ..reporting.rendering.canvas import UNSEEN_COLOUR
+from ..reporting.rendering.colours import UNSEEN_COLOUR
 from .quick_estimate import ONCE, SHADOWED, TWICE, UNSEEN
 
 Rgb = tuple[int, int, int]

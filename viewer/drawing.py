@@ -14,8 +14,8 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
-from ..reporting.rendering.canvas import Surface
 from ..reporting.rendering.meshes import RING_WIDTH, band, faces_within, lengths_within, loops, tube
+from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
 from .robot_surface import Skin

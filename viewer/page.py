@@ -18,21 +18,18 @@ from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..formats.errors import UserError
 from ..formats.escaping import printable
-from ..formats.writing import write_bytes
 from . import html as words
 from .colours import KINDS
-from .controls import Controls, set_value
+from .controls import Controls
 from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import EditedSetup
-from .jobs import Job, JobStoppedError
-from .saving import file_named, save
+from .jobs import Job
+from .long_task import LongTask
+from .page_files import PageFiles
 from .scene_graph import SceneGraph
 from .session import ViewerSession
-from .snapshot import picture
 from .tasks import SearchAnswer, prove, search_from, seen_under
 
-_OFTEN = 0.1  # s, shortest interval between progress messages of a job
-_LONGEST = 30.0  # s, timeout for a picture from the browser
 _MOST_TOLD = 3  # violated rules that are listed
 
 
@@ -44,8 +41,7 @@ class Page:
         self._client, self._room = client, room
         self._names = list(room.setups)
         self._lock, self._showing = threading.RLock(), threading.Lock()
-        self._wanted, self._closed, self._told = False, False, 0.0
-        self._job: Job | None = None
+        self._wanted, self._closed = False, False
         # setup, occlusion model, text
         self._proof: tuple[Setup, Occlusion, str] | None = None
         self._drafts = [EditedSetup(room.scene, setup) for setup in room.setups.values()]
@@ -64,6 +60,8 @@ class Page:
                 f"/setup{i}/name", printable(name)[:60], position=(0.0, 0.0, top + 0.1)
             )
         self.controls = Controls(client.gui, room, self._names)
+        self._work = LongTask(self.controls, room.turn)
+        self._files = PageFiles(client, room.out, self.controls, self._work)
         self._connect()
         self._show()
 
@@ -100,8 +98,8 @@ class Page:
         )
         self._press(c.prove, self._prove)
         self._press(c.search, self._search)
-        self._press(c.stop, self._stop)
-        self._press(c.save, self._save)
+        self._press(c.stop, self._work.stop)
+        self._press(c.save, lambda: self._files.save(*self._asked()[1:]))
         self._press(c.picture, self._picture)
 
     # Actions of the user.
@@ -128,7 +126,7 @@ class Page:
         try:
             act()
         except (ValueError, KeyError, IndexError, OverflowError, UserError) as error:
-            self._note(str(error), True)
+            self._work.note(str(error), True)
 
     def _clicked(self, setup: int, ring: int) -> None:
         def act() -> None:
@@ -232,38 +230,7 @@ class Page:
         self.controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
         self._client.flush()
 
-    def _note(self, text: str, bad: bool = False) -> None:
-        if not self._closed:  # nobody reads messages after that
-            self.controls.said.content = words.note(text, bad)
-
     # Long tasks.
-
-    def _begin(self, work: Callable[[Job], None]) -> None:
-        """Start a job unless a job of this page is running."""
-        with self._lock:
-            if self._job is not None and self._job.running:
-                raise ValueError("a task is running: stop it first")
-            self.controls.working(True)
-            self._job = Job(partial(self._guarded, work), self._room.turn, self._progress)
-
-    def _guarded(self, work: Callable[[Job], None], job: Job) -> None:
-        try:
-            work(job)
-        except JobStoppedError:
-            self._note("stopped")
-        except (ValueError, UserError) as error:
-            self._note(str(error), True)
-        except MemoryError:
-            self._note("not enough memory for this count", True)
-        finally:
-            if not self._closed:
-                self.controls.working(False)
-
-    def _progress(self, what: str, over: float) -> None:
-        if (now := time.monotonic()) - self._told > _OFTEN and not self._closed:
-            self._told = now
-            self._note(what + " …")
-            set_value(self.controls.progress, min(max(100 * over, 0.0), 100.0))
 
     def _asked(self) -> tuple[int, Any, Any]:
         with self._lock:
@@ -284,12 +251,12 @@ class Page:
                 if (now, under.occlusion) == (setup, scene.occlusion)
                 else "; the setup has changed since"
             )
-            self._note(
+            self._work.note(
                 f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f}"
                 f" s{changed}"
             )
 
-        self._begin(work)
+        self._work.start(work)
 
     def _search(self) -> None:
         i, setup, scene = self._asked()
@@ -300,13 +267,13 @@ class Page:
             found = search_from(scene, setup, job.note, lambda: job.stopped, target, free)
             self._adopt(i, found)
 
-        self._begin(work)
+        self._work.start(work)
 
     def _adopt(self, i: int, found: SearchAnswer) -> None:
         """Apply the result of a search if it is better."""
         change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, exact; {found.outcome}"
         if not found.better:
-            self._note(f"the search found nothing better: {change}")
+            self._work.note(f"the search found nothing better: {change}")
             return
         with self._lock:
             self._drafts[i] = replace(self._drafts[i], setup=found.setup)
@@ -314,31 +281,7 @@ class Page:
                 self._choice, ring=min(self._choice.ring, len(found.setup.rings) - 1)
             )
         self._show()
-        self._note(f"better: {change}")
-
-    def _stop(self) -> None:
-        if self._job is not None and self._job.running:
-            self._job.stop()
-            self._note("stopping …")
-
-    # Saving.
-
-    def _save(self) -> None:
-        c, (_, setup, scene) = self.controls, self._asked()
-        path = file_named(self._room.out, c.name.value, bool(c.replace.value))
-
-        def work(job: Job) -> None:
-            proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
-            save(
-                file_named(self._room.out, path.stem, bool(c.replace.value)),
-                setup,
-                scene,
-                [p.counted for p in proofs],
-            )
-            values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
-            self._note(f"saved as {path.name}: {values}, counted")
-
-        self._begin(work)
+        self._work.note(f"better: {change}")
 
     def _picture(self) -> None:
         with self._lock:
@@ -348,22 +291,9 @@ class Page:
             for t in self._room.targets
         ]
         title = f"{printable(self._names[self._active])}: {setups[self._active].sensors} sensors"
-        camera = self._client.camera
-        size = (camera.image_height or 800, camera.image_width or 1200)
-        try:
-            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
-        except (RuntimeError, TimeoutError) as error:
-            raise UserError("picture: the browser sent none; try again") from error
-        data = picture(view, title, "   ".join(zetas))
-        name = self.controls.name.value
-        if self._room.out is not None:
-            path = file_named(self._room.out, name, bool(self.controls.replace.value), ".png")
-            write_bytes(path, data)
-            self._note(f"saved as {path.name}")
-        self._client.send_file_download("place-rings.png", data, save_immediately=True)
+        self._files.picture(title, "   ".join(zetas))
 
     def close(self) -> None:
         """Stop the running job when the browser disconnects or the server ends."""
         self._closed = True
-        if self._job is not None:
-            self._job.stop()
+        self._work.close()

@@ -13,7 +13,7 @@ from ..formats.errors import UserError, shown
 from ..formats.robots.meshes import Meshes
 from ..formats.robots.urdf import read_urdf
 from ..formats.robots.urdf_chain import pick_chain
-from ..reporting.rendering.canvas import Surface
+from ..reporting.rendering.surface import Surface
 
 _SAME = 0.005  # m, largest distance between joints of equal chains
 _POSES = 8  # random poses at which chains are compared

@@ -11,7 +11,7 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
-from ..coverage.voxels.certified_bounds import Bracket
+from ..coverage.voxels.volume_tally import Bracket
 from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY

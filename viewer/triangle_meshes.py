@@ -13,8 +13,8 @@ from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
-from ..reporting.rendering.canvas import Surface
 from ..reporting.rendering.meshes import body, capsule, circle, joined, loops, rim_of, rod, tube
+from ..reporting.rendering.surface import Surface
 
 _STICK = 0.045  # m, radius of the stick for a robot without bodies
 # m, half the edges of a sensor: two across, one along its axis

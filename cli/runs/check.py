@@ -23,7 +23,7 @@ from ...rig.session.session import Session
 from ..signals import ended_by_signals, gone_is_an_error
 from .check_confirmation import EXEMPT, confirm, show_near_stops
 from .check_summary import tell
-from .check_view import View
+from .check_view import CheckView
 
 
 class TerminalAttendant:
@@ -35,9 +35,9 @@ class TerminalAttendant:
     def working(self, what: str) -> AbstractContextManager[object]:
         return self._console.status(what)
 
-    def view(self, session: Session, setup: Setup) -> View:
+    def view(self, session: Session, setup: Setup) -> CheckView:
         ranges = [r.sensor.range_m for r in setup.rings]
-        return View(session, ring_names(setup), ranges, self._console)
+        return CheckView(session, ring_names(setup), ranges, self._console)
 
     def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
         show_near_stops(stops, setup, scene, self._console)

@@ -42,7 +42,7 @@ def bars(frame: Frame | None, range_m: float) -> Text:
     return text
 
 
-class View:
+class CheckView:
     """Live view of a session."""
 
     def __init__(
@@ -59,7 +59,7 @@ class View:
             redirect_stdout=False,
         )
 
-    def __enter__(self) -> "View":
+    def __enter__(self) -> "CheckView":
         if self._console.is_terminal:
             self._live.start()
         return self

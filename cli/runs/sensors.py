@@ -4,9 +4,10 @@ import json
 
 from rich.table import Table
 
-from ...coverage.sensors.catalogue import MODELS, Model
+from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Use
+from ...coverage.sensors.sensor_model import Model
 from ...formats.schema.sensor_records import SensorRecord
 from ...reporting.tables import Explained
 from ...reporting.terminal import Terminal, say, say_json

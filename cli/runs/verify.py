@@ -4,7 +4,7 @@ from ..._validation import ResolvedSetup
 from ..._verify import Coverage, certify, check_counting
 from ..._verify import verify as count
 from ...coverage.choices import Rule
-from ...coverage.voxels.certified_bounds import Bracket
+from ...coverage.voxels.volume_tally import Bracket
 from ...formats.errors import UserError
 from ...objectives.scene import Scene
 from ...objectives.verify import VOXEL

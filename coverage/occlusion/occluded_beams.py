@@ -18,8 +18,10 @@ from ..solids.base import Parts
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
-from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
-from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
+from ..solids.tangent_bounds import distance_tangent, union_bounds
+from ..solids.volume_fraction import VolumeFraction
+from ..voxels.solid_bitmask import words
+from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within
 from .shadow_bitmask import free_of_planes, free_of_shadows
 
 

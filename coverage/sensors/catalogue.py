@@ -1,95 +1,21 @@
-"""Commercial sensors: beam, ranges by light and target, minimum range, rate, power, and the source
-of each figure.
+"""Commercial sensors: the figures of each, and their sources.
 
 Data only; ``effective_range`` derives the range for a use. Ranges are typical values for a target
 that fills the beam.
 """
 
 import math
-from dataclasses import dataclass
 
 from . import boards
+from .sensor_model import DARK, Figure, Light, Model, Supply, side_of_diagonal
 
 WHITE = 0.88  # reflectance of the manufacturers' white target
 _SECOND_HAND = "maker's datasheet as quoted by a third party"
 
 
-@dataclass(frozen=True)
-class Light:
-    """Ambient light as a source states it."""
-
-    label: str
-    """The level as text."""
-    value: float
-    """The level in the sensor's unit, or a step of a named scale; larger values reduce range."""
-
-
-DARK = Light("dark", 0.0)
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A range stated for one light level and one target that fills the beam."""
-
-    light: Light
-    """Ambient light."""
-    reflectance: float
-    """Reflectance of the target."""
-    range_m: float
-    """Range, m."""
-
-
-@dataclass(frozen=True)
-class Model:
-    """A sensor of the catalogue. No source states a price for any of them."""
-
-    name: str
-    """Name in files and options."""
-    title: str
-    """Name in text."""
-    side_deg: float
-    """Full angle of a round beam, or of both sides of a square beam, degrees."""
-    square: bool
-    """Whether the beam is square."""
-    zones: int
-    """Zones in a row of a square beam; each ranges separately."""
-    figures: tuple[Figure, ...]
-    """Stated ranges, darkest light first and, within a light, brightest target first."""
-    unit: str
-    """Unit of ambient light; empty if light levels have names."""
-    least_m: float | None
-    """Stated minimum range, m; None if no source states it."""
-    rate_hz: float | None
-    """Maximum rate, Hz."""
-    source: str
-    """Source of the figures."""
-    note: str = ""
-    """How the source was interpreted."""
-    board: boards.Board | None = None
-    """A common board that carries the sensor; None if no source was available."""
-
-    @property
-    def zone_deg(self) -> tuple[float, float]:
-        """Full angles of the beam, or of one of its zones if it has several, degrees."""
-        return self.side_deg / self.zones, self.side_deg / self.zones
-
-    @property
-    def lights(self) -> tuple[Light, ...]:
-        """Light levels with a stated range, the darkest first."""
-        return tuple(sorted({f.light for f in self.figures}, key=lambda light: light.value))
-
-
 def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> tuple[Figure, ...]:
     """Return figures of a bright target from pairs of light (0: dark) and range, m."""
     return tuple(Figure(Light(f"{v:g}{unit}", v) if v else DARK, white, r) for v, r in pairs)
-
-
-def side_of_diagonal(diagonal_deg: float) -> float:
-    """Return the side, degrees, of the square beam with a diagonal of ``diagonal_deg``.
-
-    That beam lies inside the cone of the diagonal.
-    """
-    return math.degrees(2 * math.atan(math.tan(math.radians(diagonal_deg) / 2) / math.sqrt(2)))
 
 
 _L1X_BEAM = "27° is across the corners: sides of 27°/√2 = 19.1°"
@@ -320,18 +246,6 @@ def model(name: str) -> Model:
     if name not in MODELS:
         raise ValueError(f"unknown sensor {name!r}; known: {', '.join(MODELS)}")
     return MODELS[name]
-
-
-@dataclass(frozen=True)
-class Supply:
-    """Electrical power of one sensor in operation."""
-
-    power_w: float
-    """Power, W."""
-    limit: bool
-    """Whether the source states it as a limit; otherwise as typical."""
-    source: str
-    """Source of the figure."""
 
 
 SUPPLIES = {  # no price is sourced for any sensor

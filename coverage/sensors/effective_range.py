@@ -20,8 +20,9 @@ import math
 import re
 from dataclasses import dataclass
 
-from .catalogue import DARK, Figure, Light, Model, model
+from .catalogue import model
 from .sensor import Sensor, Use
+from .sensor_model import DARK, Figure, Light, Model
 
 
 @dataclass(frozen=True)

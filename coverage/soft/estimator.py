@@ -19,11 +19,8 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers
-from ..solids.cones import Cones
-from .beams import soft_beams
+from .beams import Seen, soft_beams
 from .cones import Near, SoftBeams
-from .obstacle_occlusion import InCell
-from .robot_occlusion import Hidden
 from .sampling import Cloud
 
 # widths from its surface beyond which a cone is omitted: it would cover by less than 1e-6
@@ -48,7 +45,6 @@ class Soft(NamedTuple):
 
 
 AddGroup = Callable[..., tuple[Any, Any]]
-Seen = Cones | Hidden | InCell
 
 
 def soft_zeta(

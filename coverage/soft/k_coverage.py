@@ -20,8 +20,9 @@ import jax
 import jax.numpy as jnp
 
 from ..arrays import Array, Index, Numbers
+from .beams import Seen
 from .cones import Near, SoftBeams
-from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups, soft_zeta
+from .estimator import CUT, Soft, free_and_occupied, over_groups, soft_zeta
 from .sampling import Cloud
 
 

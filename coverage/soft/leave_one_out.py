@@ -15,8 +15,9 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers
+from .beams import Seen
 from .cones import Near, SoftBeams
-from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups
+from .estimator import CUT, Soft, free_and_occupied, over_groups
 from .sampling import Cloud
 
 

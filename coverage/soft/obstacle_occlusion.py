@@ -4,35 +4,15 @@ Convex polyhedra cast shadows with plane sides. When the apex moves, the faces s
 through the apex and an edge rotates about the edge. Its value at a point changes by its normal
 times the ratio of the point's to the apex's distance from the edge, in the plane. Inside an
 obstacle a sensor sees nothing, and the gradient contains no direction out of it.
-
-Under ``blind``, obstacles blind single-zone sensors, as the robot's bodies do (``first_return``),
-and cast shadows for the others only.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 
 from ..arrays import Array, Index, Numbers, dot
-from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.sensor_beams import MixedBeams
-from .beams import soft_beams
 from .cones import Near, SoftBeams, by_apex
-from .robot_occlusion import Hidden, HiddenBeams
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class InCell:
-    """Beams among obstacles, with or without occlusion by bodies."""
-
-    seen: Cones | Hidden
-    """Cones or mixed beams, or these with the robot's bodies."""
-    obstacles: tuple[Polyhedron, ...]
-    """The obstacles."""
 
 
 def _turns(apex: Array, body: Polyhedron) -> tuple[Any, Any]:
@@ -136,17 +116,3 @@ def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) ->
         turn = jnp.where(more, dot(p, along) - c[:, :, None, i], turn)
         x, y, z = (jnp.where(more, n[..., k], old) for k, old in enumerate((x, y, z)))
     return value, turn * x, turn * y, turn * z
-
-
-@soft_beams.register
-def _(seen: InCell) -> SoftBeams:
-    hidden = seen.seen if isinstance(seen.seen, Hidden) else None
-    cones: Any = hidden.cones if hidden else seen.seen
-    dtype = cones.apex.dtype
-    obstacles = jax.tree.map(
-        lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles
-    )
-    if hidden is None or hidden.occlusion != "blind":
-        return CellBeams(soft_beams(seen.seen), obstacles)
-    inner = HiddenBeams(hidden, obstacles)
-    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, MixedBeams) else inner

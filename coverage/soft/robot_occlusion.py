@@ -1,36 +1,31 @@
 """Occlusion of beams by the robot's bodies, for the soft estimator.
 
-Under ``shadow``, a beam's function is the maximum of the cone's function and of minus that of each
-shadow in it (``shadows``). Only the bodies near a cone are evaluated, and only at the blocks of
-points that their shadows reach. At each point, only the shadow that attains the maximum has a
-slope.
+A beam with shadows has the maximum of the cone's function and of minus that of each shadow in it.
+Only the bodies near a cone are evaluated, and only at the blocks of points that their shadows
+reach. At each point, only the shadow that attains the maximum has a slope.
 
-Under ``blind``, the beam of a single-zone sensor ends at the first return in it, or in the
-circumscribed cone of a square beam (``first_return``). A multi-zone sensor is not blinded as a
-whole: under ``blind`` its beam has shadows.
+The beam of a blinded sensor ends at its first return (``first_return``). A multi-zone sensor is not
+blinded as a whole: its beam has shadows.
 
 A sensor inside a body sees nothing, and the slope there only points out of the body.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from ..arrays import Array, Index, Numbers, dot, root
 from ..occlusion.first_return import Beam, capsule_gap
-from ..occlusion.occlusion_mode import Occlusion
 from ..solids.capsule_shadows import capsule_shadow, nearest_ball
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
-from ..solids.polyhedra import Polyhedron
 from ..solids.segments import from_segment
 from ..solids.sensor_beams import MixedBeams
-from .beams import soft_beams
 from .cones import Near, SoftBeams, by_apex
-from .first_return import soft_stop
 
 # metres by which a beam is moved away from all points, per metre that its apex lies within a body
 _OUT = 10.0
@@ -41,82 +36,52 @@ _TRIPLES = 32  # of a cone, a body and a block, processed at once
 _SAME = 1e-6  # m, rounding difference of two loops' values at one point
 _MARGIN = 0.021  # m from a cone within which a body may matter
 
-
-@partial(
-    jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",)
-)
-@dataclass(frozen=True)
-class Hidden:
-    """Beams and the bodies that occlude them at the same pose."""
-
-    cones: Cones
-    """Cones or mixed beams."""
-    bodies: Capsules
-    """The robot's bodies, one axis of N capsules."""
-    occlusion: Occlusion
-    """The occlusion model, a compile-time constant."""
+# smooth first returns (K,) m of the sensors of cones
+FirstReturn = Callable[[Cones], Any]
 
 
-class HiddenBeams(SoftBeams):
-    """Beams with occlusion by bodies; see ``SoftBeams``.
+class _Reached(NamedTuple):
+    """Where shadows matter to a group of g blocks."""
 
-    ``free`` are the beams without bodies; the parts and columns that describe occlusion follow
-    theirs. Some beams may be blinded and others shadowed, depending on their zones. ``obstacles``
-    also blind, but cast no shadows here.
-    """
+    hidden: Any
+    """Whether a shadow contains all of a block, for each beam: (g, K)."""
+    triples: Any
+    """Numbers of the triples of a beam, a body and a block that its shadow reaches, in front."""
+    count: Any
+    """Number of these triples."""
 
-    def __init__(self, hidden: Hidden, obstacles: tuple[Polyhedron, ...] = ()) -> None:
-        self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
-        self.cones, self.count = self.free.cones, self.free.count
-        cones, around = self.cones, self.cones.around()
-        self.parts, self.columns = self.free.parts, self.free.columns
-        zoned: Any = cones.zoned if isinstance(cones, MixedBeams) else None
-        self.stops = hidden.occlusion == "blind"
-        self.shadows = not self.stops or zoned is not None
-        if self.stops:
-            self.columns += 1
 
-            def stop_of(apex: Array, axis: Array) -> Any:
-                stop = soft_stop(replace(around, apex=apex, axis=axis), self.bodies, obstacles)
-                return stop if zoned is None else jnp.where(zoned, jnp.inf, stop)
+class _Shadows:
+    """The shadows of bodies in K beams: their values at points, and the slopes by the apexes."""
 
-            stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
-            self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
-        if not self.shadows:
-            return
-        start, end, radius = (a[None] for a in self.bodies.arrays())
-        looks = Beam(*(a[:, None] for a in vars(around).values()))
+    def __init__(self, cones: Cones, bodies: Capsules, shadowed: Array | None = None) -> None:
+        """Find the bodies that matter; ``shadowed`` (K,) selects beams, None: all of them."""
+        self.apex, self.count, self.bodies = cones.apex, len(cones), bodies
+        start, end, radius = (a[None] for a in bodies.arrays())
+        looks = Beam(*(a[:, None] for a in vars(cones.around()).values()))
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         # a single body that contains the apex suffices
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)
-        if self.stops:
-            matters = matters & zoned[:, None]
-        self._matters = matters
+        if shadowed is not None:
+            matters = matters & shadowed[:, None]
+        self._matters = matters  # (K, N)
         pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
 
-    def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
-        """See ``SoftBeams``.
-
-        A beam that a body occludes from a whole block is omitted for it. Of the other beams, only
-        the blocks that a shadow reaches are evaluated point by point. The shadows' values and
-        slopes there are precomputed.
-        """
-        if not self.shadows:
-            return super().near(blocks, width, cut)
-        points, weight, centre, radius = blocks
-        near, (g, size) = self._reach(blocks, width, cut), weight.shape
-        bodies, count = self._matters.shape[1], self._matters.sum()
+    def reached(
+        self, blocks: tuple[Array, ...], near: Array, width: Numbers, cut: Numbers
+    ) -> _Reached:
+        """Return which shadows reach or contain the blocks that come ``near`` (g, K) the beams."""
+        _, weight, centre, radius = blocks
+        g, bodies, count = len(weight), self._matters.shape[1], self._matters.sum()
 
         def look(i: Index, state: tuple[jax.Array, ...]) -> tuple[Any, Any, Any]:
             hidden, todo, number = state
             some = jax.lax.dynamic_slice_in_dim(self._pairs, i * _PAIRS, _PAIRS)
             beam, body = some // bodies, some % bodies
-            value = self._value(self.cones.apex[beam][:, None], centre[None], body[:, None])[0][
-                :, 0
-            ]
+            value = self._value(self.apex[beam][:, None], centre[None], body[:, None])[0][:, 0]
             there = (i * _PAIRS + jnp.arange(_PAIRS) < count)[:, None] & near[:, beam].T
             hidden = hidden.at[:, beam].max((there & (value > (radius + cut * width)[None])).T)
             reached = (there & (value > -(radius + _NEAR * width)[None])).ravel()
@@ -130,7 +95,21 @@ class HiddenBeams(SoftBeams):
 
         todo = jnp.zeros(self._matters.size * g + _TRIPLES, jnp.int32)
         start = jnp.zeros_like(near), todo, jnp.zeros((), jnp.int32)
-        hidden, todo, number = jax.lax.fori_loop(0, -(-count // _PAIRS), look, start)
+        return _Reached(*jax.lax.fori_loop(0, -(-count // _PAIRS), look, start))
+
+    def deepest(self, points: Array, reached: _Reached) -> tuple[Any, ...]:
+        """Return the largest value of a shadow at each point, and its slopes by the apex.
+
+        Args:
+            points: points (g, B, 3) m of the blocks.
+            reached: shadows that reach the blocks; the others are not evaluated.
+
+        Returns:
+            Four arrays (g (K + 1), B): for each block its beams, and one of padding. The values are
+                m, minus infinity where no shadow reaches.
+        """
+        (g, size, _), bodies = points.shape, self._matters.shape[1]
+        rows, (_, todo, number) = g * (self.count + 1), reached
 
         def evaluate(i: Index) -> tuple[Any, Any, Any]:
             """Return the i-th batch: rows of beams at blocks, the bodies' values, and slopes."""
@@ -138,7 +117,7 @@ class HiddenBeams(SoftBeams):
             pair, block = some // g, some % g
             beam = pair // bodies
             value, slopes = self._value(
-                self.cones.apex[beam][:, None], points[block], (pair % bodies)[:, None]
+                self.apex[beam][:, None], points[block], (pair % bodies)[:, None]
             )
             row = jnp.where(
                 i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows
@@ -157,25 +136,13 @@ class HiddenBeams(SoftBeams):
                 for a, b in zip(sums, more, strict=True)
             )
 
-        rows, chunks = g * (self.count + 1), -(-number // _TRIPLES)
         nothing = (
             jnp.full((rows, size), -jnp.inf, points.dtype),
             *(jnp.zeros((rows, size), points.dtype),) * 4,
         )
-        most, equal, *slopes = jax.lax.fori_loop(0, chunks, accumulate, nothing)
+        most, equal, *slopes = jax.lax.fori_loop(0, -(-number // _TRIPLES), accumulate, nothing)
         # where bodies meet, two may have the same value
-        slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]
-        index, pieces = self._in_pieces(near & ~hidden)
-
-        def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
-            chosen = index(j)
-            row = jnp.arange(g, dtype=chosen.dtype)[:, None] * (self.count + 1) + chosen
-            return chosen, (*(a[chosen] for a in self.parts), *(a[row] for a in (most, *slopes)))
-
-        return Near(*pieces, beams_of)
-
-    def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
-        return self.free._reach(blocks, width, cut)
+        return most, *(slope / jnp.maximum(equal, 1) for slope in slopes)
 
     def _value(self, apex: Array, points: Array, body: Index) -> tuple[Any, Any]:
         """Return the value of a body of each cone (g, c) at points (g, B), and its slopes.
@@ -217,14 +184,68 @@ class HiddenBeams(SoftBeams):
         length = root(dot(v, v))
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
+
+class HiddenBeams(SoftBeams):
+    """Beams with occlusion by bodies; see ``SoftBeams``.
+
+    ``free`` are the beams without bodies; the parts and columns that describe occlusion follow
+    theirs. Without ``first_return``, the bodies cast shadows. With it, single-zone sensors are
+    blinded, and only multi-zone sensors have shadows.
+    """
+
+    def __init__(
+        self, free: SoftBeams, bodies: Capsules, first_return: FirstReturn | None = None
+    ) -> None:
+        self.free, self.cones, self.count = free, free.cones, free.count
+        self.parts, self.columns = free.parts, free.columns
+        cones = self.cones
+        zoned: Any = cones.zoned if isinstance(cones, MixedBeams) else None
+        self.stops = first_return is not None
+        if first_return is not None:
+            self.columns += 1
+
+            def stop_of(apex: Array, axis: Array) -> Any:
+                stop = first_return(replace(cones.around(), apex=apex, axis=axis))
+                return stop if zoned is None else jnp.where(zoned, jnp.inf, stop)
+
+            stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
+            self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
+        self.shadows: _Shadows | None = None
+        if not self.stops or zoned is not None:
+            self.shadows = _Shadows(cones, bodies, zoned if self.stops else None)
+
+    def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
+        """See ``SoftBeams``.
+
+        A beam that a body occludes from a whole block is omitted for it. Of the other beams, only
+        the blocks that a shadow reaches are evaluated point by point. The shadows' values and
+        slopes there are precomputed.
+        """
+        if self.shadows is None:
+            return super().near(blocks, width, cut)
+        near, g = self._reach(blocks, width, cut), len(blocks[1])
+        reached = self.shadows.reached(blocks, near, width, cut)
+        deepest = self.shadows.deepest(blocks[0], reached)
+        index, pieces = self._in_pieces(near & ~reached.hidden)
+
+        def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
+            chosen = index(j)
+            row = jnp.arange(g, dtype=chosen.dtype)[:, None] * (self.count + 1) + chosen
+            return chosen, (*(a[chosen] for a in self.parts), *(a[row] for a in deepest))
+
+        return Near(*pieces, beams_of)
+
+    def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
+        return self.free._reach(blocks, width, cut)
+
     def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
         """Evaluate as ``SoftBeams`` does; also return where a body occludes, and its slopes.
 
         The slopes are by the apex.
         """
         t, *geometry = self.free.pairs(points, some, width)
-        most, *slopes = some[-4:] if self.shadows else self._past(points, some)
-        if self.shadows and self.stops:
+        most, *slopes = some[-4:] if self.shadows is not None else self._past(points, some)
+        if self.shadows is not None and self.stops:
             past, *others = self._past(points, some)
             slopes = [
                 jnp.where(past > most, new, old) for new, old in zip(others, slopes, strict=True)
@@ -259,11 +280,6 @@ class HiddenBeams(SoftBeams):
             return apex, axis, *rest
         more_apex, more_axis = self._pull_stop(slope[:, -1])
         return apex + more_apex, axis + more_axis, *rest
-
-
-@soft_beams.register
-def _(seen: Hidden) -> SoftBeams:
-    return HiddenBeams(seen)
 
 
 def _for_points(a: Array, ndim: int) -> Any:

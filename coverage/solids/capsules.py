@@ -10,7 +10,8 @@ from ..arrays import Array, Index, Numbers, dot, root, rows
 from ..pytrees import tree
 from .base import Parts
 from .segments import from_segment, point_to_segment
-from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from .tangent_bounds import distance_tangent, union_bounds
+from .volume_fraction import VolumeFraction
 
 
 @tree

@@ -9,7 +9,8 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import Parts
-from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bounds
+from .tangent_bounds import Tangent, away, curvature, union_bounds
+from .volume_fraction import VolumeFraction
 
 
 def cone(

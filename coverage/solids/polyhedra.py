@@ -16,7 +16,8 @@ from jaxtyping import Float, Int
 from ..arrays import Array, Index, Vector, dot, namespace
 from ..pytrees import tree
 from .base import Parts
-from .volume_fraction import Tangent, VolumeFraction, union_bounds
+from .tangent_bounds import Tangent, union_bounds
+from .volume_fraction import VolumeFraction
 
 _DIGITS = 7  # decimals of normals: faces of a hull that agree to these are merged
 NOWHERE = 1e9  # m, offset at which a plane function of normal 0 is never the maximum

@@ -9,7 +9,8 @@ from jaxtyping import Float, Int
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
 from .base import Parts
-from .volume_fraction import Tangent, VolumeFraction, union_bounds
+from .tangent_bounds import Tangent, union_bounds
+from .volume_fraction import VolumeFraction
 
 
 def pyramid(

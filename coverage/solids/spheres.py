@@ -9,7 +9,8 @@ from jaxtyping import Float, Int
 from ..arrays import Array, Index, Vector, dot, root, rows
 from ..pytrees import tree
 from .base import Parts
-from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from .tangent_bounds import distance_tangent, union_bounds
+from .volume_fraction import VolumeFraction
 
 
 @tree

@@ -10,14 +10,8 @@ from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import Parts
 from .segments import from_segment
-from .volume_fraction import (
-    Tangent,
-    VolumeFraction,
-    distance_tangent,
-    first_of,
-    share_under,
-    union_bounds,
-)
+from .tangent_bounds import Tangent, distance_tangent, first_of, share_under, union_bounds
+from .volume_fraction import VolumeFraction
 
 
 @tree

@@ -24,10 +24,10 @@ from ..solids.volume_fraction import VolumeFraction
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, verdicts
 from .octree_cells import Cells, first_cells
+from .volume_tally import LEVELS, Bracket, VolumeTally
 from .voxel_set import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
-_LEVELS = 19  # of cell halving, from the scene's box down to the smallest cell
 # pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
 _PAIRS = 1 << 17
 # minimum and maximum number of work shares for the first cells; the same on all machines,
@@ -37,95 +37,6 @@ _SHARE = 1 << 18  # cells of a pass for which another share pays off
 _WORTH = 2000  # a cell this many times the threshold is split without computing its shares
 # of its box: a target of at most this volume, no part of which is certain, counts as empty
 _EMPTY = 0.05
-_SUM = 1e-12  # relative rounding error of a sum of volumes; adding such sums increases it
-
-
-@dataclass(frozen=True)
-class Bracket:
-    """Guaranteed bounds of zeta and of the target's volume, and how they were reached."""
-
-    low: float
-    """Lower bound of zeta, in [0, 1]."""
-    high: float
-    """Upper bound of zeta, in [0, 1]."""
-    volume_low: float
-    """Lower bound of the target's volume, m^3."""
-    volume_high: float
-    """Upper bound of the target's volume, m^3."""
-    passes: int
-    """Number of passes."""
-    cells: int
-    """Cells settled in the last pass."""
-    smallest: float
-    """Side of the smallest of these cells, m."""
-    reached: bool
-    """Whether the interval has the requested width."""
-
-    @property
-    def width(self) -> float:
-        """Width of the interval, in [0, 1]."""
-        return self.high - self.low
-
-
-@dataclass
-class _Tally:
-    """Bounds of the covered and the uncovered volume of the target."""
-
-    covered_low: float = 0.0
-    """Lower bound of the covered volume, m^3."""
-    covered_high: float = 0.0
-    """Upper bound of the covered volume, m^3."""
-    uncovered_low: float = 0.0
-    """Lower bound of the uncovered volume, m^3."""
-    uncovered_high: float = 0.0
-    """Upper bound of the uncovered volume, m^3."""
-    cells: int = 0
-    """Number of settled cells."""
-    level: int = _LEVELS + 2
-    """Smallest level of a settled cell."""
-    sums: int = 0
-    """Number of sums."""
-
-    def add(
-        self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int
-    ) -> None:
-        """Settle cells of volume ``volume`` m^3 each."""
-        sums = [
-            volume * float(v.sum())
-            for v in (covered.low, covered.high, uncovered.low, uncovered.high)
-        ]
-        cells = len(covered.low)
-        covered_low, covered_high, uncovered_low, uncovered_high = sums
-        level = level if cells else self.level
-        self.join(_Tally(covered_low, covered_high, uncovered_low, uncovered_high, cells, level, 1))
-
-    def join(self, other: "_Tally") -> None:
-        """Add the cells that another thread settled."""
-        self.covered_low += other.covered_low
-        self.covered_high += other.covered_high
-        self.uncovered_low += other.uncovered_low
-        self.uncovered_high += other.uncovered_high
-        self.cells += other.cells
-        self.level = min(self.level, other.level)
-        self.sums += other.sums
-
-    def bracket(self, passes: int, unit: float, width: float) -> Bracket:
-        """Return the interval; sums are widened by their rounding error."""
-        rounding = _SUM + self.sums * 2.0**-52
-        c, u = self.covered_low * (1 - rounding), self.uncovered_low * (1 - rounding)
-        more_c, more_u = self.covered_high * (1 + rounding), self.uncovered_high * (1 + rounding)
-        low = c / (c + more_u) * (1 - _SUM) if c > 0 else 0.0
-        high = min(more_c / (more_c + u) * (1 + _SUM), 1.0) if more_c > 0 else 0.0
-        return Bracket(
-            low,
-            high,
-            c + u,
-            more_c + more_u,
-            passes,
-            self.cells,
-            unit * 2.0**self.level,
-            high - low <= width,
-        )
 
 
 class StoppedError(Exception):
@@ -155,9 +66,9 @@ class _Pass:
     stop: threading.Event
     """Stops the pass when set."""
 
-    def run(self, start: Cells) -> _Tally:
+    def run(self, start: Cells) -> VolumeTally:
         """Settle all cells below the cells ``start``."""
-        tally, stack = _Tally(), [start]
+        tally, stack = VolumeTally(), [start]
         unions = len(leaves(self.target))
         while stack:
             for cells in stack.pop().slices(_PAIRS):
@@ -170,7 +81,7 @@ class _Pass:
                     stack.append(rest.children())
         return tally
 
-    def _decide(self, cells: Cells, unions: int, tally: _Tally) -> Cells:
+    def _decide(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
         """Settle the cells wholly inside or outside both solids, and return the others.
 
         The marks of the returned cells record in which solid they lie.
@@ -193,7 +104,7 @@ class _Pass:
         pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
         return cells.left(pairs, mark).only((t == 0) | ((t < 0) & (v == 0)))
 
-    def _settle(self, cells: Cells, unions: int, tally: _Tally) -> Cells:
+    def _settle(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
         """Settle the cells whose shares are known well enough; return the cells to be split."""
         side = self.unit * (1 << cells.level)
         volume = side**3
@@ -239,7 +150,7 @@ def _unless(
     return pairs[0][keep], pairs[1][keep]
 
 
-def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
+def _run(work: _Pass, start: Cells, cells: int) -> VolumeTally:
     """Run one pass; ``cells`` is the number of cells of the previous pass.
 
     The work shares are the same on every machine, so that sums round identically.
@@ -253,7 +164,7 @@ def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
         except BaseException:
             work.stop.set()
             raise
-    total = _Tally()
+    total = VolumeTally()
     for tally in tallies:
         total.join(tally)
     return total
@@ -296,7 +207,7 @@ def bracket(
     if not size > 0:
         raise ValueError("the target is empty: its box has no volume")
     furthest = float(np.abs(box).max())  # the lattice extends 2^19 units from the origin
-    unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**_LEVELS
+    unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     volume = float(np.prod(np.ptp(box, axis=0)))

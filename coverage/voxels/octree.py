@@ -22,7 +22,8 @@ from ..solids.base import LOGIC, Solid, fold, leaves
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
+from .solid_bitmask import words
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
+from ...coverage.sensors.boards import Board
 from ...objectives.feasibility.board_fit import unfit
 from ...objectives.scene import Scene
 
@@ -143,20 +144,8 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
             boards, how many fit.
     """
     printing = printing or scene.printing
-    mount, board = scene.robot.mount(ring.link), ring.sensor.board
-    if board is None:
-        raise UnbuildableError(
-            "no board is known for its sensor: choose a sensor that has one (vl53l0x, vl53l1x,"
-            " vl53l4cd, vl53l5cx) or state the board in the scene's [sensor.board]"
-        )
-    around = surrounded(mount, scene.robot.bodies)
-    if around <= 0:
-        raise UnbuildableError(
-            f"the cross section of {ring.link} is unknown: set section of its mount"
-        )
-    printed = replace(scene, printing=printing)
-    if why := unfit(replace(printed, rules=replace(scene.rules, mount="real")), ring):
-        raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_bodiless(scene)}")
+    mount = scene.robot.mount(ring.link)
+    board, around = _buildable(scene, ring, printing)
     pocket = best_pocket(board, printing, ring.radius, ring.tilt, inner_radius(around, printing))
     tilt, flip = abs(ring.tilt), -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
@@ -207,6 +196,29 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
         T_ring_print=np.diag([1.0, flip, flip]) @ R,
     )
     return replace(plan, lean=_lean(plan))
+
+
+def _buildable(scene: Scene, ring: Ring, printing: Printing) -> tuple[Board, float]:
+    """Return the board of a ring's sensors, and the radius around which the ring is built, m.
+
+    Raises:
+        UnbuildableError: see ``plan_ring``.
+    """
+    board = ring.sensor.board
+    if board is None:
+        raise UnbuildableError(
+            "no board is known for its sensor: choose a sensor that has one (vl53l0x, vl53l1x,"
+            " vl53l4cd, vl53l5cx) or state the board in the scene's [sensor.board]"
+        )
+    around = surrounded(scene.robot.mount(ring.link), scene.robot.bodies)
+    if around <= 0:
+        raise UnbuildableError(
+            f"the cross section of {ring.link} is unknown: set section of its mount"
+        )
+    printed = replace(scene, printing=printing)
+    if why := unfit(replace(printed, rules=replace(scene.rules, mount="real")), ring):
+        raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_bodiless(scene)}")
+    return board, around
 
 
 def _bodiless(scene: Scene) -> str:

@@ -15,6 +15,8 @@ MOST_JOINTS = 20
 _SHORTEST = 1e-3  # m, least length of a chain
 _SHOWN = 8  # most names in a message
 
+Transform = Float[np.ndarray, "4 4"]
+
 
 @dataclass(frozen=True)
 class Carried:
@@ -24,7 +26,7 @@ class Carried:
     """The link."""
     frame: int
     """Index of the frame; ``BASE`` if it does not move."""
-    T_frame_link: Float[np.ndarray, "4 4"]
+    T_frame_link: Transform
     """Pose of the link."""
 
 
@@ -131,6 +133,35 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
             or a joint that is neither revolute, continuous nor fixed, or mimics another.
     """
     above, roots = _tree(urdf)
+    base, tip = _ends(urdf, above, roots, base, tip)
+    path = _path(urdf, above, base, tip)
+    moving = _moving(urdf, path, base, tip)
+    rides, origin = _folded(path, base)
+    if sum(float(np.linalg.norm(M[:3, 3])) for M in origin) < _SHORTEST:
+        raise UserError(
+            f"{urdf.path}: found a chain without length from {base} to {tip}, allowed:"
+            f" at least {_SHORTEST:g} m"
+        )
+    left_out = _carry_branches(urdf, rides)
+    return Picked(
+        urdf,
+        base,
+        tip,
+        Chain(tuple(j.name for j in moving), np.stack(origin), np.stack([j.axis for j in moving])),
+        np.array([j.limits for j in moving]),
+        tuple(Carried(urdf.links[name], at, M) for name, (at, M) in rides.items()),
+        left_out,
+    )
+
+
+def _ends(
+    urdf: Urdf, above: dict[str, Joint], roots: list[str], base: str | None, tip: str | None
+) -> tuple[str, str]:
+    """Return base and tip of the chain; for the defaults see ``pick_chain``.
+
+    Raises:
+        UserError: if a name is unknown or ambiguous.
+    """
     for key, name in (("--base", base), ("--tip", tip)):
         if name is not None and name not in urdf.links:
             raise UserError(
@@ -143,8 +174,15 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
                 f"{urdf.path}: several links have no parent; choose one with --base: {_some(roots)}"
             )
         base = roots[0]
-    tip = tip or _tip(urdf, above, base)
-    path = _path(urdf, above, base, tip)
+    return base, tip or _tip(urdf, above, base)
+
+
+def _moving(urdf: Urdf, path: list[Joint], base: str, tip: str) -> list[Joint]:
+    """Return the joints of a path that move.
+
+    Raises:
+        UserError: if there are none or too many, or a joint is of a kind that a chain cannot have.
+    """
     for joint in path:
         where = f"{urdf.path}: joint {shown(joint.name)}"
         if joint.kind not in ("revolute", "continuous", "fixed"):
@@ -162,22 +200,35 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
             f"{urdf.path}: found {len(moving)} moving joints from {base} to {tip}, allowed: 1 to"
             f" {MOST_JOINTS}"
         )
+    return moving
 
+
+def _folded(
+    path: list[Joint], base: str
+) -> tuple[dict[str, tuple[int, Transform]], list[Transform]]:
+    """Fold the fixed joints of a path into its moving ones.
+
+    Returns:
+        The frame of each link on the path with the link's pose in it; and the pose of each frame in
+            the one before, with that of the tip in the last frame at the end.
+    """
     frame, T, origin = BASE, np.eye(4), []
-    rides: dict[str, tuple[int, Float[np.ndarray, "4 4"]]] = {base: (frame, T)}
+    rides: dict[str, tuple[int, Transform]] = {base: (frame, T)}
     for joint in path:
         T = T @ joint.T_parent_joint
         if joint.moves:
             origin.append(T)
             frame, T = frame + 1, np.eye(4)
         rides[joint.child] = (frame, T)
-    origin.append(T)
-    if sum(float(np.linalg.norm(M[:3, 3])) for M in origin) < _SHORTEST:
-        raise UserError(
-            f"{urdf.path}: found a chain without length from {base} to {tip}, allowed:"
-            f" at least {_SHORTEST:g} m"
-        )
+    return rides, [*origin, T]
 
+
+def _carry_branches(urdf: Urdf, rides: dict[str, tuple[int, Transform]]) -> tuple[str, ...]:
+    """Add to ``rides`` the links that fixed joints connect to the chain.
+
+    Returns:
+        The links that joints outside the chain move.
+    """
     below: dict[str, list[Joint]] = {}
     for joint in urdf.joints.values():
         below.setdefault(joint.parent, []).append(joint)
@@ -194,12 +245,4 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
             at, M = rides[name]
             rides[joint.child] = (at, M @ joint.T_parent_joint)
             queue.append(joint.child)
-    return Picked(
-        urdf,
-        base,
-        tip,
-        Chain(tuple(j.name for j in moving), np.stack(origin), np.stack([j.axis for j in moving])),
-        np.array([j.limits for j in moving]),
-        tuple(Carried(urdf.links[name], at, M) for name, (at, M) in rides.items()),
-        tuple(left_out),
-    )
+    return tuple(left_out)

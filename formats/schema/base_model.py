@@ -30,11 +30,15 @@ def fault(found: Any, allowed: str) -> PydanticCustomError:
     )
 
 
-def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
+Fault = tuple[tuple[int | str, ...], Any, str]
+"""The key at fault, the value found there, and the values allowed."""
+
+
+def refuse(faults: Iterable[Fault]) -> None:
     """Raise one ValidationError for all faults, if there are any.
 
     Args:
-        faults: for each fault the key, the value found there, and the values allowed.
+        faults: the faults, in the order of the message.
     """
     details = [
         InitErrorDetails(type=fault(found, allowed), loc=loc, input=None)

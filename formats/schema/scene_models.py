@@ -5,6 +5,7 @@ the JSON Schema and the text of errors.
 """
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -20,10 +21,11 @@ from pydantic import (
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
+from ...coverage.robots.robot import Robot
 from ...coverage.targets import NAMES, Shape, Target
 from ...objectives.scene import REFERENCE_POSE_DEG, Goal, Scene
 from ..errors import IN_LINE, NAMED
-from .base_model import fault, refuse
+from .base_model import Fault, fault, refuse
 from .field_types import Metres
 from .mapping import PERCENT, MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
@@ -33,6 +35,10 @@ from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
 from .versions import VersionedFile
+
+
+def _links_of(robot: Robot) -> str:
+    return f"a link of {robot.name}: {', '.join(robot.links)}"
 
 
 class TargetModel(MappedModel[Goal]):
@@ -181,17 +187,16 @@ class SceneModel(MappedModel[Scene]):
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
             rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
             self.__dict__["poses"] = [rest]  # the model is frozen
-        joints, links, inner = len(robot.chain), robot.links, self.curve.robot_radius
-        faults: list[tuple[tuple[int | str, ...], Any, str]] = []
+        refuse([*self._pose_faults(robot), *self._robot_faults(robot), *self._choice_faults(robot)])
+        return self
+
+    def _pose_faults(self, robot: Robot) -> Iterator[Fault]:
+        """Yield poses with other joints than the robot's, or beyond their limits."""
+        joints = len(robot.chain)
         for i, pose in enumerate(self.poses):
             if len(pose.q_deg) != joints:
-                faults.append(
-                    (
-                        ("poses", i, "q_deg"),
-                        len(pose.q_deg),
-                        f"{joints} angles, one for each joint of {robot.name}",
-                    )
-                )
+                allowed = f"{joints} angles, one for each joint of {robot.name}"
+                yield ("poses", i, "q_deg"), len(pose.q_deg), allowed
             elif (
                 robot.limits is not None and (j := robot.beyond(np.radians(pose.q_deg))) is not None
             ):
@@ -200,61 +205,41 @@ class SceneModel(MappedModel[Scene]):
                     f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of"
                     f" {robot.name}"
                 )
-                faults.append((("poses", i, "q_deg", j), pose.q_deg[j], allowed))
+                yield ("poses", i, "q_deg", j), pose.q_deg[j], allowed
             if pose.rate_deg_s is not None and len(pose.rate_deg_s) != joints:
-                faults.append(
-                    (
-                        ("poses", i, "rate_deg_s"),
-                        len(pose.rate_deg_s),
-                        f"{joints} speeds, one for each joint of {robot.name}",
-                    )
-                )
+                allowed = f"{joints} speeds, one for each joint of {robot.name}"
+                yield ("poses", i, "rate_deg_s"), len(pose.rate_deg_s), allowed
+
+    def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
+        """Yield targets, rings and rules that the robot does not allow."""
+        inner = self.curve.robot_radius
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
-                faults.append(
-                    (
-                        ("targets", i, "radius"),
-                        target.radius,
-                        f"above {inner:g} m, because all within that distance of the arm counts as"
-                        " the robot itself",
-                    )
+                allowed = (
+                    f"above {inner:g} m, because all within that distance of the arm counts as"
+                    " the robot itself"
                 )
-        faults += [
-            (("fixed", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(links)}")
-            for i, ring in enumerate(self.fixed)
-            if ring.link not in links
-        ]
+                yield ("targets", i, "radius"), target.radius, allowed
+        for i, ring in enumerate(self.fixed):
+            if ring.link not in robot.links:
+                yield ("fixed", i, "link"), ring.link, _links_of(robot)
         if self.occlusion != "ignore" and not robot.bodies:
-            faults.append(
-                (
-                    ("occlusion",),
-                    self.occlusion,
-                    f"ignore, because robot {self.robot} has no bodies",
-                )
-            )
+            allowed = f"ignore, because robot {self.robot} has no bodies"
+            yield ("occlusion",), self.occlusion, allowed
         if self.rules.mount == "real" and not robot.bodies:
-            faults.append(
-                (("rules", "mount"), "real", f"free, because robot {robot.name} has no bodies")
-            )
+            allowed = f"free, because robot {robot.name} has no bodies"
+            yield ("rules", "mount"), "real", allowed
+
+    def _choice_faults(self, robot: Robot) -> Iterator[Fault]:
+        """Yield keys that exclude each other, weights that are all 0, and mounts of no link."""
         if self.trajectory is not None and "poses" in self.model_fields_set:
-            faults.append(
-                (("trajectory",), self.trajectory.file, "either poses or a trajectory, not both")
-            )
+            yield ("trajectory",), self.trajectory.file, "either poses or a trajectory, not both"
         if not any(target.weight > 0 for target in self.targets):
-            faults.append(
-                (
-                    ("targets", 0, "weight"),
-                    self.targets[0].weight,
-                    "above 0 for at least one target",
-                )
-            )
-        faults += [
-            (("mounts", link), link, f"a link of {robot.name}: {', '.join(links)}")
-            for link in self.mounts
-            if link not in links
-        ]
-        refuse(faults)
-        return self
+            allowed = "above 0 for at least one target"
+            yield ("targets", 0, "weight"), self.targets[0].weight, allowed
+        for link in self.mounts:
+            if link not in robot.links:
+                yield ("mounts", link), link, _links_of(robot)
 
     def to_domain(self, **given: Any) -> Scene:
         """Return the scene without the obstacles and poses that other files hold."""

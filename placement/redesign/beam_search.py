@@ -16,7 +16,8 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.design import stacked
 from ..search.local_search import StopToken, climb
@@ -24,7 +25,7 @@ from ..search.progress import Progress
 from ..search.schedule import Stage
 from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
-from .problem import Placed, RedesignProblem
+from .problem import EncodedSetup, RedesignProblem
 
 # smallest gain of ζ for which a change is proposed, or a value is not put back
 WORTH = 5e-4
@@ -122,7 +123,7 @@ class BeamSearch:
         self.clouds = {count: self.points.clouds(size) for count, size in sizes.items()}
         self.finest = self.plan.stages[-1]
 
-    def scores(self, some: list[Placed], points: int, width: float) -> np.ndarray:
+    def scores(self, some: list[EncodedSetup], points: int, width: float) -> np.ndarray:
         """Return the soft values (S,) of setups, computed on all processors."""
         scores, n = np.empty(len(some)), min(processors(), len(some))
 
@@ -136,7 +137,7 @@ class BeamSearch:
             scores[i::n] = job.result()
         return scores
 
-    def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[Placed]:
+    def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[EncodedSetup]:
         """Return starts with one more change than those of ``beam``: the best of many random ones,
         at most ``_EACH`` for each set of touched rings."""
         pairs = [(t, place) for t in beam for place in self.rework.may_touch(t)]
@@ -153,7 +154,7 @@ class BeamSearch:
         order = np.argsort(-self.scores(placed, self.plan.points, self.plan.width), kind="stable")
         return _few_of_each([placed[i] for i in order], self.plan.climbs)
 
-    def climbed(self, some: list[Placed], stage: Stage) -> list[Placed]:
+    def climbed(self, some: list[EncodedSetup], stage: Stage) -> list[EncodedSetup]:
         """Improve setups by local search; return the results, the best first."""
         clouds = self.clouds[stage.points]
         jobs = [self.threads.submit(self._climb, p, stage, clouds) for p in some]
@@ -169,7 +170,9 @@ class BeamSearch:
         self.evaluations += sum(end[2] for end in ends)
         return [end[0] for end in ends]
 
-    def _climb(self, p: Placed, stage: Stage, clouds: Cloud) -> tuple[Placed, float, int]:
+    def _climb(
+        self, p: EncodedSetup, stage: Stage, clouds: Cloud
+    ) -> tuple[EncodedSetup, float, int]:
         """Improve one setup.
 
         Returns:
@@ -183,7 +186,7 @@ class BeamSearch:
             p, spent = replace(p, values=result.values), result.evaluations
         return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
 
-    def ends(self, some: list[Placed]) -> list[Touched]:
+    def ends(self, some: list[EncodedSetup]) -> list[Touched]:
         """Run setups through all stages; return the results, the best first."""
         for stage in self.plan.stages:
             if some and not self.brake.on():
@@ -225,7 +228,7 @@ class BeamSearch:
             )
         return self.counted[t.setup]
 
-    def look(self, some: list[Placed]) -> list[Touched]:
+    def look(self, some: list[EncodedSetup]) -> list[Touched]:
         """Run local search from all setups, simplify and count the best, and return all results."""
         self.climbs += len(some)
         ends = self.ends(some)
@@ -240,10 +243,10 @@ class BeamSearch:
         return min(able, key=lambda a: (*a.key, len(a.changes)))
 
 
-def _few_of_each(some: list[Placed], count: int) -> list[Placed]:
+def _few_of_each(some: list[EncodedSetup], count: int) -> list[EncodedSetup]:
     """Return the first ``count`` setups with at most ``_EACH`` for each set of touched rings."""
     seen: dict[tuple[int, ...], int] = {}
-    kept: list[Placed] = []
+    kept: list[EncodedSetup] = []
     for p in some:
         free = p.touched.free
         seen[free] = seen.get(free, 0) + 1

@@ -33,7 +33,7 @@ Values = Float[np.ndarray, "3 R"]
 
 
 @dataclass(frozen=True)
-class Placed:
+class EncodedSetup:
     """A touched setup, encoded for the objective."""
 
     touched: Touched
@@ -181,7 +181,7 @@ class RedesignProblem:
             values[1, rings[0]] = abs(values[1, rings[0]])
         return bool(np.all(high[1] >= low[1]))
 
-    def placed(self, t: Touched) -> Placed | None:
+    def placed(self, t: Touched) -> EncodedSetup | None:
         """Encode a touched setup, with its touched rings moved to where the rules allow them.
 
         Returns:
@@ -207,21 +207,21 @@ class RedesignProblem:
                 rings[i].phase + turn,
             )
         arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square), where
-        return Placed(t, arrays, low, high, np.clip(values, low, high))
+        return EncodedSetup(t, arrays, low, high, np.clip(values, low, high))
 
-    def as_it_stands(self, t: Touched) -> Placed:
+    def as_it_stands(self, t: Touched) -> EncodedSetup:
         """Encode a touched setup with every ring where it is, whether the rules allow it or not."""
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
         arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square)
-        return Placed(t, (arrays, where), values, values, values)
+        return EncodedSetup(t, (arrays, where), values, values, values)
 
     def _rings(self, t: Touched) -> list[Ring]:
         nothing = Ring(self.scene.robot.links[0], 0.0, 0)
         return [nothing if ring is None else ring for ring in t.rings]
 
-    def read(self, placed: Placed, values: Values) -> Touched:
+    def read(self, placed: EncodedSetup, values: Values) -> Touched:
         """Decode ``values`` to a touched setup; phases differ from the mounted ones as little as
         possible."""
         t = placed.touched

@@ -16,7 +16,8 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import Scene
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.local_search import StopToken
 from ..search.progress import Outcome, Progress, Statistics
@@ -89,28 +90,11 @@ def improve(
         start = search.count(rework.start)
         if start is None:
             raise ValueError("the mounted setup has more sensors than allowed")
-        beam, levels = [rework.start], []
         try:
-            for _ in range(most):
-                progress.stage += 1
-                beam = search.look(search.drawn(beam, rng))
-                levels.append(beam)
-                progress.best = search.best(most).exact
-                if brake.on() or not beam:
-                    break
-            # one change fewer: restore each touched ring once
-            for changed in range(len(levels), 1, -1):
-                progress.stage += 1
-                best = search.best(changed).touched
-                less = [_put_back(rework, best, i) for i in best.free] if not brake.on() else []
-                search.look([p for t in less if t.free and (p := rework.placed(t)) is not None])
+            levels = _add_changes(search, most, rng)
+            _restore_rings(search, levels)
         except KeyboardInterrupt:
             brake.pulled.set()
-    steps: list[Answer] = []
-    for changed in range(1, most + 1):
-        last, answer = (steps or [start])[-1], search.best(changed)
-        if _worth(last, answer):
-            steps.append(answer)
     outcome = (
         Outcome.INTERRUPTED
         if brake.pulled.is_set()
@@ -122,7 +106,43 @@ def improve(
     spent = Statistics(
         search.climbs, search.evaluations, time.monotonic() - began, search.finest.width
     )
-    return Improved(start, broken, tuple(steps), outcome, spent)
+    return Improved(start, broken, _worthwhile(search, start, most), outcome, spent)
+
+
+def _add_changes(search: BeamSearch, most: int, rng: np.random.Generator) -> int:
+    """Search with one change, with two, up to ``most``, each from the best setups of the last.
+
+    Returns:
+        The number of changes in the last of these searches.
+    """
+    beam, progress = [search.rework.start], search.progress
+    for changed in range(1, most + 1):
+        progress.stage += 1
+        beam = search.look(search.drawn(beam, rng))
+        progress.best = search.best(most).exact
+        if search.brake.on() or not beam:
+            return changed
+    return most
+
+
+def _restore_rings(search: BeamSearch, most: int) -> None:
+    """Search with one change fewer than each answer: restore each of its touched rings once."""
+    rework = search.rework
+    for changed in range(most, 1, -1):
+        search.progress.stage += 1
+        best = search.best(changed).touched
+        less = [_put_back(rework, best, i) for i in best.free] if not search.brake.on() else []
+        search.look([p for t in less if t.free and (p := rework.placed(t)) is not None])
+
+
+def _worthwhile(search: BeamSearch, start: Answer, most: int) -> tuple[Answer, ...]:
+    """Return the answers that each justify one more change than the last."""
+    steps: list[Answer] = []
+    for changed in range(1, most + 1):
+        answer = search.best(changed)
+        if _worth((steps or [start])[-1], answer):
+            steps.append(answer)
+    return tuple(steps)
 
 
 def _put_back(rework: RedesignProblem, t: Touched, place: int) -> Touched:

@@ -8,24 +8,21 @@ share of points inside a cone, not a soft share. It reads occlusion from a line-
 grid of sensor places (visibility_table).
 """
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
-from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
+from ...objectives.floors import worth
 from ...objectives.parameterization import Interval, decode
-from ...objectives.soft_objective import worth
 from .design import Candidate, Space
 from .exchange_points import Field, Fields
 from .feasible_set import Rng
 from .local_search import StopToken
-from .moves import fresh, vary
+from .moves import vary
 from .ring_visibility import Around, rings_see
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
@@ -52,7 +49,6 @@ class Round:
 
 
 _SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of a round's scale
-_STREAM, _AHEAD = 3, 4  # random streams, besides those of the search
 
 
 class _Trials(NamedTuple):
@@ -249,77 +245,3 @@ def _with(
     each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
     each[:, i], which[i], signs[i] = values, segment, sign
     return replace(c, values=each, segment=which, sign=signs)
-
-
-def exchange(
-    space: Space,
-    fields: Fields,
-    seed: int,
-    brake: StopToken,
-    threads: ThreadPoolExecutor,
-    tell: Callable[[int, float, Candidate], None],
-    known: Sequence[Candidate],
-    rounds: Sequence[Round],
-    ahead: Sequence[Round] = (),
-) -> list[Candidate]:
-    """Run an exchange from known and random starts.
-
-    Args:
-        space: the setups to choose from.
-        fields: points of the scene.
-        seed: random seed of the starts and of all draws.
-        brake: ends the exchange after a ring; Ctrl-C sets it.
-        threads: share the candidates of a round.
-        tell: receives the round, the finished part of it, and the best candidate so far, in the
-            calling thread.
-        known: starts besides the random ones.
-        rounds: the rounds to run.
-        ahead: extra rounds for the best candidates of the first round, so that a good answer is
-            available early; they matter only if the exchange is cut short.
-
-    Returns:
-        The candidates of the last round, the best first.
-    """
-    drawn = [
-        np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))
-    ]
-    starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
-    pool, scouts = (
-        [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)],
-        list[Exchange](),
-    )
-
-    def run(number: int, r: Round, some: list[Exchange]) -> None:
-        list(threads.map(Exchange.look, some, repeat(fields.first(r.points))))
-        for i in range(r.sweeps):
-            list(threads.map(Exchange.sweep, some, repeat(r), repeat(brake)))
-            tell(
-                number,
-                (i + 1) / r.sweeps if some is pool else 1.0,
-                max(some, key=lambda e: e.value).candidate,
-            )
-            if brake.on():
-                break
-
-    try:
-        for number, r in enumerate(rounds):
-            pool = sorted(pool, key=lambda e: -e.value)[: r.keep if number else None]
-            run(number, r, pool)
-            if number == 0 and ahead and not brake.on():
-                best = sorted(pool, key=lambda e: -e.value)[: ahead[0].keep]
-                scouts = [
-                    Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k)))
-                    for k, e in enumerate(best)
-                ]
-                for one in ahead:
-                    scouts = sorted(scouts, key=lambda e: -e.value)[: one.keep]
-                    run(number, one, scouts)
-                    if brake.on():
-                        break
-            if brake.on():
-                break
-    except KeyboardInterrupt:
-        brake.pulled.set()
-    if brake.on():
-        pool = [*pool, *scouts]
-    return [e.candidate for e in sorted(pool, key=lambda e: -e.value)]

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from ...coverage.robots.kinematics import forward
 from ...objectives.occlusion import occluders
-from ...objectives.soft_objective import TargetPoints
+from ...objectives.target_points import TargetPoints
 from .design import Space
 from .ring_visibility import Around, around
 from .visibility_table import VisibilityTable, build_visibility_table

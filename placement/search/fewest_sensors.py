@@ -66,21 +66,11 @@ def fewest_sensors(
     """
     if not 0 < wanted < 1:
         raise ValueError(f"wanted must be between 0 and 1, got {wanted}")
-    began, results, known = time.monotonic(), dict[int, SearchResult](), list[Setup]()
-    allowed = _allowed(scene)
-    outcome, short, enough, at = (
-        Outcome.FINISHED,
-        -1,
-        len(allowed),
-        min(bisect_left(allowed, _FIRST), len(allowed) - 1),
-    )
-
-    def good(result: SearchResult) -> bool:
-        return result.short == 0 and result.exact >= wanted
-
-    while enough - short > 1:
-        left, sensors = time_cap - (time.monotonic() - began), allowed[at]
-        if results and left <= 0:
+    began, known, outcome = time.monotonic(), list[Setup](), Outcome.FINISHED
+    counts = _SensorCounts(_allowed(scene), wanted)
+    while counts.undecided:
+        left, sensors = time_cap - (time.monotonic() - began), counts.sensors
+        if counts.results and left <= 0:
             outcome = Outcome.TIME
             break
 
@@ -88,45 +78,94 @@ def fewest_sensors(
             tell(count, progress)
 
         try:
-            result = search(
-                scene,
-                Space(scene, sensors=sensors),
-                seed,
-                left,
-                schedule,
-                voxel,
-                report,
-                known,
-                aim,
-            )
+            space = Space(scene, sensors=sensors)
+            result = search(scene, space, seed, left, schedule, voxel, report, known, aim)
         except InfeasibleError:  # rings that collide
-            if not results:
+            if not counts.results:
                 raise
-            if enough == len(allowed):
+            if not counts.reached:
                 break
-            short = at
-            at = (short + enough) // 2
+            counts.skip()
             continue
-        results[sensors] = result
-        known = [result.setup, *known][:3]
-        if good(result):
-            enough = at
-        else:
-            short = at
-        outcome = result.outcome
+        counts.record(result)
+        known, outcome = [result.setup, *known][:3], result.outcome
         if outcome is not Outcome.FINISHED:
             break
-        at = _next(results, wanted, allowed, short, enough)
-    best = (
-        results[allowed[enough]]
-        if enough < len(allowed)
-        else max(results.values(), key=lambda r: (-r.short, r.exact))
-    )
+    best = counts.best()
     return Reach(
         replace(best, outcome=outcome),
-        good(best),
-        {n: (r.exact, good(r)) for n, r in sorted(results.items())},
+        counts.suffices(best),
+        {n: (r.exact, counts.suffices(r)) for n, r in sorted(counts.results.items())},
     )
+
+
+class _SensorCounts:
+    """The allowed sensor counts, ascending: which were tried, and which to try next."""
+
+    def __init__(self, allowed: Sequence[int], wanted: float) -> None:
+        self._allowed, self._wanted = allowed, wanted
+        # indices of the largest count that falls short and of the smallest that suffices
+        self._short, self._enough = -1, len(allowed)
+        self._at = min(bisect_left(allowed, _FIRST), len(allowed) - 1)
+        self.results: dict[int, SearchResult] = {}
+
+    @property
+    def sensors(self) -> int:
+        """The sensor count to try next."""
+        return self._allowed[self._at]
+
+    @property
+    def undecided(self) -> bool:
+        """Whether counts remain between one that falls short and one that suffices."""
+        return self._enough - self._short > 1
+
+    @property
+    def reached(self) -> bool:
+        """Whether a tried count suffices."""
+        return self._enough < len(self._allowed)
+
+    def suffices(self, result: SearchResult) -> bool:
+        """Return whether a result reaches the coverage and all floors."""
+        return result.short == 0 and result.exact >= self._wanted
+
+    def record(self, result: SearchResult) -> None:
+        """Store the result of the current count, and choose the next one."""
+        self.results[self.sensors] = result
+        if self.suffices(result):
+            self._enough = self._at
+        else:
+            self._short = self._at
+        self._at = self._next()
+
+    def skip(self) -> None:
+        """Count the current number as too few, although no search of it gave a result."""
+        self._short = self._at
+        self._at = (self._short + self._enough) // 2
+
+    def best(self) -> SearchResult:
+        """Return the result with the fewest sensors that suffices, or else the best one."""
+        if self.reached:
+            return self.results[self._allowed[self._enough]]
+        return max(self.results.values(), key=lambda r: (-r.short, r.exact))
+
+    def _next(self) -> int:
+        """Return the index of the sensor count to try next.
+
+        A line through the logarithms of the uncovered shares is intersected with the wanted one.
+        The index is kept inside the bracket, away from its ends.
+        """
+        allowed, short, enough = self._allowed, self._short, self._enough
+        if not self.reached:
+            grown = bisect_left(allowed, math.ceil(allowed[short] * _GROWTH))
+            return min(max(grown, short + 1), enough - 1)
+        low, high = allowed[short] if short >= 0 else allowed[0] - 1, allowed[enough]
+        if enough - short <= 2 or low not in self.results:
+            return (short + enough) // 2
+        a, b = (math.log(max(1 - self.results[n].exact, 1e-6)) for n in (low, high))
+        share = (a - math.log(1 - self._wanted)) / (a - b) if a > b else 0.5
+        quarter = max((enough - short) // 4, 1)
+        crossing = bisect_left(allowed, round(low + share * (high - low)))
+        return min(max(crossing, short + quarter), enough - quarter)
 
 
 def _allowed(scene: Scene) -> Sequence[int]:
@@ -136,27 +175,3 @@ def _allowed(scene: Scene) -> Sequence[int]:
     if not totals:
         Space(scene, sensors=held + scene.rules.sensors[0])  # raises with the reason
     return [n for n in totals if n <= _MOST] or totals[:1]
-
-
-def _next(
-    results: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int
-) -> int:
-    """Return the index in ``allowed`` of the sensor count to try next.
-
-    A line through the logarithms of the uncovered shares is intersected with the wanted one. The
-    index is kept inside the bracket from ``short`` to ``enough``, away from its ends.
-    """
-    if enough == len(allowed):
-        return min(
-            max(bisect_left(allowed, math.ceil(allowed[short] * _GROWTH)), short + 1), enough - 1
-        )
-    low, high = allowed[short] if short >= 0 else allowed[0] - 1, allowed[enough]
-    if enough - short <= 2 or low not in results:
-        return (short + enough) // 2
-    a, b = (math.log(max(1 - results[n].exact, 1e-6)) for n in (low, high))
-    share = (a - math.log(1 - wanted)) / (a - b) if a > b else 0.5
-    quarter = max((enough - short) // 4, 1)
-    return min(
-        max(bisect_left(allowed, round(low + share * (high - low))), short + quarter),
-        enough - quarter,
-    )

@@ -18,11 +18,13 @@ from ...objectives.criterion import Criterion
 from ...objectives.parameterization import SetupArrays
 from ...objectives.pose_subset import poses_at_once, representative, with_worst
 from ...objectives.scene import Scene
-from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.soft_objective import CoverageObjective
+from ...objectives.target_points import TargetPoints
 from .design import Candidate, Space, stacked
 from .diversity import unlike_first
-from .exchange import exchange, share_of
+from .exchange import share_of
 from .exchange_points import Fields
+from .exchange_rounds import exchange
 from .local_search import CutShortError, StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress

@@ -12,55 +12,17 @@ from copy import copy
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
+from .colours import Colour, rgb
 from .convex_outline import convex_outline
 from .rasterizer import UNLIT, DepthBuffer, Triangles, shaded
+from .surface import Surface, vertex_normals
 
-# Okabe and Ito's colours, distinguishable with every kind of colour vision: cool colours for
-# sensors, the hot one for uncovered volume.
-LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
-UNSEEN_COLOUR = "#D55E00"
 FINER = 2  # supersampling: each pixel is the mean of FINER x FINER
 _LIGHT = np.array(
     [-0.45, 0.6, 0.66]
 )  # right, up, towards the eye: light from the upper left behind the eye
-
-Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
-"""A mesh: vertices (V, 3) m, and the vertex indices (T, 3) of its triangles."""
-Colour = Any
-"""One colour for all parts, as ``#rrggbb`` or (3,) in [0, 1], or one for each part (N, 3)."""
-
-
-def rgb(colour: Colour) -> Float[np.ndarray, "*N 3"]:
-    """Return colours as numbers (..., 3) in [0, 1]; a string must have the form ``#rrggbb``."""
-    if isinstance(colour, str):
-        return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
-    return np.asarray(colour, float)
-
-
-def paler(colour: Colour, share: float) -> Float[np.ndarray, "*N 3"]:
-    """Mix colours (..., 3) with a share of white."""
-    return (1 - share) * rgb(colour) + share
-
-
-def _normals(vertices: Float[np.ndarray, "V 3"], triangles: Int[np.ndarray, "T 3"]) -> Any:
-    """Return unit vertex normals (V, 3) of a mesh; 0 where there is none.
-
-    Each is the mean over adjacent triangles weighted by their angles, so it does not depend on how
-    a flat face is triangulated.
-    """
-    corners = vertices[triangles]
-    way = np.roll(corners, -1, axis=1) - corners  # (T, 3, 3), to the next corner
-    way /= np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-300)
-    angle = np.arccos(np.clip(-np.sum(way * np.roll(way, 1, axis=1), axis=2), -1, 1))
-    flat = np.cross(way[:, 0], way[:, 1])
-    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
-    of_corner = (angle[..., None] * flat[:, None]).reshape(-1, 3)
-    normal = np.stack(
-        [np.bincount(triangles.ravel(), of_corner[:, i], len(vertices)) for i in range(3)], axis=1
-    )
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 class Canvas:
@@ -150,7 +112,7 @@ class Canvas:
         view = self._placed(vertices)[triangles]  # (T, 3, 3)
         sides = view[:, 1:, :2] - view[:, :1, :2]
         facing = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
-        light = _normals(vertices, triangles) @ (_LIGHT @ self.rotation)
+        light = vertex_normals(vertices, triangles) @ (_LIGHT @ self.rotation)
         corner = np.clip(np.sign(facing)[:, None] * light[triangles], 0, 1)
         shown = facing > 0 if closed else facing != 0
         self._add(view[shown], self._each(colour, shown), corner[shown], alpha)

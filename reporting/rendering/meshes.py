@@ -13,7 +13,7 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.spheres import Spheres
-from .canvas import Surface
+from .surface import Surface
 
 RING_WIDTH = 0.04  # m
 

@@ -8,7 +8,8 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
-from .canvas import Canvas, rgb
+from .canvas import Canvas
+from .colours import rgb
 from .meshes import RING_WIDTH, ball, band, body, capsule, circle, closed, loops, rod, tube
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"

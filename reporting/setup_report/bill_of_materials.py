@@ -4,8 +4,9 @@ from collections import Counter
 from collections.abc import Callable
 
 from ...coverage.rings.ring import Setup
-from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
+from ...coverage.sensors.catalogue import MODELS, SUPPLIES
 from ...coverage.sensors.sensor import Sensor
+from ...coverage.sensors.sensor_model import Supply
 from ...formats.schema.sensor_records import title
 from ..pages import table
 from .directions import plain

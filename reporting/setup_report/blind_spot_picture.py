@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...coverage.arrays import Array
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.connected_components import ranges
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
-from ...objectives.blind_spots import Blind
+from ...objectives.blind_spots import Blind, BlindSpot
 from ...objectives.scene import Scene
 from ..placement_picture import VIEWS, draw_room
 from ..plots import COLOURS, GREY, INK
@@ -60,56 +61,18 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     from matplotlib.patches import Patch
 
     pose = blind.spots[0].pose
-    spots = [(i, spot) for i, spot in enumerate(blind.spots[:shown]) if spot.pose == pose]
+    spots = {i: spot for i, spot in enumerate(blind.spots[:shown]) if spot.pose == pose}
     frames = forward(scene.robot.chain, scene.poses[pose].q)
     box = scene.solid(blind.target, pose).a.bounds()
     line = body(scene.robot, frames)
     box = np.stack([np.minimum(box[0], line.min(axis=0)), np.maximum(box[1], line.max(axis=0))])
-    colours = dict(zip((i for i, _ in spots), cycle(_COLOURS), strict=False))
+    colours = dict(zip(spots, cycle(_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (caption, azimuth, elevation, _) in zip((0.01, 0.51), VIEWS, strict=True):
-        canvas = Canvas(
-            figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal"), box, azimuth, elevation
-        )
-        draw_room(canvas)
-        for obstacle in scene.obstacles:
-            canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
-        add_robot(
-            canvas,
-            scene.robot,
-            frames,
-            setup,
-            dict.fromkeys(scene.robot.links, _RINGS),
-            bool(scene.robot.bodies),
-        )
-        for i, spot in spots:
-            drawn = coarse(spot.voxels)
-            add_skin(
-                canvas,
-                skin(drawn, canvas.rotation[2]),
-                colours[i],
-                alpha=0.12 if spot.volume > _LARGE else 0.85,
-            )
-        canvas.draw()
-        for i, spot in spots:
-            x, y = canvas.project(spot.centre)[0]
-            tag = {
-                "boxstyle": "circle,pad=0.25",
-                "facecolor": "white",
-                "edgecolor": colours[i],
-                "linewidth": 1.6,
-            }
-            canvas.ax.text(
-                x,
-                y,
-                str(i + 1),
-                color=INK,
-                fontsize=10,
-                ha="center",
-                va="center",
-                bbox=tag,
-                zorder=6,
-            )
+        axes = figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal")
+        canvas = Canvas(axes, box, azimuth, elevation)
+        _draw_cell(canvas, scene, setup, frames, box)
+        _draw_spots(canvas, spots, colours)
         canvas.ax.axis("off")
         canvas.ax.text(
             0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
@@ -120,6 +83,45 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
         f" {'the largest pieces' if len(spots) > 1 else 'the largest piece'}{at}"
     )
     figure.text(0.5, 0.945, title, ha="center", fontsize=16, color=INK, weight="bold")
-    key = [Patch(fc=colours[i], label=f"{i + 1}: {1000 * spot.volume:.1f} l") for i, spot in spots]
+    key = [
+        Patch(fc=colours[i], label=f"{i + 1}: {1000 * spot.volume:.1f} l")
+        for i, spot in spots.items()
+    ]
     figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5)
     write_png(path, figure)
+
+
+def _draw_cell(canvas: Canvas, scene: Scene, setup: Setup, frames: Array, box: np.ndarray) -> None:
+    """Draw floor, obstacles and the robot with its rings at ``frames``."""
+    draw_room(canvas)
+    for obstacle in scene.obstacles:
+        canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
+    rings = dict.fromkeys(scene.robot.links, _RINGS)
+    add_robot(canvas, scene.robot, frames, setup, rings, bool(scene.robot.bodies))
+
+
+def _draw_spots(canvas: Canvas, spots: dict[int, BlindSpot], colours: dict[int, str]) -> None:
+    """Draw blind spots, and their numbers on top of everything."""
+    for i, spot in spots.items():
+        surface = skin(coarse(spot.voxels), canvas.rotation[2])
+        add_skin(canvas, surface, colours[i], alpha=0.12 if spot.volume > _LARGE else 0.85)
+    canvas.draw()
+    for i, spot in spots.items():
+        x, y = canvas.project(spot.centre)[0]
+        tag = {
+            "boxstyle": "circle,pad=0.25",
+            "facecolor": "white",
+            "edgecolor": colours[i],
+            "linewidth": 1.6,
+        }
+        canvas.ax.text(
+            x,
+            y,
+            str(i + 1),
+            color=INK,
+            fontsize=10,
+            ha="center",
+            va="center",
+            bbox=tag,
+            zorder=6,
+        )

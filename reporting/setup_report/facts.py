@@ -1,6 +1,7 @@
 """The counts in a report: ζ, robustness, blind spots."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from ...formats.schema.robustness_models import RobustnessResult
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
+from ...objectives.robustness import RobustnessSettings, robustness
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..lines.occlusion import mounting_lines
 from ..progress import ProgressBar
-from ..robustness import Robustness, assess
 from ..terminal import Terminal
 
 _SEEN = 3  # largest k for which k-coverage is counted
@@ -107,9 +108,11 @@ def gather(
             zetas.append(result)
             bar.advance(task)
     few = standing_for(scene, MANY)
-    robust = assess(
-        name, setup, few, Robustness(_SEEN, voxel, MountingErrors(), draws, seed), console
-    )
+    settings = RobustnessSettings(_SEEN, MountingErrors(), draws, seed)
+    with ProgressBar(console) as bar:
+        task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.goals))
+        each = robustness(Verifier(few, voxel), setup, settings, partial(bar.advance, task))
+    robust = [RobustnessResult.of(name, setup, one.redundancy, one.tolerance) for one in each]
     worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
     with console.status("computing blind spots"):
         blind = [

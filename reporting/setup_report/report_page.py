@@ -8,7 +8,6 @@ import numpy as np
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...formats.schema.sensor_records import sensor_records, title
-from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
 from ..detection_page import DISCLAIMER
 from ..lines.motion import record_line
@@ -20,11 +19,10 @@ from ..robustness import lines, robustness_rows
 from ..tables import count_error_line, target_label
 from ..text import counted, listed
 from .bill_of_materials import materials
-from .directions import beside, metres
+from .blind_spot_section import blind_spot_section
 from .facts import Facts
 from .mounting_guide import mounting
 
-LEAST = 1e-4  # m³: smaller blind spots are not listed
 PICTURE = "placement.png"
 # of report, or to be said again
 _ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")
@@ -38,16 +36,6 @@ _DISTANT = {
     "shadow": "under `shadow`",
     "ignore": "under `ignore`",
 }
-
-
-def blind_name(number: int) -> str:
-    """Return the file name of the picture of a target's blind spots."""
-    return f"blind_{number}.png"
-
-
-def listed_spots(blind: Blind) -> int:
-    """Return the number of blind spots that are large enough to list."""
-    return sum(spot.volume >= LEAST for spot in blind.spots)
 
 
 def page(
@@ -66,7 +54,8 @@ def page(
         created: time of creation.
         frame_length: returns the bytes that a ring with a given number of sensors sends at once.
     """
-    parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
+    results = _coverage(f), blind_spot_section(f), _robust(f)
+    parts = _head(f, versions, created), _asked(f), *results
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
     lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
@@ -211,47 +200,6 @@ def _coverage(f: Facts) -> Iterator[str]:
     ]
     if told:
         yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
-
-
-def _blind(f: Facts) -> Iterator[str]:
-    yield "## Blind spots\n"
-    several = len(f.scene.poses) > 1
-    for n, blind in enumerate(f.blind):
-        shown = listed_spots(blind)
-        yield f"### {blind.target}\n"
-        at = zip(blind.poses, blind.volume, blind.pieces, strict=True)
-        amounts = [
-            f"{f'pose {p}: ' if several else ''}{1000 * v:,.1f} litres in {counted(k, 'piece')}"
-            for p, v, k in at
-        ]
-        yield (
-            f"Uncovered under `{f.scene.occlusion}`: {'; '.join(amounts)}. Voxels that share a"
-            " face belong to one piece."
-        )
-        if not shown:
-            yield "All are smaller than 0.1 litre.\n"
-            continue
-        yield (
-            "Pieces of at least 0.1 litre, largest first, in the base"
-            f" frame{', each listed once' if several else ''}:\n"
-        )
-        yield table(*_spots(blind, shown, several), right=(0, 1))
-        yield (
-            f"![The largest uncovered pieces of {blind.target} beside the robot, from two"
-            f" sides]({blind_name(n)})\n"
-        )
-
-
-def _spots(blind: Blind, shown: int, several: bool) -> tuple[list[str], list[list[str]]]:
-    rows = []
-    for i, spot in enumerate(blind.spots[:shown]):
-        near = spot.beside
-        gap = "–" if near is None else "none" if near.gap <= blind.voxel else f"{near.gap:.2f} m"
-        row = [str(i + 1), f"{1000 * spot.volume:,.1f}", beside(near) or "–", gap]
-        row += [metres(spot.centre), " × ".join(f"{v:.2f}" for v in spot.high - spot.low)]
-        rows.append(row + ([", ".join(str(p) for p in spot.poses)] if several else []))
-    heads = ["", "litres", "where", "gap to the robot", "centre x, y, z, m", "extent x × y × z, m"]
-    return heads + (["in poses"] if several else []), rows
 
 
 def _robust(f: Facts) -> Iterator[str]:

@@ -98,7 +98,7 @@ class RingReader:
                 self._on_event(found)
 
 
-class Rings:
+class RingReaders:
     """All rings of a rig. ``sizes`` holds the number of sensors of each.
 
     Args:

@@ -6,27 +6,23 @@ safety functions protect people near the robot, and nothing here does.
 """
 
 import math
-import os
-import select
-import signal
 import socket
-import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from jaxtyping import Float
 
-from ..recording.records import DamagedError, Kind, Record, RecordReader
+from ..recording.records import Kind
 from .link import Link
+from .motion_control import MotionControl, NoAnswerError
 from .motion_process import DECELERATION, SIGN
+from .noted_signals import noted_signals
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
 
@@ -43,7 +39,6 @@ _FIRM = 0.1  # s of the robot's clock for which it must be seen to stand still
 _AGAIN = 3.0  # s until a lost robot answers again
 _PATIENCE = 2.0  # s, in addition to the duration of a motion
 _DASHBOARD = 29999
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 
@@ -104,32 +99,16 @@ class Mover:
         alarm: Callable[[str], None] = lambda text: None,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
     ) -> None:
-        self._host, self._link, self._limits, self._fault_at, self._danger = (
-            host,
-            link,
-            limits,
-            fault_at,
-            danger,
-        )
-        self._reader, self._patience, self._alarm, self._heard = (
-            RecordReader(),
-            patience,
-            alarm,
-            time.monotonic(),
-        )
-        self._process = subprocess.Popen(
-            [*command, host, str(patience)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            bufsize=0,
-        )
+        self._host, self._link, self._limits = host, link, limits
+        self._fault_at, self._danger = fault_at, danger
+        self._patience, self._alarm = patience, alarm
+        self._control = MotionControl([*command, host, str(patience)])
         try:
-            self._expect("ready", _READY * patience)
+            self._control.expect("ready", _READY * patience)
         except BaseException as error:
-            self._process.kill()
-            self._shut()
-            if isinstance(error, _NoAnswerError):
+            self._control.kill()
+            self._control.close(0.0)
+            if isinstance(error, NoAnswerError):
                 raise MoveRefusedError(
                     f"the robot at {host} cannot be controlled: {error}"
                 ) from None
@@ -172,13 +151,13 @@ class Mover:
         q, speed, acceleration = np.asarray(q, float), self._limits.speed, self._limits.acceleration
         way = float(np.abs(q - self._link.latest().q).max())
         most = 1.5 * (way / speed + speed / acceleration) + _PATIENCE * self._patience
-        with _noted_signals() as signals:
+        with noted_signals() as signals:
             try:
-                self._tell(Kind.MOVE, pack_move(q, speed, acceleration))
-                self._expect("moving", _TOLD * self._patience)
+                self._control.tell(Kind.MOVE, pack_move(q, speed, acceleration))
+                self._control.expect("moving", _TOLD * self._patience)
                 self._watch(q, time.monotonic() + most, signals)
-                self._tell(Kind.REST)
-                self._expect("resting", _TOLD * self._patience)
+                self._control.tell(Kind.REST)
+                self._control.expect("resting", _TOLD * self._patience)
             except BaseException as error:
                 began = time.monotonic()
                 still = self.stop()
@@ -190,7 +169,7 @@ class Mover:
                     raise MoveStoppedError(
                         f"{why}; it was seen to stand still only after {took:.1f} s"
                     ) from None
-                if isinstance(error, LinkFaultError | _NoAnswerError):
+                if isinstance(error, LinkFaultError | NoAnswerError):
                     raise MoveStoppedError(why) from None
                 raise
 
@@ -199,7 +178,7 @@ class Mover:
         of its client.
         """
         fault = self._link.fault
-        if isinstance(error, _NoAnswerError) and fault is not None:
+        if isinstance(error, NoAnswerError) and fault is not None:
             return f"{fault} ({error})"
         return str(error) or "interrupted"
 
@@ -209,7 +188,7 @@ class Mover:
         """Wait until the robot stands at ``q`` (6,) rad; raise MoveStoppedError if it must be
         stopped.
         """
-        self._heard = turn = time.monotonic()
+        self._control.heard = turn = time.monotonic()
         most = SIGN * self._patience
         while True:
             before, turn = turn, time.monotonic()
@@ -225,9 +204,9 @@ class Mover:
                 raise MoveStoppedError(wrong)
             if turn > until:
                 raise MoveStoppedError("it did not arrive in time")
-            self._tell(Kind.ALIVE)
-            self._hear(_LOOK)
-            if (silent := time.monotonic() - self._heard) > most:
+            self._control.tell(Kind.ALIVE)
+            self._control.hear(_LOOK)
+            if (silent := time.monotonic() - self._control.heard) > most:
                 raise MoveStoppedError(
                     f"the process that moves it gave no sign of life for {silent:.2f} s"
                 )
@@ -239,12 +218,12 @@ class Mover:
         moves it is killed, so that the robot's watchdog ends its program, and the dashboard is told
         to stop it as well.
         """
-        with suppress(_NoAnswerError):
-            self._tell(Kind.STOP)
-            self._expect("stopping", _TOLD * self._patience)
+        with suppress(NoAnswerError):
+            self._control.tell(Kind.STOP)
+            self._control.expect("stopping", _TOLD * self._patience)
             if self._stands(self._link):
                 return True
-        self._process.kill()
+        self._control.kill()
         with (
             suppress(OSError),
             socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard,
@@ -258,12 +237,7 @@ class Mover:
 
     def close(self) -> None:
         """Stop the robot and end the process."""
-        if self._process.poll() is None and self._process.stdin:
-            self._process.stdin.close()  # the process then stops the robot and ends
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(BOUND * self._patience)
-        self._process.kill()
-        self._shut()
+        self._control.close(BOUND * self._patience)
 
     def __enter__(self) -> Self:
         return self
@@ -275,12 +249,6 @@ class Mover:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _shut(self) -> None:
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe:
-                pipe.close()
-        self._process.wait()
 
     def _there(self, q: Float[np.ndarray, " 6"]) -> bool:
         state = self._link.latest()
@@ -315,79 +283,3 @@ class Mover:
             link.wait(_AGAIN * self._patience)
             return self._stands(link)
         return False
-
-    def _tell(self, kind: Kind, data: bytes = b"") -> None:
-        assert self._process.stdin is not None
-        try:
-            self._process.stdin.write(Record(kind, 0, time.monotonic(), data).pack())
-        except (OSError, ValueError):
-            status = None
-            with suppress(subprocess.TimeoutExpired):
-                status = self._process.wait(_TOLD)
-            raise _NoAnswerError(
-                "the client's process ended" if status is None else _ended_by(status)
-            ) from None
-
-    def _expect(self, word: str, seconds: float) -> None:
-        """Wait until the process answers ``word``."""
-        until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0:
-            if word in self._hear(left):
-                return
-        raise _NoAnswerError("no answer in time")
-
-    def _hear(self, seconds: float) -> list[str]:
-        """Return the answers of the process, waiting at most ``seconds``; raise its complaint, if
-        any.
-        """
-        pipe = self._process.stdout
-        assert pipe is not None
-        if not select.select([pipe], [], [], seconds)[0]:
-            return []
-        if not (data := os.read(pipe.fileno(), 1 << 12)):
-            raise _NoAnswerError(_ended_by(self._process.wait()))
-        self._heard = time.monotonic()
-        try:
-            records = self._reader.feed(data)
-        except DamagedError as error:
-            raise _NoAnswerError(str(error)) from None
-        words = [record.data.decode(errors="replace") for record in records]
-        for record, text in zip(records, words, strict=True):
-            if record.kind == Kind.NOTE:
-                raise _NoAnswerError(text)
-        return words
-
-
-def _ended_by(status: int) -> str:
-    """Describe how the client's process ended, by its exit status."""
-    if status == -signal.SIGALRM:
-        return "the client hung, and its process was ended"
-    return f"the client's process ended by {signal.Signals(-status).name if status < 0 else status}"
-
-
-@contextmanager
-def _noted_signals() -> Iterator[list[Callable[[], object]]]:
-    """Collect Ctrl-C and other signals that would end a check; the list holds their handlers' calls
-    and grows during a motion.
-
-    The handlers run later, because an exception could otherwise interrupt any two steps of stopping
-    the robot. A signal at the very end of a motion is handled after it.
-    """
-    noted, before = list[Callable[[], object]](), dict[signal.Signals, Any]()
-    if threading.current_thread() is threading.main_thread():
-        for number in _SIGNALS:
-            handler = signal.getsignal(number)
-            if callable(handler):
-                deed = partial(handler, number, None)
-                before[number] = signal.signal(number, lambda *_, deed=deed: noted.append(deed))
-    try:
-        yield noted
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-    if noted:
-        noted[0]()
-
-
-class _NoAnswerError(Exception):
-    """The process that moves the robot did not follow a command."""

@@ -10,7 +10,7 @@ from typing import Any, Self
 from ..recording.recording import Recording
 from ..recording.records import Kind, Record
 from ..rings.line_monitor import Event, Port
-from ..rings.ports import Rings
+from ..rings.ports import RingReaders
 from ..rings.protocol import Frame
 from ..robot.link import RATE, START, Link
 from ..robot.vetting import LinkFaultError
@@ -62,7 +62,9 @@ class Session:
                     patience=patience,
                 )
             )
-            self.rings = stack.enter_context(Rings(ports, self._frame, self._event, self._record))
+            self.rings = stack.enter_context(
+                RingReaders(ports, self._frame, self._event, self._record)
+            )
             self._stack = stack.pop_all()
 
     def __enter__(self) -> Self:

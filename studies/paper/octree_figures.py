@@ -1,22 +1,16 @@
-"""Octree pictures: volumes of a setup as voxels, shells of several radii, and one cone."""
+"""Octree pictures: volumes of a setup as voxels, and shells of several radii."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...coverage.solids.cones import Cones
-from ...coverage.voxels.octree import Rule, count, voxels
 from ...objectives.scene import Scene
-from ...reporting.plots import GREY, INK
-from ...reporting.rendering.canvas import UNSEEN_COLOUR, Canvas, paler
-from ...reporting.rendering.figures import add_axes, add_bar, write_png
-from ...reporting.rendering.meshes import circle, cone, loops
-from ...reporting.rendering.voxels import add_skin, normals, skin
+from ...reporting.plots import GREY
+from ...reporting.rendering.colours import UNSEEN_COLOUR, paler
+from ...reporting.rendering.figures import write_png
+from .octree_panels import add_head, add_title, fit_panels, panel_axes
 from .octree_view import (
-    EYE,
     SHELL_COLOUR,
     OctreeView,
     canvas_of,
@@ -27,75 +21,7 @@ from .octree_view import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
-PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3, the paper's cone by formula and by octree
-_RULES: dict[Rule, tuple[str, str]] = {
-    "centre": ("#0072B2", "its centre is inside"),
-    "touch": ("#D55E00", "any part is inside"),
-}
-# m, offset from the lattice on each axis: an apex on the lattice touches extra voxels
-_OFF = CONE_VOXELS[-1] / 3
-PLACES = 100  # positions of a cone on the lattice, over which a volume is averaged
-_DISCS, _METAL = 0.1, "#aab3bc"  # m, distance between the discs of a cone; their colour
-_DPI = 150
-
-
-def _axes(
-    size: tuple[float, float], rows: int, columns: int, **space: float
-) -> "tuple[Figure, list[Axes]]":
-    """Return a figure of ``size`` inches and its axes, row by row."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
-    axes = figure.subplots(rows, columns, squeeze=False, gridspec_kw=space)
-    for ax in axes.flat:
-        ax.axis("off")
-    return figure, list(axes.flat)
-
-
-def _head(figure: "Figure", title: str, text: str) -> None:
-    height = figure.get_size_inches()[1]
-    figure.text(
-        0.5, 1 - 0.2 / height, title, fontsize=15, color=INK, weight="bold", ha="center", va="top"
-    )
-    figure.text(0.5, 1 - 0.52 / height, text, fontsize=10.5, color=GREY, ha="center", va="top")
-
-
-def _title(ax: "Axes", name: str, text: str) -> None:
-    for words, up, size, colour, weight in (
-        (text, 3, 9.5, GREY, "normal"),
-        (name, 3 + 11.8 * (1 + text.count("\n")), 12, INK, "bold"),
-    ):
-        place: dict[str, Any] = {
-            "xycoords": "axes fraction",
-            "xytext": (0, up),
-            "textcoords": "offset points",
-            "va": "bottom",
-        }
-        ax.annotate(words, (0, 1), fontsize=size, color=colour, weight=weight, **place)
-
-
-def _fit(canvases: Sequence[Canvas], alike: bool) -> None:
-    """Zoom to the drawings, equally on all canvases if ``alike``, and draw scales and axes
-    below.
-    """
-    limits = np.array([(s.ax.dataLim.min, s.ax.dataLim.max) for s in canvases])
-    if alike:
-        limits[:] = limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)
-    for i, (canvas, (low, high)) in enumerate(zip(canvases, limits, strict=True)):
-        figure: Any = canvas.ax.figure
-        cell = figure.get_size_inches() * canvas.ax.get_position(original=True).size
-        middle, size = (low + high) / 2, (high - low) * [1, 1.15]
-        size = cell * (size / cell).max()
-        (left, bottom), (right, top) = middle - size * [0.5, 0.545], middle + size * [0.5, 0.455]
-        canvas.ax.set(xlim=(left, right), ylim=(bottom, top))
-        if i == 0 or not alike:
-            add_bar(canvas, (left + 0.01 * size[0], bottom + 0.06 * size[1]), 0.5)
-        if i == 0:
-            add_axes(canvas, (right - 0.11 * size[1], bottom + 0.05 * size[1]), 0.07 * size[1])
 
 
 def _key(figure: "Figure", view: OctreeView, *more: tuple[Any, str]) -> None:
@@ -138,7 +64,7 @@ def four_panels(
     """
     view = OctreeView.of(scene, setup_name, radius, voxel)
     found = view.numbers()
-    figure, axes = _axes(
+    figure, axes = panel_axes(
         (10, 9.7), 2, 2, left=0.02, right=0.98, bottom=0.045, top=0.865, hspace=0.14, wspace=0.06
     )
     counts = f"{found['shell_voxels']:,} and {found['fov_voxels']:,} voxels of {100 * voxel:g} cm"
@@ -159,13 +85,13 @@ def four_panels(
     canvases = [canvas_of(ax, view) for ax in axes]
     for canvas, (draw, name, text) in zip(canvases, drawings, strict=True):
         draw(canvas, view)
-        _title(canvas.ax, name, text)
-    _fit(canvases, alike=False)
+        add_title(canvas.ax, name, text)
+    fit_panels(canvases, alike=False)
     share = (
         f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels covered: ζ ="
         f" {found['zeta_percent']:.1f} %"
     )
-    _head(figure, f"{setup_name}, shell V_S of {radius:g} m", share)
+    add_head(figure, f"{setup_name}, shell V_S of {radius:g} m", share)
     _key(figure, view, (UNSEEN_COLOUR, "uncovered (d)"))
     write_png(file, figure)
     return found
@@ -189,7 +115,7 @@ def shells(
     views = [OctreeView.of(scene, setup_name, radius, voxel) for radius in radii]
     found = [view.numbers() for view in views]
     width = 0.15 + 4.1 * len(radii)
-    figure, axes = _axes(
+    figure, axes = panel_axes(
         (width, 5.1), 1, len(radii), left=0.01, right=0.99, bottom=0.07, top=0.75, wspace=0.04
     )
     canvases = [canvas_of(ax, view) for ax, view in zip(axes, views, strict=True)]
@@ -199,9 +125,9 @@ def shells(
             f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels covered: ζ ="
             f" {shown['zeta_percent']:.1f} %"
         )
-        _title(canvas.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
-    _fit(canvases, alike=True)
-    _head(
+        add_title(canvas.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
+    fit_panels(canvases, alike=True)
+    add_head(
         figure,
         f"{setup_name}, shells V_S of several radii",
         f"voxels of {100 * voxel:g} cm, cut open",
@@ -209,91 +135,3 @@ def shells(
     _key(figure, views[0], (paler(GREY, 0.55), "paler: covered, outside V_S"))
     write_png(file, figure)
     return found
-
-
-def _anywhere(cones: Cones, voxel: float, rule: Rule) -> tuple[float, float]:
-    """Return mean and standard deviation of the counted volume over random positions on the
-    lattice, m^3.
-    """
-    moved = np.random.default_rng(0).uniform(0, voxel, (PLACES, 1, 3)) + cones.apex
-    counts = [
-        count(Cones(apex, cones.axis, cones.half_angle, cones.range_m), voxel, rule)
-        for apex in moved
-    ]
-    return float(np.mean(counts)) * voxel**3, float(np.std(counts)) * voxel**3
-
-
-def one_cone(file: Path) -> list[dict[str, float | str]]:
-    """Draw the paper's cone, its discs, and its voxels of several sizes under centre and touch.
-
-    Returns:
-        For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and
-            over random positions on the lattice mean_m3 and deviation_m3.
-    """
-    axis, apex = np.array([0.0, 0.0, 1.0]), np.full(3, _OFF)
-    half, height, truth = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m, PAPER_SENSOR.volume
-    solid = Cones(apex[None], axis[None], np.array([half]), np.array([height]))
-    figure, axes = _axes(
-        (10, 9),
-        2,
-        1 + len(CONE_VOXELS),
-        left=0.02,
-        right=0.99,
-        bottom=0.02,
-        top=0.8,
-        hspace=0.27,
-        wspace=0.04,
-    )
-    canvases = [Canvas(ax, solid.bounds(), *EYE) for ax in axes]
-    rim = circle(apex + height * axis, axis, height * np.tan(half))
-    outline = canvases[0].hull(np.vstack([apex, rim]))
-    canvases[0].mesh(cone(apex, axis, half, height), _METAL, closed=True)
-    _title(axes[0], "Cone", f"closed form\n{truth:.4f} m³\n")
-    for d in np.arange(_DISCS, height + 1e-9, _DISCS):
-        disc = circle(apex + d * axis, axis, d * np.tan(half))
-        canvases[5].faces(disc[None], paler(_METAL, 0.3), lit=False)
-        canvases[5].lines(loops(disc[None]), GREY, 0.7)
-    _title(axes[5], "Discs", f"{_DISCS:g} m apart\n\n")
-    rows: list[dict[str, float | str]] = []
-    for canvas, (rule, voxel) in zip(
-        [*canvases[1:5], *canvases[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True
-    ):
-        found = voxels(solid, voxel, rule)
-        s = skin(found, canvas.rotation[2])
-        line = 0.5 if voxel > CONE_VOXELS[-1] else 0.25
-        add_skin(
-            canvas,
-            s,
-            paler(_RULES[rule][0], 0.3),
-            normals(solid, s.centres, voxel),
-            0.4,
-            1.12,
-            line=line,
-        )
-        canvas.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
-        error = 100 * (found.volume / truth - 1)
-        mean, deviation = _anywhere(solid, voxel, rule)
-        text = (
-            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places:"
-            f" {mean:.3f} ± {deviation:.3f}"
-        )
-        _title(canvas.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
-        rows.append({"rule": rule, "voxel": voxel, "voxels": len(found), "volume_m3": found.volume})
-        rows[-1] |= {
-            "closed_form_m3": truth,
-            "error_percent": error,
-            "mean_m3": mean,
-            "deviation_m3": deviation,
-        }
-    for canvas in canvases:
-        canvas.draw()
-    _fit(canvases, alike=True)
-    places = f"{PLACES} places: mean ± standard deviation over random positions on the lattice, m³"
-    rules = "; ".join(f"{rule}: a voxel counts when {when}" for rule, (_, when) in _RULES.items())
-    _head(
-        figure,
-        "One sensor's cone in voxels",
-        f"{rules}\n{places}; the paper: cone {PAPER_CONE:g}, octree {PAPER_OCTREE:g} m³",
-    )
-    write_png(file, figure)
-    return rows

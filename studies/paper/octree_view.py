@@ -15,8 +15,9 @@ from ...coverage.targets import Target, robot_curve
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.scene import Scene
-from ...objectives.verify import target_voxels
-from ...reporting.rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, paler, rgb
+from ...objectives.target_voxels import target_voxels
+from ...reporting.rendering.canvas import Canvas
+from ...reporting.rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, paler, rgb
 from ...reporting.rendering.meshes import body, circle, cone, loops, tube
 from ...reporting.rendering.robot import add_robot
 from ...reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin

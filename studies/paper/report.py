@@ -12,15 +12,16 @@ from ...reporting import approach_figure, distance_figures
 from ...reporting.pages import csv_text, html, table
 from ...simulation.distance import summary
 from ..engine.scenes import scene_from
+from . import cone_figure, octree_figures
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import figures as paper_figures
-from . import octree_figures
 from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, CoverageRow
+from .coverage_statements import coverage
 from .figures import COUNT_NAMES, value
 from .open_choices import SETUPS as OPEN_SETUPS
 from .open_choices import TARGETS as OPEN_TARGETS
-from .statements import Statement, coverage
+from .statements import Statement
 from .study import Findings
 
 _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
@@ -102,7 +103,7 @@ def draw_octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any
     octree_figures.shells(
         folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL
     )
-    return octree_figures.one_cone(folder / "cone.png"), found
+    return cone_figure.one_cone(folder / "cone.png"), found
 
 
 def _distances(f: Findings, folder: Path) -> None:

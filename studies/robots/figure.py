@@ -13,7 +13,8 @@ from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...reporting.plots import COLOURS, GREY, INK, save, sheet
-from ...reporting.rendering.canvas import LINK_COLOURS, Canvas
+from ...reporting.rendering.canvas import Canvas
+from ...reporting.rendering.colours import LINK_COLOURS
 from ...reporting.rendering.robot import add_robot
 from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where

@@ -1,0 +1,197 @@
+"""Bounds of the share of a cube under convex surfaces, from their tangent planes.
+
+A smooth convex surface f = 0 lies between its tangent plane at the cube's centre, g <= f, and a
+parabola above it, f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share
+of a cube under a plane has a closed form. The volume between plane and parabola is bounded by the
+curvature and decreases with the square of the cube's side.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..arrays import Numbers, dot
+from .volume_fraction import VolumeFraction
+
+# minimum component of a normal: smaller ones are raised to it, and the plane is moved by the
+# largest possible effect
+TILT = 2.0**-14
+ROUNDING = 1e-14  # of the closed form, times the reciprocal product of the normal's components
+
+
+def share_under(
+    above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]
+) -> VolumeFraction:
+    """Return bounds of the share of the unit cube about the origin under a plane.
+
+    It is the share where ``value + normal . x <= 0`` for ``below <= value <= above``.
+
+    Let a >= b >= c > 0 be the components of the normal and t the distance from the lowest corner to
+    the plane, at most half of the way through the cube. The share is then (t^3 - (t - a)^3 -
+    (t - b)^3 - (t - c)^3 + (t - b - c)^3) / (6 a b c) over the positive brackets: the distribution
+    of a sum of three uniform variables. Beyond the middle the other side is computed.
+
+    Args:
+        above, below: (N,), in sides of the cube.
+        normal: (N, 3), of length 1 or less.
+    """
+    x, y, z = np.abs(normal.T)
+    give = sum(np.maximum(TILT - v, 0.0) for v in (x, y, z)) / 2
+    x, y, z = (np.maximum(v, TILT) for v in (x, y, z))
+    more, less = np.maximum(x, y), np.minimum(x, y)
+    a, b, c = np.maximum(more, z), np.maximum(less, np.minimum(more, z)), np.minimum(less, z)
+    offset = np.stack([above + give, below - give])
+    t = np.maximum((a + b + c) / 2 - np.abs(offset), 0.0)
+    total = t * t * t
+    for part in (a, b, c):
+        total -= _cube(t - part)
+    total += _cube(t - (b + c))
+    product = a * b * c
+    total /= 6 * product
+    total = np.where(offset > 0, total, 1 - total)
+    rounding = ROUNDING / product
+    return VolumeFraction(
+        np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0)
+    )
+
+
+def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
+    """Return the cube of the positive part of ``x``, which is overwritten."""
+    np.maximum(x, 0.0, out=x)
+    y: np.ndarray = x * x
+    y *= x
+    return y
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Tangents of P convex functions at the centres of cubes."""
+
+    value: Float[np.ndarray, " P"]
+    """Values, m."""
+    normal: Float[np.ndarray, "P 3"]
+    """Gradients, of length 1 or less."""
+    bend: Float[np.ndarray, " P"]
+    """Upper bounds of the curvature inside the cube, 1/m."""
+    along: Float[np.ndarray, "P 3"] | None = None
+    """The only unit direction of curvature; None if the function may curve in every direction
+    across the normal."""
+
+    def rise(self, side: float) -> Float[np.ndarray, " P"]:
+        """Return the maximum height, m, above the tangent plane in a cube: (bend / 2) max t^2."""
+        reach = 3**0.5 if self.along is None else np.abs(self.along).sum(axis=1)
+        return self.bend / 2 * (reach * side / 2) ** 2
+
+    def between(self, side: float) -> Float[np.ndarray, " P"]:
+        """Return a bound of the share of a cube between tangent plane and surface.
+
+        On a line along the axis e nearest to the normal, that section is at most max(bend t^2 / 2)
+        / |n_e| long. With t = p . y + q z, y in the cube's face and z along the line, the mean over
+        the face of max t^2 is at most (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean
+        square |p|^2 side^2 / 12.
+        """
+        steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
+        if self.along is None:
+            q = np.sqrt(np.maximum(1 - steep * steep, 0.0))
+            mean = 1 / 12 + (steep / 12**0.5 + q / 2) ** 2
+        else:
+            axis = np.abs(self.normal).argmax(axis=1)
+            q = np.abs(np.take_along_axis(self.along, axis[:, None], axis=1)[:, 0])
+            mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
+        off: np.ndarray = self.bend / 2 * mean * side / steep
+        return off
+
+    def share(self, side: float, slack: float) -> VolumeFraction:
+        """Return bounds of the share of each cube where the function is at most 0.
+
+        ``slack`` is the rounding error of its value, m.
+        """
+        plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
+        return VolumeFraction(
+            np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high
+        )
+
+
+def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
+    """Return the index of each cell's first pair, for ascending ``cell``."""
+    return np.flatnonzero(np.diff(cell, prepend=-1))
+
+
+def union_bounds(
+    cell: Int[np.ndarray, " P"],
+    cells: int,
+    each: VolumeFraction,
+    value: Float[np.ndarray, " P"],
+    normal: Float[np.ndarray, "P 3"],
+    side: float,
+    slack: float,
+) -> VolumeFraction:
+    """Return bounds of the share of each of ``cells`` cubes in the union of its parts.
+
+    The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie
+    under their tangent planes, ``value + normal . x <= 0``. They all lie under the plane of the
+    first part, moved by the largest difference of the others from it.
+
+    Args:
+        cell: cube of each pair, ascending.
+        cells: number of cubes; those without a pair have share 0.
+        each: share of each pair.
+        value, normal: (P,) m and (P, 3), tangent plane below each pair's part.
+        side: side of the cubes, m.
+        slack: rounding error of the values, m.
+    """
+    low, high = np.zeros((2, cells))
+    if len(cell) == 0:
+        return VolumeFraction(low, high)
+    first = first_of(cell)
+    here = cell[first]
+    low[here] = np.maximum.reduceat(each.low, first)
+    high[here] = np.minimum(np.add.reduceat(each.high, first), 1.0)
+    several = np.diff(first, append=len(cell)) > 1
+    if several.any():
+        head = np.repeat(first, np.diff(first, append=len(cell)))
+        depth = value - np.abs(normal - normal[head]).sum(axis=1) * side / 2
+        depth = (np.minimum.reduceat(depth, first)[several] - 2 * slack) / side
+        under = share_under(depth, depth, normal[first[several]])
+        high[here[several]] = np.minimum(high[here[several]], under.high)
+    return VolumeFraction(low, high)
+
+
+SHARP = 1e30  # curvature, 1/m, at an edge, an apex or a centre: no bound
+
+
+def curvature(distance: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
+    """Return 1 / distance where the distance is positive, else ``SHARP``."""
+    return np.where(distance > 0, 1 / np.where(distance > 0, distance, 1.0), SHARP)
+
+
+# of a cube's side: nearer to an axis, rounding destroys the direction away from it, even along the
+# axis
+AXIS = 1e-4
+
+
+def away(
+    v: Float[np.ndarray, "P 3"], side: float
+) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
+    """Return length (P,) m and direction (P, 3) of ``v`` (P, 3) m.
+
+    They are a convex distance and its gradient. Both are 0 where ``v`` is almost 0 relative to a
+    cube of ``side`` m. The plane of value and gradient 0 lies below every distance.
+    """
+    length = np.sqrt(dot(v, v))
+    length = np.where(length > AXIS * side, length, 0.0)
+    known = (length > 0)[:, None]
+    return length, np.where(known, v, 0.0) / np.where(known, length[:, None], 1.0)
+
+
+def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Numbers, side: float) -> Tangent:
+    """Return the tangent of ``distance from a convex body - radius`` at the cube's centre.
+
+    ``v`` (P, 3) m leads from the nearest point of the body to the cube's centre. The distance from
+    the body is at most that from this one point, whose curvature is at most 1 / distance.
+    """
+    distance, normal = away(v, side)
+    return Tangent(
+        distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2)
+    )

@@ -1,0 +1,26 @@
+"""Value of the goals' zetas: their weighted mean, less a penalty for those below their floors."""
+
+import numpy as np
+from jaxtyping import Float
+
+from .scene import Scene
+
+MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
+STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
+
+
+def floors(scene: Scene) -> Float[np.ndarray, " G"]:
+    """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
+    return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
+
+
+def worth(
+    zetas: Float[np.ndarray, "*batch G"], scene: Scene
+) -> Float[np.ndarray, "*batch"] | np.floating:
+    """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
+
+    The penalty is a steep parabola of the shortfall below each floor.
+    """
+    short = np.maximum(floors(scene) - zetas, 0.0)
+    value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+    return value

@@ -1,0 +1,57 @@
+"""Robustness of a setup: its coverage without sensors and rings, and under mounting errors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..coverage.rings.mounting_errors import MountingErrors
+from ..coverage.rings.ring import Setup
+from .redundancy import Redundancy, redundancy
+from .tolerance import Tolerance, tolerance
+from .verify import Verifier
+
+
+@dataclass(frozen=True)
+class RobustnessSettings:
+    """Redundancy to count, and mounting errors to draw."""
+
+    most: int
+    """Largest k for which k-coverage is counted."""
+    errors: MountingErrors
+    """Distribution of the mounting errors."""
+    draws: int
+    """Number of drawn mountings."""
+    seed: int
+    """Random seed of the draws."""
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """Robustness for one target."""
+
+    redundancy: Redundancy
+    """Coverage by several sensors, and after each loss."""
+    tolerance: Tolerance
+    """Coverage under drawn mounting errors."""
+
+
+def robustness(
+    verifier: Verifier,
+    setup: Setup,
+    settings: RobustnessSettings,
+    tell: Callable[[], None] = lambda: None,
+) -> tuple[Robustness, ...]:
+    """Count redundancy and tolerance of ``setup`` for each goal of the verifier's scene, in order.
+
+    ``tell`` is called after each drawn mounting at each pose, for progress.
+
+    Raises:
+        ValueError, TooFineError, BodilessError: see ``tolerance``.
+    """
+    drawing = settings.errors, settings.draws, settings.seed
+    return tuple(
+        Robustness(
+            redundancy(verifier, setup, goal.target, settings.most),
+            tolerance(verifier, setup, goal.target, *drawing, tell),
+        )
+        for goal in verifier.scene.goals
+    )

@@ -1,0 +1,45 @@
+"""Points drawn in the targets of a scene, on which the soft objective is evaluated."""
+
+import jax
+import numpy as np
+
+from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
+from .scene import Scene
+
+
+class TargetPoints:
+    """Points of every goal at every pose of a scene, drawn once: targets do not depend on rings."""
+
+    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
+        """Draw ``count`` points in each goal at each pose, separately for each mounting.
+
+        The Monte Carlo error then averages out over the mountings, so fewer points suffice.
+
+        Raises:
+            ValueError: if a target is empty.
+        """
+        self.mountings = mountings
+        self.terms = [
+            (g, p)
+            for _ in range(mountings)
+            for g in range(len(scene.goals))
+            for p in range(len(scene.poses))
+        ]
+        seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
+        self.points = [
+            sample(scene.solid(scene.goals[g].target, p), count, int(s))
+            for (g, p), s in zip(self.terms, seeds, strict=True)
+        ]
+        self._clouds: dict[int, Cloud] = {}
+
+    def clouds(self, count: int) -> Cloud:
+        """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
+
+        The shape does not depend on ``count``, so one compilation serves all.
+        """
+        if count not in self._clouds:
+            blocks = -(-len(self.points[0]) // BLOCK)
+            each = [cloud(points[:count], blocks=blocks) for points in self.points]
+            stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
+            self._clouds[count] = stacked
+        return self._clouds[count]

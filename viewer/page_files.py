@@ -1,0 +1,70 @@
+"""Files that a page writes: proposals, and pictures of its view."""
+
+from pathlib import Path
+
+import viser
+
+from ..coverage.rings.ring import Setup
+from ..formats.errors import UserError
+from ..formats.writing import write_bytes
+from ..objectives.scene import Scene
+from .controls import Controls
+from .jobs import Job
+from .long_task import LongTask
+from .saving import file_named, save
+from .snapshot import picture
+from .tasks import prove
+
+_LONGEST = 30.0  # s, timeout for a picture from the browser
+
+
+class PageFiles:
+    """Writes the files of one page into the folder that was given at the start, if any."""
+
+    def __init__(
+        self, client: viser.ClientHandle, out: Path | None, controls: Controls, work: LongTask
+    ) -> None:
+        self._client, self._out, self._controls, self._work = client, out, controls, work
+
+    def _path(self, name: str, ending: str = ".toml") -> Path:
+        return file_named(self._out, name, bool(self._controls.replace.value), ending)
+
+    def save(self, setup: Setup, scene: Scene) -> None:
+        """Start a job that counts a setup and saves it as a proposal.
+
+        Raises:
+            UserError: see ``file_named``.
+            ValueError: if a job of the page is running.
+        """
+        path = self._path(self._controls.name.value)
+
+        def work(job: Job) -> None:
+            proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
+            save(self._path(path.stem), setup, scene, [p.counted for p in proofs])
+            values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
+            self._work.note(f"saved as {path.name}: {values}, counted")
+
+        self._work.start(work)
+
+    def picture(self, title: str, line: str) -> None:
+        """Send a picture of the view to the browser, and save it where there is a folder.
+
+        Args:
+            title: title of the picture.
+            line: coverage of the targets.
+
+        Raises:
+            UserError: if the browser sends no view, or see ``file_named``.
+        """
+        camera = self._client.camera
+        size = (camera.image_height or 800, camera.image_width or 1200)
+        try:
+            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
+        except (RuntimeError, TimeoutError) as error:
+            raise UserError("picture: the browser sent none; try again") from error
+        data = picture(view, title, line)
+        if self._out is not None:
+            path = self._path(self._controls.name.value, ".png")
+            write_bytes(path, data)
+            self._work.note(f"saved as {path.name}")
+        self._client.send_file_download("place-rings.png", data, save_immediately=True)
