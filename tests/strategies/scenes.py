@@ -18,7 +18,7 @@ from place_rings.coverage.solids.polyhedra import Polyhedron, polyhedra
 from place_rings.coverage.targets import Shape, Target, target_solid
 
 from .rings import LONGEST, ROBOT_NAMES, setups
-from .solids import boxes
+from .solids import boxes, pointed_bodies
 
 DENSE = {"centre": 20_000, "touch": 80}  # voxels that a dense count by each rule can stand
 
@@ -80,8 +80,8 @@ TARGETS = st.one_of(shells(200, 1200), st.sampled_from(["V_O", "V_T", "V_OT"]).m
 
 
 NO_OBSTACLES: st.SearchStrategy[tuple[Polyhedron, ...]] = st.just(())
-CELLS = st.lists(boxes(1000, (50, 500)), max_size=3).map(tuple)
-"""Up to three boxes anywhere."""
+CELLS = st.lists(boxes(1000, (50, 800)) | pointed_bodies(1000), max_size=3).map(tuple)
+"""Up to three boxes and pointed bodies anywhere."""
 
 
 def scenes(

@@ -8,7 +8,7 @@ from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.solids.base import Difference, Intersection, Solid, Union
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
-from place_rings.coverage.solids.polyhedra import Polyhedron, box
+from place_rings.coverage.solids.polyhedra import Polyhedron, box, hull
 from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
@@ -87,6 +87,13 @@ def turned_box(
     """A box of edges ``size_mm``, turned about x, y and z."""
     turn = Rotation.from_euler("xyz", turn_deg, degrees=True).as_matrix()
     return box(metres(centre_mm), metres(size_mm), turn)
+
+
+@builder
+def pointed(at_mm: tuple[int, int, int], corners_mm: list[tuple[int, int, int]]) -> Polyhedron:
+    """The convex hull of a tetrahedron of edges of 100 mm and more corners, moved."""
+    tetrahedron = 100 * np.eye(4, 3)
+    return hull(metres(at_mm) + metres([*tetrahedron, *corners_mm]))
 
 
 @builder
@@ -178,6 +185,12 @@ def boxes(
         size_mm=st.tuples(*[st.integers(*size_mm)] * 3),
         turn_deg=TURNS if turned else st.just((0, 0, 0)),
     )
+
+
+def pointed_bodies(extent: int) -> st.SearchStrategy[Polyhedron]:
+    """Pointed bodies about as large as the boxes of a cell."""
+    corners = st.lists(points_mm(400), max_size=4)
+    return st.builds(pointed, at_mm=points_mm(extent), corners_mm=corners)
 
 
 def curve_points(least: int, most: int, extent: int = 1000) -> st.SearchStrategy[list]:
