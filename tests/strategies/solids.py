@@ -127,6 +127,20 @@ def some_cones(
     return st.lists(each, min_size=least, max_size=most).map(cones)
 
 
+def padded(cones: Cones, number: int) -> Cones:
+    """The cones, made up to ``number`` with cones that see nothing: of range minus infinity."""
+    spare = number - len(cones)
+    ahead = np.tile([1.0, 0, 0], (spare, 1))
+    blind = np.zeros((spare, 3)), ahead, np.full(spare, 0.2), np.full(spare, -np.inf)
+    pairs = zip(vars(cones).values(), blind, strict=True)
+    return Cones(*(np.concatenate(pair) for pair in pairs))
+
+
+def padded_cones(number: int, least: int = 1) -> st.SearchStrategy[Cones]:
+    """From ``least`` to ``number`` cones that see, and ``number`` in all: JAX compiles once."""
+    return st.builds(padded, some_cones(least, number), st.just(number))
+
+
 def some_beams(
     round_beams: int, pyramids: int, extent: int = 300, range_mm: tuple[int, int] = (300, 800)
 ) -> st.SearchStrategy[MixedBeams]:
