@@ -23,7 +23,7 @@ from place_rings.coverage.solids.segments import point_to_segment, segment_to_se
 from scipy.optimize import minimize_scalar
 
 from .strategies.rings import LONGEST, SHARES, poses, setups
-from .strategies.solids import beam, boxes
+from .strategies.solids import Beam, beam, boxes
 from .strategies.units import (
     FACINGS,
     GENERATORS,
@@ -77,7 +77,7 @@ def project_on_cone(p, apex, axis, half, range_m):
 
 
 def cone_and_ball(
-    cone: beam, ahead_percent: int, aside_percent: tuple[int, int], radius_mm: int
+    cone: Beam, ahead_percent: int, aside_percent: tuple[int, int], radius_mm: int
 ) -> tuple[np.ndarray, np.ndarray, float, float, np.ndarray, float]:
     """A cone and a ball that often cuts its side, its base or its apex; the ball's centre in
     percent of the cone's height and of its base's radius.

@@ -11,7 +11,7 @@ from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from place_rings.coverage.solids.volume_fraction import VolumeFraction, share_under
 
-from .strategies.solids import beam, cones, some_balls
+from .strategies.solids import Beam, beam, cones, some_balls
 from .strategies.units import (
     FACINGS,
     GENERATORS,
@@ -44,7 +44,7 @@ def wandering_tube(
     return Tube(centre, normal, radius_mm / 1000, np.arange(n - 1))
 
 
-def nearly_twice(beams: list[beam], again: int, apart: float) -> Cones:
+def nearly_twice(beams: list[Beam], again: int, apart: float) -> Cones:
     """A union of cones, one of which is there again, ``apart`` m beside."""
     parts = cones([*beams, beams[again % len(beams)]])
     parts.apex[-1] += apart

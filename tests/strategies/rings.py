@@ -1,4 +1,4 @@
-"""Robots, poses, sensors, rings and setups."""
+"""Robots, poses, rings and setups."""
 
 import math
 
@@ -20,11 +20,6 @@ def poses(joints: int = 6, most_deg: int = 180) -> st.SearchStrategy[np.ndarray]
     return st.tuples(*[st.integers(-most_deg, most_deg)] * joints).map(np.radians)
 
 
-def sensor(fov_deg: int, range_mm: int) -> Sensor:
-    """A sensor with a round beam."""
-    return Sensor(math.radians(fov_deg), range_mm / 1000)
-
-
 def ring(
     link: str,
     position: float,
@@ -32,9 +27,11 @@ def ring(
     tilt_deg: int,
     phase_deg: int,
     radius_mm: int,
-    sensor: Sensor,
+    fov_deg: int,
+    range_mm: int,
 ) -> Ring:
-    """A ring."""
+    """A ring of sensors with round beams."""
+    sensor = Sensor(math.radians(fov_deg), range_mm / 1000)
     tilt, phase = math.radians(tilt_deg), math.radians(phase_deg)
     return Ring(link, position, count, tilt, phase, radius_mm / 1000, sensor)
 
@@ -45,7 +42,6 @@ def setup(rings: list[Ring]) -> Setup:
     return Setup(tuple(rings))
 
 
-SENSORS = st.builds(sensor, fov_deg=st.integers(3, 115), range_mm=st.integers(200, 1600))
 SHARES = st.integers(0, 100).map(lambda percent: percent / 100)
 
 
@@ -53,13 +49,14 @@ def rings(most_sensors: int = 8) -> st.SearchStrategy[Ring]:
     """Rings of up to ``most_sensors`` sensors anywhere on a built-in robot."""
     return st.builds(
         ring,
-        link=st.sampled_from(LINKS),
-        position=SHARES,
-        count=st.integers(1, most_sensors),
+        st.sampled_from(LINKS),
+        SHARES,
+        st.integers(1, most_sensors),
         tilt_deg=st.integers(-80, 80),
         phase_deg=st.integers(0, 345),
         radius_mm=st.integers(30, 150),
-        sensor=SENSORS,
+        fov_deg=st.integers(3, 115),
+        range_mm=st.integers(200, 1600),
     )
 
 

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from .units import FACINGS, TURNS, builder, directions, metres, points_mm, ups
 
 
-class beam(NamedTuple):  # noqa: N801 - printed as the call that builds it
+class Beam(NamedTuple):
     """A cone, or a pyramid where ``fov_up_deg`` is above 0."""
 
     apex_mm: tuple[int, int, int]
@@ -25,12 +25,24 @@ class beam(NamedTuple):  # noqa: N801 - printed as the call that builds it
     """Azimuth and elevation of its axis."""
     fov_deg: int
     range_mm: int
-    roll_deg: int = 0
+    roll_deg: int
     """Turn of a pyramid about its axis."""
-    fov_up_deg: int = 0
+    fov_up_deg: int
 
 
-class capsule(NamedTuple):  # noqa: N801
+def beam(
+    apex_mm: tuple[int, int, int],
+    facing_deg: tuple[int, int],
+    fov_deg: int,
+    range_mm: int,
+    roll_deg: int = 0,
+    fov_up_deg: int = 0,
+) -> Beam:
+    """A beam; Hypothesis prints this call, as it is shorter than the tuple."""
+    return Beam(apex_mm, facing_deg, fov_deg, range_mm, roll_deg, fov_up_deg)
+
+
+class capsule(NamedTuple):  # noqa: N801 - printed as the call that builds it
     """A capsule; a ball where its ends are equal."""
 
     start_mm: tuple[int, int, int]
@@ -45,13 +57,13 @@ class ball(NamedTuple):  # noqa: N801
     radius_mm: int
 
 
-def cones(beams: list[beam]) -> Cones:
+def cones(beams: list[Beam]) -> Cones:
     """The union of round beams."""
     apex, facing, fov, range_mm, *_ = zip(*beams, strict=True)
     return Cones(metres(apex), directions(facing), np.radians(fov) / 2, metres(range_mm))
 
 
-def mixed(cones: list[beam], pyramids: list[beam]) -> MixedBeams:
+def mixed(cones: list[Beam], pyramids: list[Beam]) -> MixedBeams:
     """The union of beams of both shapes, the cones first; each pyramid has several zones."""
     apex, facing, fov, range_mm, roll, fov_up = zip(*cones, *pyramids, strict=True)
     half_up = np.radians(fov_up) / 2
@@ -146,7 +158,7 @@ def some_beams(
 ) -> st.SearchStrategy[MixedBeams]:
     """So many cones, then so many pyramids."""
 
-    def some(number: int, fov_up: st.SearchStrategy[int]) -> st.SearchStrategy[list[beam]]:
+    def some(number: int, fov_up: st.SearchStrategy[int]) -> st.SearchStrategy[list[Beam]]:
         each = st.builds(
             beam,
             apex_mm=points_mm(extent),
