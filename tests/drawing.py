@@ -1,4 +1,4 @@
-"""Poses and setups by a generator, for laws that draw a seed."""
+"""Cones, poses and setups by a generator, for laws that draw a seed."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.cones import Cones
 
 from .strategies.units import uniform_directions
 
@@ -13,6 +14,12 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 unit = uniform_directions
+
+
+def cones(rng: np.random.Generator, n: int) -> Cones:
+    """Cones of any width and reach, narrow and wide ones among them."""
+    half = rng.uniform(math.radians(0.5), math.radians(80), n)
+    return Cones(rng.uniform(-0.5, 0.5, (n, 3)), unit(rng, n), half, rng.uniform(0.1, 1.5, n))
 
 
 def pose(rng: np.random.Generator, joints: int = 6) -> np.ndarray:

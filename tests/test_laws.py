@@ -14,8 +14,9 @@ LAWS = sorted(
 SEED = re.compile(r"\bseeds?\b|SEED|GENERATORS|2 ?\*\* ?(31|32)")
 OTHER = re.compile(r"st\.(sampled_from|booleans)\(")  # says which case, but holds no object
 GEOMETRY = {"coverage", "objectives"}
-# What a law may draw a seed alone for: the code under test takes the seed itself.
-OWN_SEED = re.compile(r"\bdraw_errors\(|\bfresh\(|\bsample\(")
+# What a law may draw a seed alone for: the code under test takes the seed or the generator itself,
+# or hard cases of a scene were recorded by the seed that draws it.
+OWN_SEED = re.compile(r"\bdraw_errors\(|\bfresh\(|\bsample\(|\bdrawn\(seed\)")
 
 
 def laws(text: str) -> list[tuple[str, list[str], str]]:
