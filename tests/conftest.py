@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from beartype import BeartypeConf, FrozenDict, beartype
 from beartype.roar import BeartypeDecorHintPep3119Exception
-from hypothesis import settings
+from hypothesis import Phase, settings
 from jaxtyping import install_import_hook
 
 from .rooms import imported_rooms, shaped_modules
@@ -56,7 +56,10 @@ install_import_hook(shaped_modules(), f"{_checker.__name__}.check")
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
-settings.register_profile("laws", deadline=None, print_blob=True, max_examples=15)
+# Without Phase.explain: it traces every line while examples shrink, which takes minutes.
+settings.register_profile(
+    "laws", deadline=None, print_blob=True, max_examples=15, phases=set(Phase) - {Phase.explain}
+)
 # --hypothesis-profile=thorough
 settings.register_profile("thorough", settings.get_profile("laws"), max_examples=200)
 settings.load_profile("laws")

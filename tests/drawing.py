@@ -1,4 +1,4 @@
-"""Drawn things: unit vectors, cones, poses, setups, targets."""
+"""Cones, poses and setups by a generator, for laws that draw a seed."""
 
 import math
 
@@ -8,19 +8,18 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.cones import Cones
 
+from .strategies.units import uniform_directions
+
 seeds = st.integers(0, 2**32 - 1)
 
 
-def unit(rng: np.random.Generator, n: int) -> np.ndarray:
-    """Unit vectors (n, 3), uniform on the sphere."""
-    v = rng.normal(size=(n, 3))
-    return v / np.linalg.norm(v, axis=1, keepdims=True)
+unit = uniform_directions
 
 
-def cones(rng: np.random.Generator, n: int, spread: float = 0.5) -> Cones:
+def cones(rng: np.random.Generator, n: int) -> Cones:
     """Cones of any width and reach, narrow and wide ones among them."""
     half = rng.uniform(math.radians(0.5), math.radians(80), n)
-    return Cones(rng.uniform(-spread, spread, (n, 3)), unit(rng, n), half, rng.uniform(0.1, 1.5, n))
+    return Cones(rng.uniform(-0.5, 0.5, (n, 3)), unit(rng, n), half, rng.uniform(0.1, 1.5, n))
 
 
 def pose(rng: np.random.Generator, joints: int = 6) -> np.ndarray:

@@ -67,7 +67,7 @@ def imported_rooms(path: Path) -> frozenset[str]:
             continue
         for parts in (module.split(".") for module in modules):
             if level == 1:
-                names = parts if parts != [""] else [name.name for name in node.names]
+                names = ["/".join(parts)] if parts != [""] else [name.name for name in node.names]
                 for file in (path.parent / f"{name}.py" for name in names):
                     found |= imported_rooms(file) if file.exists() else frozenset()
             elif parts[0] == "place_rings":

@@ -25,8 +25,8 @@ from place_rings.objectives import verify as exact
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
-from . import drawing
-from .test_octree import drawn_scene
+from .strategies.scenes import scenes
+from .strategies.units import GENERATORS, uniform_directions
 
 
 def one_cone(apex, axis, half, range_m):
@@ -39,12 +39,12 @@ def one_cone(apex, axis, half, range_m):
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_holds_the_share_of_many_points(seed):
+@given(scenes(), GENERATORS)
+def test_holds_the_share_of_many_points(scene, rng):
     """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
-    solid, cones, _ = drawn_scene(seed, "touch")
+    solid, cones = scene.solid, scene.cones
     low, high = solid.bounds()
-    p = np.random.default_rng(seed).uniform(low, high, (100_000, 3)).astype(np.float64)
+    p = rng.uniform(low, high, (100_000, 3)).astype(np.float64)
     p = p[solid(p) <= 0]
     share = float((cones(p) <= 0).mean())
     noise = math.sqrt(math.log(2e7) / (2 * len(p)))
@@ -153,7 +153,7 @@ def test_meets_the_bracket_of_mesh_booleans():
 
     rng = np.random.default_rng(5)
     cones = Cones(
-        1.4 * (away := drawing.unit(rng, 30)),
+        1.4 * (away := uniform_directions(rng, 30)),
         -away,
         np.full(30, math.radians(14)),
         np.full(30, 1.2),

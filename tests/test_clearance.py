@@ -37,6 +37,8 @@ from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
 
 from . import drawing
+from .strategies.solids import boxes, some_capsules
+from .strategies.units import metres
 
 TABLE = Obstacle(
     "table",
@@ -70,16 +72,15 @@ def band(clear: MountClearance, ring: Ring) -> np.ndarray:
     return np.einsum("pij,nj->pni", T[:, :3, :3], here) + T[:, None, :3, 3]
 
 
-@given(drawing.seeds)
-def test_a_circle_is_as_far_from_things_as_the_bounds_say(seed):
-    rng = np.random.default_rng(seed)
-    n, radius = 6, float(rng.uniform(0.03, 0.2))
-    start, end, thick = (
-        rng.uniform(-0.3, 0.3, (n, 3)),
-        rng.uniform(-0.3, 0.3, (n, 3)),
-        rng.uniform(0.01, 0.1, n),
-    )
-    places, which = rng.uniform(-0.3, 0.3, n), np.arange(n)
+@given(
+    some_capsules(1, 6, 300, (10, 100)),
+    st.lists(st.integers(-300, 300), min_size=6, max_size=6),
+    boxes(200, (50, 300), turned=False),
+    st.integers(30, 200),
+)
+def test_a_circle_is_as_far_from_things_as_the_bounds_say(bodies, places_mm, solid, radius_mm):
+    (start, end, thick), n, radius = bodies.arrays(), len(bodies), radius_mm / 1000
+    places, which = metres(places_mm[:n]), np.arange(n)
     points = circle(places, radius, 5040)  # those of the bounds are among them
     low, high = capsule_gap(start, end, thick, radius)(places, which)
     true = point_to_segment(points, start[:, None], end[:, None]).min(axis=1) - thick
@@ -87,7 +88,6 @@ def test_a_circle_is_as_far_from_things_as_the_bounds_say(seed):
     assert np.all(true <= high + 1e-9)
     near = np.abs(true) < radius / 2
     assert np.all((high - low)[near & (true > 0)] < 3e-3)
-    solid = box(rng.uniform(-0.2, 0.2, 3), rng.uniform(0.05, 0.3, 3))
     low, high = plane_gap(solid.normal[None], solid.offset[None], radius)(places, np.zeros(n, int))
     true = solid(points).min(axis=1)
     assert np.all(low <= true + 1e-9)

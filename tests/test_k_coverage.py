@@ -12,16 +12,13 @@ from place_rings.coverage.voxels.octree import count, regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.target_voxels import target_voxels
 
-from . import drawing
-from .test_octree import drawn_scene
+from .strategies.scenes import scenes
 
 
-def drawn(seed):
-    """Cones in drawn groups, and the voxels of a target, about 10 000."""
-    rng = np.random.default_rng(seed)
-    solid, cones, voxel = drawn_scene(seed, "centre")
-    group = np.unique(np.sort(rng.integers(0, 4, len(cones))), return_inverse=True)[1]
-    return cones, group, target_voxels(solid, voxel, "centre")
+def voxels_and_cones(scene):
+    """The voxels of a target, about 10 000, the cones and the ring of each."""
+    wanted = target_voxels(scene.solid, scene.voxel("centre"), "centre")
+    return wanted, scene.cones, scene.setup.ring_of_sensor
 
 
 def dense(cones, group, wanted):
@@ -40,9 +37,9 @@ def dense(cones, group, wanted):
 
 
 @settings(max_examples=15)
-@given(drawing.seeds, st.integers(1, 12))
-def test_tally_is_the_dense_count(seed, most):
-    cones, group, wanted = drawn(seed)
+@given(scenes(), st.integers(1, 12))
+def test_tally_is_the_dense_count(scene, most):
+    wanted, cones, group = voxels_and_cones(scene)
     number, alone, alone_group = dense(cones, group, wanted)
     found = tally(cones, group, wanted, most)
     assert np.array_equal(found.at_least, [(number >= k).sum() for k in range(1, most + 1)])
@@ -52,12 +49,12 @@ def test_tally_is_the_dense_count(seed, most):
 
 
 @settings(max_examples=4)
-@given(drawing.seeds)
-def test_numbers_of_cones_add_up(seed):
+@given(scenes())
+def test_numbers_of_cones_add_up(scene):
     """Seen by one or more is the union's count; all multiplicities together are the single cones'
     counts.
     """
-    cones, group, wanted = drawn(seed)
+    wanted, cones, group = voxels_and_cones(scene)
     found = tally(cones, group, wanted, len(cones))
     assert found.at_least[0] == count(cones, wanted.voxel, within=wanted)
     assert np.all(np.diff(found.at_least) <= 0)
@@ -72,17 +69,17 @@ def test_numbers_of_cones_add_up(seed):
 
 
 @settings(max_examples=7)
-@given(drawing.seeds)
-def test_what_a_cone_holds_alone_is_what_its_loss_takes(seed):
+@given(scenes(), st.integers(0, 31))
+def test_what_a_cone_holds_alone_is_what_its_loss_takes(scene, number):
     """The loss of each cone and each group, counted anew without it."""
-    cones, group, wanted = drawn(seed)
+    wanted, cones, group = voxels_and_cones(scene)
     found = tally(cones, group, wanted, 1)
 
     def without(gone):
         return count(Cones(*(a[~gone] for a in vars(cones).values())), wanted.voxel, within=wanted)
 
     whole = int(found.at_least[0])
-    k = seed % len(cones)
+    k = number % len(cones)
     assert whole - found.alone[k] == without(np.arange(len(cones)) == k)
     assert [whole - lost for lost in found.alone_group] == [
         without(group == g) for g in range(group[-1] + 1)
@@ -90,12 +87,12 @@ def test_what_a_cone_holds_alone_is_what_its_loss_takes(seed):
 
 
 @settings(max_examples=7)
-@given(drawing.seeds)
-def test_twins_see_everything_twice(seed):
+@given(scenes())
+def test_twins_see_everything_twice(scene):
     """Every cone doubled: what one saw two see, and nothing hangs on one. Groups of pairs are as
     the cones were alone.
     """
-    cones, _, wanted = drawn(seed)
+    wanted, cones, _ = voxels_and_cones(scene)
     one = tally(cones, np.arange(len(cones)), wanted, 3)
     doubled = Cones(*(np.repeat(a, 2, axis=0) for a in vars(cones).values()))
     two = tally(doubled, np.repeat(np.arange(len(cones)), 2), wanted, 6)
@@ -106,9 +103,9 @@ def test_twins_see_everything_twice(seed):
 
 
 @settings(max_examples=3)
-@given(drawing.seeds)
-def test_regions_add_up(seed):
-    solid, cones, voxel = drawn_scene(seed, "touch")
+@given(scenes())
+def test_regions_add_up(scene):
+    solid, cones, voxel = scene.solid, scene.cones, scene.voxel("touch")
     group = np.arange(len(cones)) // 2
     parts = [(r, target_voxels(solid, voxel, "centre", r)) for r in regions(solid, voxel, 4)]
     total = [tally(cones, group, part, 3, r) for r, part in parts]

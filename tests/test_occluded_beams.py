@@ -13,93 +13,65 @@ from place_rings.coverage.occlusion.occluded_beams import Beams
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
-from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
-from place_rings.coverage.solids.polyhedra import box, half_space, hull, polyhedra
+from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives.target_voxels import target_voxels
-from scipy.spatial.transform import Rotation
 
-from . import drawing
-from .test_octree import dense, lattice
+from .strategies.scenes import CELLS, scenes, shells
+from .strategies.units import GENERATORS, failures
+from .test_octree import agree
 
 MODELS = ("ignore", "shadow", "blind")
 
 
-def drawn_cell(rng):
-    """A table, a turned box and something pointed, anywhere."""
-    turned = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix()
-    table = box(
-        (rng.uniform(-0.5, 0.5), rng.uniform(0.5, 1), rng.uniform(-0.5, 0.3)), (0.8, 0.8, 0.05)
-    )
-    return (
-        table,
-        box(rng.uniform(-1, 1, 3), rng.uniform(0.1, 0.5, 3), turned),
-        hull(rng.normal(size=(8, 3)) * 0.2 + 0.7),
-    )
-
-
-def drawn_scene(seed, rule):
-    """A target less the cell, cones and what stands in their way at a drawn pose, and a voxel for a
-    dense count.
-    """
-    rng = np.random.default_rng(seed)
-    robot = ROBOTS[str(rng.choice(sorted(ROBOTS)))]
-    q, setup = drawing.pose(rng, len(robot.chain)), drawing.setup(rng)
-    solid = target_solid(Target("V_S", float(rng.uniform(0.3, 1.0))), robot, q)
-    cell = drawn_cell(rng) if rng.random() < 0.7 else ()
-    if cell:
-        solid = Difference(solid, polyhedra(cell, solid.bounds()))
-    bodies = robot_capsules(robot, forward(robot.chain, q))
-    most = 15_000 if rule == "centre" else 80
-    voxel = max(
-        0.02,
-        float((np.prod(np.ptp(solid.bounds(), axis=0)) / rng.uniform(most / 4, most)) ** (1 / 3)),
-    )
-    return solid, sensor_cones(robot, setup, q), Occluders(bodies, cell), voxel
+SCENES = scenes(shells(300, 1000), CELLS)
 
 
 @pytest.mark.parametrize("occlusion", MODELS)
-@pytest.mark.parametrize(("rule", "scenes"), [("centre", 8), ("touch", 3)])
-def test_count_is_the_dense_count(occlusion, rule, scenes):
-    met = 0
-    for seed in range(scenes):
-        solid, cones, occluders, voxel = drawn_scene(seed, rule)
-        seen = beams(cones, occluders, occlusion)
-        met += (
-            isinstance(seen, Beams)
-            and len(seen.shadows.radius) + np.isfinite(seen.stop).sum() + len(seen.offset) > 0
-        )
-        centres = lattice(*solid.bounds(), voxel)
-        if rule == "centre":
-            wanted = dense(solid, centres, voxel, rule)
-        else:
-            wanted = dense(solid.a, centres, voxel, rule) & ~dense(solid.b, centres, voxel, rule)
-        found = target_voxels(solid, voxel, rule)
-        assert len(found) == wanted.sum(), f"seed {seed}"
-        expected = (wanted & dense(seen, centres, voxel, rule)).sum()
-        assert count(seen, voxel, rule, found) == expected, f"seed {seed}"
-    assert met > scenes / 4
+@settings(max_examples=8)
+@given(SCENES)
+def test_count_is_the_dense_count(occlusion, scene):
+    agree(scene, beams(scene.cones, scene.occluders, occlusion), "centre")
+
+
+@pytest.mark.parametrize("occlusion", MODELS)
+@settings(max_examples=3)
+@given(SCENES)
+def test_count_of_touched_voxels_is_the_dense_count(occlusion, scene):
+    agree(scene, beams(scene.cones, scene.occluders, occlusion), "touch")
+
+
+def test_drawn_scenes_have_occluders():
+    """A quarter of them, at least: the laws are not of open space alone."""
+    occluded = []
+
+    @settings(max_examples=8, database=None)
+    @given(SCENES)
+    def look(scene):
+        seen = beams(scene.cones, scene.occluders, "shadow")
+        occluded.append(isinstance(seen, Beams) and len(seen.shadows.radius) + len(seen.offset) > 0)
+
+    look()
+    assert sum(occluded) > len(occluded) / 4
 
 
 @settings(max_examples=4)
-@given(drawing.seeds)
-def test_beams_are_what_lines_of_sight_leave(seed):
+@given(SCENES, GENERATORS)
+def test_beams_are_what_lines_of_sight_leave(scene, rng):
     """Point by point: in the cone, and the straight way to the apex meets nothing. Blind sensors
     see no more than that.
     """
-    _, cones, occluders, _ = drawn_scene(seed, "centre")
-    bodies = occluders.bodies
-    points = np.random.default_rng(seed).uniform(-1.5, 1.5, (3000, 3))
+    cones, occluders, bodies = scene.cones, scene.occluders, scene.occluders.bodies
+    points = rng.uniform(-1.5, 1.5, (3000, 3))
     free, shadowed, blinded = (beams(cones, occluders, how) for how in MODELS)
     inside = occluders.holds(cones.apex)[0]
     for k in range(len(cones)):
@@ -112,22 +84,21 @@ def test_beams_are_what_lines_of_sight_leave(seed):
             for share in np.linspace(0, 1, 60):
                 clear &= body(cones.apex[k] + share * (points - cones.apex[k])) > -2e-2
         sure = within & (np.abs(value) > 1e-9)
-        assert not np.any(sure & (value < 0) & ~clear)
-        assert inside[k] < 0 or np.all(value > 0)
+        assert failures(points, ~sure | (value >= 0) | clear) == []
+        assert inside[k] < 0 or failures(points, value > 0) == []
         if not occluders.obstacles and inside[k] < 0:
-            assert np.array_equal((value < 0)[sure], clear[sure])
-        assert not np.any((blinded.part(points, k) < -1e-9) & (value > 1e-9))
-        assert np.all(free.part(points, k) <= value + 1e-12)
+            assert failures(points, ~sure | ((value < 0) == clear)) == []
+        assert failures(points, (blinded.part(points, k) >= -1e-9) | (value <= 1e-9)) == []
+        assert failures(points, free.part(points, k) <= value + 1e-12) == []
 
 
 @settings(max_examples=3)
-@given(drawing.seeds, st.sampled_from(MODELS))
-def test_the_interval_holds_the_share_of_many_points(seed, occlusion):
+@given(SCENES, st.sampled_from(MODELS), GENERATORS)
+def test_the_interval_holds_the_share_of_many_points(scene, occlusion, rng):
     """Hoeffding: 5e4 points are off by more than 1.3 points once in 10^7."""
-    solid, cones, occluders, _ = drawn_scene(seed, "touch")
-    seen = beams(cones, occluders, occlusion, bracketed=True)
+    solid, seen = scene.solid, beams(scene.cones, scene.occluders, occlusion, bracketed=True)
     low, high = solid.bounds()
-    p = np.random.default_rng(seed).uniform(low, high, (50_000, 3))
+    p = rng.uniform(low, high, (50_000, 3))
     p = p[solid(p) <= 0]
     share, noise = float((seen(p) <= 0).mean()), math.sqrt(math.log(2e7) / (2 * len(p)))
     wide, narrow = bracket(solid, seen, voxel=0.15), bracket(solid, seen, width=0.02)
@@ -187,12 +158,12 @@ def test_an_interval_narrows_as_quickly_with_shadows():
 
 
 @settings(max_examples=4)
-@given(drawing.seeds, st.sampled_from(MODELS[1:]))
-def test_several_sensors_see_what_each_sees(seed, occlusion):
+@given(SCENES, st.sampled_from(MODELS[1:]))
+def test_several_sensors_see_what_each_sees(scene, occlusion):
     """Multiplicity from the octree and from the beams one by one."""
-    solid, cones, occluders, voxel = drawn_scene(seed, "centre")
-    seen = beams(cones, occluders, occlusion)
-    wanted = voxels(solid, voxel)
+    cones = scene.cones
+    seen = beams(cones, scene.occluders, occlusion)
+    wanted = voxels(scene.solid, scene.voxel("centre"))
     centres = wanted.centres()
     each = np.stack([seen.part(centres, k) <= 0 for k in range(len(cones))])
     group = np.arange(len(cones)) // 3

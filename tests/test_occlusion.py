@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 from place_rings.coverage.occlusion.first_return import (
     MARGIN,
     Beam,
@@ -22,7 +23,8 @@ from place_rings.coverage.solids.polyhedra import box, half_space, hull, largest
 from place_rings.coverage.solids.segments import segment_to_segment
 from scipy.spatial.transform import Rotation
 
-from . import drawing
+from .strategies.solids import boxes, capsule, pointed_bodies
+from .strategies.units import GENERATORS, failures, metres, points_mm, uniform_directions
 
 
 def drawn_capsules(rng, n):
@@ -47,6 +49,12 @@ def drawn_polyhedra(rng):
     ]
 
 
+BODIES = st.tuples(boxes(300, (50, 600)), pointed_bodies(300), st.just(half_space(-0.4)))
+
+
+shadow_value = jax.jit(lambda *a: behind(a[0], capsule_shadow(*a[1:])))
+
+
 def laws(function, points, step):
     """1-Lipschitz and convex."""
     here, there, between = function(points), function(points + step), function(points + step / 2)
@@ -54,26 +62,34 @@ def laws(function, points, step):
     assert np.all(between <= (here + there) / 2 + 1e-12)
 
 
-@settings(max_examples=4)
-@given(drawing.seeds)
-def test_the_shadow_of_a_capsule_is_where_the_line_of_sight_meets_it(seed):
-    rng = np.random.default_rng(seed)
-    n = 1000  # one shape for all examples
-    apex, start, end, radius = (a[:n] for a in drawn_capsules(rng, 2 * n))
+@settings(max_examples=60)
+@given(
+    points_mm(1000),
+    st.builds(capsule, points_mm(600), points_mm(900), st.integers(10, 300)),
+    st.sampled_from(["anywhere", "a ball", "in line with the apex"]),
+    GENERATORS,
+)
+def test_the_shadow_of_a_capsule_is_where_the_line_of_sight_meets_it(apex_mm, body, kind, rng):
+    apex, start, end = (metres(mm) for mm in (apex_mm, body.start_mm, body.end_mm))
+    if kind == "a ball":
+        end = start
+    if kind == "in line with the apex":
+        end = start + (start - apex) * 0.7
+    assume(gap_to_capsules(apex[None], start[None], end[None], metres([body.radius_mm]))[0] > 1e-6)
+    n = 500  # one shape for all examples
+    apex, start, end = (np.broadcast_to(a, (n, 3)) for a in (apex, start, end))
+    radius = np.full(n, body.radius_mm / 1000)
     points, shadow = rng.uniform(-1.5, 1.5, (n, 3)), capsule_shadow(apex, start, end, radius)
     value = behind(points, shadow)
     miss = segment_to_segment(apex, points, start, end) - radius
-    sure = np.abs(miss) > 1e-9
-    assert np.array_equal((value < 0)[sure], (miss < 0)[sure])
+    assert failures(points, ((value < 0) == (miss < 0)) | (np.abs(miss) <= 1e-9)) == []
     laws(
         lambda p: behind(p, shadow),
         points,
         rng.normal(size=(n, 3)) * 10 ** rng.uniform(-6, 0, (n, 1)),
     )
-    jitted = jax.jit(lambda *a: behind(a[0], capsule_shadow(*a[1:])))(
-        points, apex, start, end, radius
-    )
-    assert np.allclose(jitted, value, atol=1e-11)
+    jitted = shadow_value(points, apex, start, end, radius)
+    assert failures(points, np.abs(jitted - value) <= 1e-11) == []
 
 
 def test_a_shadow_grows_at_the_pace_of_distance():
@@ -105,12 +121,13 @@ def test_a_shadow_grows_at_the_pace_of_distance():
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_the_shadow_of_a_polyhedron_is_where_the_line_of_sight_meets_it(seed):
-    rng = np.random.default_rng(seed)
-    for body in drawn_polyhedra(rng):
-        apex = rng.uniform(-1, 1, (40, 3))
+@given(BODIES, st.lists(points_mm(1000), min_size=1, max_size=40), GENERATORS)
+def test_the_shadow_of_a_polyhedron_is_where_the_line_of_sight_meets_it(bodies, apexes_mm, rng):
+    for body in bodies:
+        apex = metres(apexes_mm)
         apex = apex[body(apex) > 1e-3]
+        if not len(apex):
+            continue
         points = rng.uniform(-1, 1, (2000, 3))
         normal, offset = (a[:, None] for a in polyhedron_shadow(apex, body))
         value = largest(points[None], normal, offset)
@@ -217,7 +234,7 @@ def first_on_capsule(apex, way, start, end, radius):
 def one_beam(rng):
     return Beam(
         rng.uniform(-0.5, 0.5, 3),
-        drawing.unit(rng, 1)[0],
+        uniform_directions(rng, 1)[0],
         np.array(rng.uniform(0.05, 1.2)),
         np.array(rng.uniform(0.3, 1.5)),
     )
@@ -261,12 +278,14 @@ def test_no_ray_of_a_dense_fan_meets_a_body_sooner():
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_a_margin_brackets_the_blinded_distance(seed):
-    rng = np.random.default_rng(seed)
+@given(BODIES, GENERATORS)
+def test_a_margin_brackets_the_blinded_distance(bodies, rng):
+    """Of 200 beams at 200 capsules and at each body."""
     apex, start, end, radius = drawn_capsules(rng, 200)
     n = len(apex)
-    beams = Beam(apex, drawing.unit(rng, n), rng.uniform(0.02, 1.3, n), rng.uniform(0.2, 1.5, n))
+    beams = Beam(
+        apex, uniform_directions(rng, n), rng.uniform(0.02, 1.3, n), rng.uniform(0.2, 1.5, n)
+    )
     low, found, high = (
         capsule_in_beam(beams, start, end, radius, m)[0] for m in (1e-7, 0.0, -1e-7)
     )
@@ -275,7 +294,7 @@ def test_a_margin_brackets_the_blinded_distance(seed):
     both = np.isfinite(low) & np.isfinite(high)
     assert both.sum() > 0
     assert np.quantile(high[both] - low[both], 0.95) < 1e-4
-    for body in drawn_polyhedra(rng):
+    for body in bodies:
         out = body(apex) > 1e-6
         row = tuple(a[out] for a in beams)
         low, found, high = (

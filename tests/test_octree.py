@@ -1,17 +1,17 @@
 """The octree against a dense count of all voxels, integer for integer, and against closed forms."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
-from place_rings.coverage.solids.spheres import Spheres, sphere
-from place_rings.coverage.targets import Shape, Target, target_solid
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.octree import (
     MOST_SETS,
     PROBES,
@@ -23,7 +23,10 @@ from place_rings.coverage.voxels.octree import (
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.target_voxels import target_voxels
 
-from . import drawing
+from .strategies.scenes import scenes
+from .strategies.solids import some_balls, some_cones
+
+RULES = ("centre", "touch")
 
 
 def lattice(low, high, voxel):
@@ -48,50 +51,43 @@ def dense(solid, centres, voxel, rule):
     )
 
 
-def drawn_scene(seed, rule):
-    """A target at a drawn pose of any robot, a setup, and a voxel size that a dense count can
-    stand.
-    """
-    rng = np.random.default_rng(seed)
-    robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
-    q = drawing.pose(rng, len(robot.chain))
-    name = str(rng.choice(["V_O", "V_T", "V_OT", "V_S", "V_S"]))
-    target = Target(name, float(rng.uniform(0.2, 1.2)) if name == "V_S" else None)
-    solid = target_solid(
-        target, robot, q, Shape(blend=float(rng.uniform(0.1, 1)), points_per_bend=4)
-    )
-    volume = np.prod(np.ptp(solid.bounds(), axis=0))
-    most = 20_000 if rule == "centre" else 80
-    voxel = max(0.02, float((volume / rng.uniform(most / 4, most)) ** (1 / 3)))
-    return solid, sensor_cones(robot, drawing.setup(rng), q), voxel
+def agree(scene, beams, rule):
+    """The counts of the target, and of what beams cover of it, are the dense ones."""
+    solid, voxel = scene.solid, scene.voxel(rule)
+    centres = lattice(*solid.bounds(), voxel)
+    if rule == "centre":
+        wanted = dense(solid, centres, voxel, rule)
+    else:
+        wanted = dense(solid.a, centres, voxel, rule) & ~dense(solid.b, centres, voxel, rule)
+    seen = dense(beams, centres, voxel, rule)
+    found = target_voxels(solid, voxel, rule)
+    assert len(found) == wanted.sum()
+    assert count(beams, voxel, rule, found) == (wanted & seen).sum()
 
 
-_MANY = [pytest.param(rule, range(20, 200), marks=pytest.mark.slow) for rule in ("centre", "touch")]
+@pytest.mark.parametrize("rule", RULES)
+@settings(max_examples=20)
+@given(scenes())
+def test_count_is_the_dense_count(rule, scene):
+    agree(scene, scene.cones, rule)
 
 
-@pytest.mark.parametrize(("rule", "scenes"), [("centre", range(20)), ("touch", range(20)), *_MANY])
-def test_count_is_the_dense_count(rule, scenes):
-    for seed in scenes:
-        solid, cones, voxel = drawn_scene(seed, rule)
-        centres = lattice(*solid.bounds(), voxel)
-        if rule == "centre":
-            wanted = dense(solid, centres, voxel, rule)
-        else:
-            wanted = dense(solid.a, centres, voxel, rule) & ~dense(solid.b, centres, voxel, rule)
-        seen = dense(cones, centres, voxel, rule)
-        found = target_voxels(solid, voxel, rule)
-        assert len(found) == wanted.sum(), f"seed {seed}"
-        assert count(cones, voxel, rule, found) == (wanted & seen).sum(), f"seed {seed}"
+@pytest.mark.slow
+@pytest.mark.parametrize("rule", RULES)
+@settings(max_examples=180)
+@given(scenes())
+def test_count_is_the_dense_count_in_many_scenes(rule, scene):
+    agree(scene, scene.cones, rule)
 
 
 @settings(max_examples=12)
-@given(drawing.seeds, st.sampled_from(["centre", "touch"]))
-def test_both_forms_of_zeta_agree(seed, rule):
+@given(scenes(), st.sampled_from(RULES))
+def test_both_forms_of_zeta_agree(scene, rule):
     """Lambda(V and FOV) = Lambda(V) - Lambda(V - FOV), with sets made one by one and by a count
     within.
     """
-    solid, cones, voxel = drawn_scene(seed, "touch")
-    target, seen = target_voxels(solid, voxel, rule), voxels(cones, voxel, rule)
+    cones, voxel = scene.cones, scene.voxel("touch")
+    target, seen = target_voxels(scene.solid, voxel, rule), voxels(cones, voxel, rule)
     both = target & seen
     assert both == target - (target - seen)
     assert (target | seen).volume == pytest.approx(target.volume + seen.volume - both.volume)
@@ -100,12 +96,10 @@ def test_both_forms_of_zeta_agree(seed, rule):
 
 
 @settings(max_examples=12)
-@given(drawing.seeds, st.sampled_from(["centre", "touch"]), st.integers(1, 5))
-def test_one_descent_counts_in_many_sets(seed, rule, sets):
+@given(scenes(), st.lists(some_balls(), min_size=1, max_size=5), st.sampled_from(RULES))
+def test_one_descent_counts_in_many_sets(scene, parts, rule):
     """Sets may overlap, contain each other, lie away from the solid, or be empty."""
-    rng = np.random.default_rng(seed)
-    _, cones, voxel = drawn_scene(seed, "touch")
-    parts = [Spheres(rng.normal(size=(3, 3)), rng.uniform(0.1, 0.8, 3)) for _ in range(sets)]
+    cones, voxel = scene.cones, scene.voxel("touch")
     wanted = [voxels(part, voxel) for part in parts] + [VoxelSet.empty(voxel)]
     each = [count(cones, voxel, rule, some) for some in wanted]
     assert count_each(cones, voxel, rule, wanted) == each
@@ -120,23 +114,19 @@ def test_more_sets_than_a_mark_holds_are_refused():
 
 
 @settings(max_examples=12)
-@given(drawing.seeds)
-def test_found_voxels_are_the_dense_ones(seed):
-    solid, _, voxel = drawn_scene(seed, "centre")
+@given(scenes())
+def test_found_voxels_are_the_dense_ones(scene):
+    solid, voxel = scene.solid, scene.voxel("centre")
     centres = lattice(*solid.bounds(), voxel)
     mine = voxels(solid, voxel).centres()
     assert set(map(tuple, mine.tolist())) == set(map(tuple, centres[solid(centres) <= 0].tolist()))
 
 
 @settings(max_examples=12)
-@given(drawing.seeds, st.integers(1, 20))
-def test_moving_by_whole_voxels_moves_the_set(seed, steps):
-    rng = np.random.default_rng(seed)
-    cones, voxel = drawing.cones(rng, 5), 0.0625
-    shift = steps * voxel
-    moved = Cones(
-        cones.apex + np.array([shift, 0.0, 0.0]), cones.axis, cones.half_angle, cones.range_m
-    )
+@given(some_cones(), st.integers(1, 20))
+def test_moving_by_whole_voxels_moves_the_set(cones, steps):
+    voxel = 0.0625
+    moved = replace(cones, apex=cones.apex + np.array([steps * voxel, 0.0, 0.0]))
     # a centre on a surface may round either way
     assert abs(count(cones, voxel) - count(moved, voxel)) <= 1
 
@@ -178,10 +168,10 @@ def test_voxels_beyond_the_lattice_are_refused():
 
 
 @settings(max_examples=5)
-@given(drawing.seeds, st.sampled_from(["centre", "touch"]), st.sampled_from([4, 16]))
-def test_regions_hold_every_voxel_once(seed, rule, most):
+@given(scenes(), st.sampled_from(RULES), st.sampled_from([4, 16]))
+def test_regions_hold_every_voxel_once(scene, rule, most):
     """What is counted region by region is what is counted at once."""
-    solid, cones, voxel = drawn_scene(seed, "touch")
+    solid, cones, voxel = scene.solid, scene.cones, scene.voxel("touch")
     voxel *= 0.5 if rule == "centre" else 1
     whole = target_voxels(solid, voxel, rule)
     parts = [(r, target_voxels(solid, voxel, rule, r)) for r in regions(solid, voxel, most)]

@@ -13,7 +13,8 @@ from place_rings.coverage.targets import Shape, Target, robot_curve, target_soli
 from place_rings.coverage.voxels.octree import count
 from scipy.integrate import quad
 
-from . import drawing
+from .strategies.solids import curve_points, some_tubes
+from .strategies.units import GENERATORS, failures, metres
 
 STRAIGHT = np.array([[0.0, 0, 0], [0, 0, 0.4], [0, 0, 1.0]])
 
@@ -51,10 +52,10 @@ def test_arc_length_of_the_reference_pose(name, length, reference_pose):
     )
 
 
-@given(drawing.seeds, st.floats(0.05, 1))
-def test_arc_length_is_that_of_many_chords(seed, blend):
-    points = np.random.default_rng(seed).uniform(-1, 1, (5, 3))
-    curve = pose_curve(points, blend)
+@given(curve_points(2, 5), st.integers(5, 100))
+def test_arc_length_is_that_of_many_chords(points_mm, blend_percent):
+    points = metres(points_mm)
+    curve = pose_curve(points, blend_percent / 100)
     t = np.linspace(0, 1, 4001)
     chords = sum(
         np.linalg.norm(np.diff(piece.point(t), axis=0), axis=1).sum() for piece in curve.pieces
@@ -95,21 +96,19 @@ def test_straight_tube_converges_to_pappus():
         assert count(tube, voxel) * voxel**3 == pytest.approx(volume, rel=allowed)
 
 
-@given(drawing.seeds)
-def test_tube_is_what_its_definition_says(seed):
+@given(some_tubes(), GENERATORS)
+def test_tube_is_what_its_definition_says(tube, rng):
     """Between two neighbouring discs: plane functions of opposite sign, within r of the segment
     between the centres.
     """
-    rng = np.random.default_rng(seed)
-    tube = pose_curve(rng.uniform(-1, 1, (4, 3)), 0.7).tube(0.4, 6)
     p = rng.uniform(-1.5, 1.5, (500, 3))
     inside = np.zeros(len(p), bool)
     for i in tube.first:
         a, b = tube.centre[i], tube.centre[i + 1]
         signs = ((p - a) @ tube.normal[i]) * ((p - b) @ tube.normal[i + 1]) <= 0
         t = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
-        inside |= signs & (np.linalg.norm(p - a - t[:, None] * (b - a), axis=1) <= 0.4)
-    assert np.array_equal(tube(p) <= 0, inside)
+        inside |= signs & (np.linalg.norm(p - a - t[:, None] * (b - a), axis=1) <= tube.radius)
+    assert failures(p, (tube(p) <= 0) == inside) == []
 
 
 @given(

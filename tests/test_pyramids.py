@@ -41,7 +41,10 @@ from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.moves import fresh
 from pydantic import ValidationError
 
-SEED = st.integers(0, 2**32 - 1)
+from .strategies.solids import some_beams
+from .strategies.units import FACINGS, GENERATORS, directions, failures, ups
+
+BEAMS = some_beams(2, 2)
 SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
 FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
 MIXED = Setup(
@@ -59,7 +62,7 @@ def frame(rng, n):
 
 
 def some(rng, n=4, cones=2):
-    """Beams of both shapes; the first ``cones`` are round."""
+    """Beams of both shapes for a test of fixed ones; the first ``cones`` are round."""
     axis, up = frame(rng, n)
     half_up = rng.uniform(0.1, 0.9, n)
     half_up[:cones] = 0
@@ -71,27 +74,25 @@ def some(rng, n=4, cones=2):
     return MixedBeams(apex, axis, half, range_m, up, half_up, half_up > 0)
 
 
-@given(SEED)
-def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(seed):
-    rng = np.random.default_rng(seed)
-    b = some(rng, 1, 0)
-    solid = Pyramids(b.apex, b.axis, b.half_angle, b.range_m, b.up, b.half_up)
+@given(some_beams(0, 1), GENERATORS)
+def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(beam, rng):
+    solid = beam.pyramids()
     p, q = rng.uniform(-1, 1, (2, 300, 3))
     f, g = solid(p), solid(q)
-    assert np.all(np.abs(f - g) <= np.linalg.norm(p - q, axis=1) + 1e-12)
+    assert failures(p, np.abs(f - g) <= np.linalg.norm(p - q, axis=1) + 1e-12) == []
     v = p - solid.apex[0]
     d, y, x = v @ solid.axis[0], v @ solid.up[0], v @ np.cross(solid.up[0], solid.axis[0])
     held = (d >= 0) & (d <= solid.range_m[0])
     held &= (abs(x) <= d * np.tan(solid.half_angle[0])) & (abs(y) <= d * np.tan(solid.half_up[0]))
-    np.testing.assert_array_equal(f <= 0, held)
+    assert failures(p, (f <= 0) == held) == []
     low, high = solid.bounds()
     assert np.all((p[held] >= low - 1e-12) & (p[held] <= high + 1e-12))
 
 
-@given(SEED)
+@given(BEAMS)
 @settings(max_examples=10)
-def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(seed):
-    solid, voxel = some(np.random.default_rng(seed)), 0.05
+def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(solid):
+    voxel = 0.05
     low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())
     grid = np.stack(
         np.meshgrid(
@@ -116,11 +117,10 @@ def test_certified_volume_of_a_pyramid_is_the_closed_form():
     assert Sensor(0.6, 0.7, None, 1.0).volume == pytest.approx(wanted * 4 / 3 * math.pi)
 
 
-@given(SEED)
+@given(BEAMS, GENERATORS)
 @settings(max_examples=5)
-def test_certified_interval_of_beams_holds_the_share_of_points(seed):
-    rng = np.random.default_rng(seed)
-    solid, ball = some(rng), sphere(np.zeros(3), 0.8)
+def test_certified_interval_of_beams_holds_the_share_of_points(solid, rng):
+    ball = sphere(np.zeros(3), 0.8)
     found = bracket(ball, solid, 0.02)
     points = rng.uniform(-0.8, 0.8, (40_000, 3))
     inside = solid(points[ball(points) <= 0]) <= 0
@@ -128,13 +128,16 @@ def test_certified_interval_of_beams_holds_the_share_of_points(seed):
     assert found.low - error <= inside.mean() <= found.high + error
 
 
-ANGLE = st.floats(0.05, 2.8)
+DEGREES = st.integers(3, 160)
 
 
-@given(ANGLE, st.none() | ANGLE, SEED)
-def test_a_beam_lies_between_its_inscribed_and_its_circumscribed_cone(fov, fov_up, seed):
-    sensor, rng = Sensor(fov, 0.9, None, fov_up), np.random.default_rng(seed)
-    apex, (axis, up) = np.zeros((1, 3)), frame(rng, 1)
+@given(DEGREES, st.none() | DEGREES, FACINGS, st.integers(-180, 180), GENERATORS)
+def test_a_beam_lies_between_its_inscribed_and_its_circumscribed_cone(
+    fov_deg, fov_up_deg, facing_deg, roll_deg, rng
+):
+    fov_up = None if fov_up_deg is None else math.radians(fov_up_deg)
+    sensor, apex = Sensor(math.radians(fov_deg), 0.9, None, fov_up), np.zeros((1, 3))
+    axis, up = directions([facing_deg]), ups([facing_deg], [roll_deg])
     shapes = BeamShapes(
         np.array([sensor.half_angle]),
         np.array([0.9]),

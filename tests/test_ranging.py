@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from place_rings.coverage.occlusion.ball_in_cone import ball_in_cone
 from place_rings.coverage.occlusion.ranging import BLOCK, least_gap, readings
 from place_rings.coverage.rings.ring import named_setup, sensor_optics
@@ -17,11 +18,21 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.robot import Robot
 from place_rings.coverage.solids.capsules import Capsules, gap_to_capsules
-from place_rings.coverage.solids.polyhedra import box, crossed, half_space, polyhedra
+from place_rings.coverage.solids.polyhedra import crossed, half_space, polyhedra
 from place_rings.coverage.solids.segments import point_to_segment, segment_to_segment
 from scipy.optimize import minimize_scalar
 
-from . import drawing
+from .strategies.rings import LONGEST, SHARES, poses, setups
+from .strategies.solids import Beam, beam, boxes
+from .strategies.units import (
+    FACINGS,
+    GENERATORS,
+    directions,
+    metres,
+    points_mm,
+    uniform_directions,
+    ups,
+)
 
 
 def nearest_by_convexity(apex, axis, half, range_m, centre, radius):
@@ -65,26 +76,36 @@ def project_on_cone(p, apex, axis, half, range_m):
     return apex + best[0] * axis + best[1] * unit
 
 
-def draw_pair(rng):
-    """A cone and a ball that often cuts its side, its base or its apex."""
-    half, range_m = rng.uniform(0.05, 1.2), rng.uniform(0.3, 1.5)
-    apex, axis = rng.uniform(-0.5, 0.5, 3), drawing.unit(rng, 1)[0]
-    centre = (
-        apex
-        + rng.uniform(-0.3, 1.4) * range_m * axis
-        + rng.normal(0, 0.4, 3) * range_m * math.tan(half)
-    )
-    return apex, axis, half, range_m, centre, rng.uniform(0.02, 0.5)
+def cone_and_ball(
+    cone: Beam, ahead_percent: int, aside_percent: tuple[int, int], radius_mm: int
+) -> tuple[np.ndarray, np.ndarray, float, float, np.ndarray, float]:
+    """A cone and a ball that often cuts its side, its base or its apex; the ball's centre in
+    percent of the cone's height and of its base's radius.
+    """
+    apex, axis, half = metres(cone.apex_mm), directions(cone.facing_deg), math.radians(cone.fov_deg)
+    half, range_m = half / 2, cone.range_mm / 1000
+    up = ups(cone.facing_deg, 0)
+    x, y = np.array(aside_percent) / 100 * range_m * math.tan(half)
+    centre = apex + ahead_percent / 100 * range_m * axis + x * np.cross(axis, up) + y * up
+    return apex, axis, half, range_m, centre, radius_mm / 1000
 
 
-@given(drawing.seeds)
-def test_reading_of_a_ball_against_dense_samples(seed):
+PAIRS = st.builds(
+    cone_and_ball,
+    st.builds(beam, points_mm(500), FACINGS, st.integers(6, 137), st.integers(300, 1500)),
+    st.integers(-40, 150),
+    st.tuples(st.integers(-120, 120), st.integers(-120, 120)),
+    st.integers(20, 500),
+)
+
+
+@given(PAIRS, GENERATORS)
+def test_reading_of_a_ball_against_dense_samples(pair, rng):
     """No sample of the ball in the cone is nearer than the reading, and some are nearly as near."""
-    rng = np.random.default_rng(seed)
-    apex, axis, half, range_m, centre, radius = draw_pair(rng)
+    apex, axis, half, range_m, centre, radius = pair
     distance, point = ball_in_cone(apex, axis, half, range_m, centre, radius)
     n = 20_000
-    ways = drawing.unit(rng, n)
+    ways = uniform_directions(rng, n)
     ball = (
         centre
         + radius
@@ -109,10 +130,9 @@ def test_reading_of_a_ball_against_dense_samples(seed):
 
 
 @settings(max_examples=25)
-@given(drawing.seeds)
-def test_reading_of_a_ball_is_the_projection_on_both(seed):
-    rng = np.random.default_rng(seed)
-    apex, axis, half, range_m, centre, radius = draw_pair(rng)
+@given(PAIRS)
+def test_reading_of_a_ball_is_the_projection_on_both(pair):
+    apex, axis, half, range_m, centre, radius = pair
     distance, point = ball_in_cone(apex, axis, half, range_m, centre, radius)
     if np.isfinite(distance):
         nearest, apart = nearest_by_convexity(apex, axis, half, range_m, centre, radius)
@@ -143,15 +163,19 @@ def test_every_case_of_ball_and_cone():
     assert point[0] == pytest.approx(1.5)
 
 
-@given(drawing.seeds)
-def test_segments_against_a_minimiser(seed):
-    rng = np.random.default_rng(seed)
-    a, b, c, d = rng.uniform(-1, 1, (4, 3))
-    if rng.uniform() < 0.2:
-        d = c + (b - a) * rng.uniform(0.1, 2)  # parallel
-    if rng.uniform() < 0.1:
-        d = c  # a point
-    for t, s in ((rng.uniform(), rng.uniform()), (0.0, 1.0)):
+@given(
+    st.tuples(*[points_mm(1000)] * 4),
+    st.sampled_from(["askew", "askew", "parallel", "a point"]),
+    SHARES,
+    SHARES,
+)
+def test_segments_against_a_minimiser(ends_mm, second, along, share):
+    a, b, c, d = metres(ends_mm)
+    if second == "parallel":
+        d = c + (b - a) * (0.1 + 1.9 * share)
+    if second == "a point":
+        d = c
+    for t, s in ((along, share), (0.0, 1.0)):
         assert (
             segment_to_segment(a, b, c, d)
             <= np.linalg.norm(a + t * (b - a) - c - s * (d - c)) + 1e-9
@@ -174,10 +198,10 @@ def test_segments_against_a_minimiser(seed):
 
 
 @settings(max_examples=3)
-@given(drawing.seeds)
-def test_bodies_move_with_their_links(seed):
+@given(poses(LONGEST))
+def test_bodies_move_with_their_links(pose):
     for name, robot in ROBOTS.items():
-        q = drawing.pose(np.random.default_rng(seed), len(robot.chain))
+        q = pose[: len(robot.chain)]
         bodies = robot_capsules(robot, forward(robot.chain, q))
         again = robot_capsules(robot, forward(robot.chain, jnp.asarray(q)))
         assert np.allclose(bodies.start, again.start)
@@ -209,26 +233,28 @@ def test_a_robot_without_bodies_is_refused(reference_pose):
         robot_capsules(bare, forward(bare.chain, reference_pose))
 
 
-def scene(rng, poses=3, balls=40):
+SCENES = setups(), st.lists(poses(), min_size=3, max_size=3), GENERATORS
+
+
+def sensors_and_balls(setup, some, rng, balls=40):
     """Sensors of a UR10 in a few poses and balls about it."""
-    setup = drawing.setup(rng)
-    frames = forward(UR10.chain, np.stack([drawing.pose(rng) for _ in range(poses)]))
+    frames = forward(UR10.chain, np.stack(some))
     eyes = (*sensor_axes(UR10, setup, frames), *sensor_optics(setup))
     return (
         eyes,
-        rng.uniform(-1.5, 1.5, (poses, balls, 3)),
+        rng.uniform(-1.5, 1.5, (len(some), balls, 3)),
         rng.uniform(0.01, 0.2, balls),
         robot_capsules(UR10, frames),
     )
 
 
 @settings(max_examples=25)
-@given(drawing.seeds)
-def test_blocks_leave_out_nothing(seed):
+@given(*SCENES)
+def test_blocks_leave_out_nothing(setup, some, rng):
     """Rows that are left out could not have been read: every reading is the least over all balls,
     one by one.
     """
-    eyes, centre, radius, bodies = scene(np.random.default_rng(seed), balls=BLOCK + 5)
+    eyes, centre, radius, bodies = sensors_and_balls(setup, some, rng, BLOCK + 5)
     apex, axis, half, range_m = eyes
     read = readings(*eyes, centre, radius)
     all_of = ball_in_cone(
@@ -250,12 +276,12 @@ def test_blocks_leave_out_nothing(seed):
 
 
 @settings(max_examples=25)
-@given(drawing.seeds)
-def test_shadows_only_take_away(seed):
+@given(*SCENES)
+def test_shadows_only_take_away(setup, some, rng):
     """A reading in shadow is never nearer, and is the nearest ball whose nearest point can be
     seen.
     """
-    eyes, centre, radius, bodies = scene(np.random.default_rng(seed))
+    eyes, centre, radius, bodies = sensors_and_balls(setup, some, rng)
     apex, axis, half, range_m = eyes
     free, hidden = readings(*eyes, centre, radius), readings(*eyes, centre, radius, bodies)
     assert np.all(hidden.distance >= free.distance)
@@ -273,8 +299,12 @@ def test_shadows_only_take_away(seed):
         bodies.start[:, None, None],
         bodies.end[:, None, None],
     )
-    visible = np.where((blocked < bodies.radius).any(axis=3), np.inf, distance).min(axis=2)
-    assert np.allclose(hidden.distance, visible, atol=1e-9)
+    # a line of sight that grazes a body, as from a ring on its surface, may count either way
+    least, most = (
+        np.where((blocked < bodies.radius + slack).any(axis=3), np.inf, distance).min(axis=2)
+        for slack in (-1e-9, 1e-9)
+    )
+    assert np.all((least - 1e-9 <= hidden.distance) & (hidden.distance <= most + 1e-9))
 
 
 def test_a_body_hides_what_is_behind_it():
@@ -292,13 +322,9 @@ def test_a_body_hides_what_is_behind_it():
 
 
 @settings(max_examples=30)
-@given(drawing.seeds)
-def test_segments_meet_what_their_points_lie_in(seed):
-    rng = np.random.default_rng(seed)
-    bodies = (
-        box(rng.uniform(-0.5, 0.5, 3), rng.uniform(0.05, 1.0, 3)),
-        half_space(rng.uniform(-1, 0)),
-    )
+@given(boxes(500, (50, 1000), turned=False), st.integers(-1000, 0), GENERATORS)
+def test_segments_meet_what_their_points_lie_in(obstacle, floor_mm, rng):
+    bodies = (obstacle, half_space(floor_mm / 1000))
     planes = polyhedra(bodies, np.zeros((2, 3)))
     a, b = rng.uniform(-1.5, 1.5, (2, 40, 3))
     b[:5, :2] = a[:5, :2]  # along an axis, so that some planes are never crossed

@@ -21,7 +21,8 @@ from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.solids.base import Parts
 from place_rings.coverage.targets import Shape, robot_curve
 
-from . import drawing
+from .strategies.rings import poses
+from .strategies.units import GENERATORS, failures
 
 RINGS = ring_arrays(
     UR10,
@@ -30,12 +31,21 @@ RINGS = ring_arrays(
 
 
 @settings(max_examples=20)
-@given(drawing.seeds, st.sampled_from([0, 3]))
-def test_moments_are_the_central_difference(seed, draws):
+@given(
+    st.tuples(poses(6, 115), poses(6, 115)),
+    st.lists(
+        st.tuples(st.integers(10, 90), st.integers(6, 52), st.integers(6, 52)),
+        min_size=3,
+        max_size=3,
+    ),
+    st.sampled_from([0, 3]),
+    GENERATORS,
+)
+def test_moments_are_the_central_difference(two_poses, percent_tilt_phase, draws, rng):
     """In two poses, with mounting errors and without, by apexes, axes and ups."""
-    rng = np.random.default_rng(seed)
-    frames = forward(UR10.chain, rng.uniform(-2, 2, (2, 6)))
-    values = rng.uniform(0.1, 0.9, (3, 3))
+    frames = forward(UR10.chain, np.stack(two_poses))
+    position, *angles = np.array(percent_tilt_phase, float).T
+    values = np.stack([position / 100, *np.radians(angles)])
     errors = draw_errors(3, 12, MountingErrors(0.02, 0.2), draws, 0) if draws else None
 
     def there(x):
@@ -64,14 +74,13 @@ def test_moments_are_the_central_difference(seed, draws):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds)
-def test_a_tube_holds_what_its_function_says(seed):
+@given(poses(6, 172), GENERATORS)
+def test_a_tube_holds_what_its_function_says(q, rng):
     """With the joints drawn, so that discs cross; the points are in the box of the shell, but on no
     surface.
     """
-    rng = np.random.default_rng(seed)
-    tube = robot_curve(UR10, rng.uniform(-3, 3, 6), Shape()).tube(0.5, 20)
+    tube = robot_curve(UR10, q, Shape()).tube(0.5, 20)
     low, high = tube.bounds()
     points = rng.uniform(low, high, (2000, 3))
-    assert np.array_equal(tube.holds(points), Parts.holds(tube, points))
-    assert np.all(tube(sample(tube, 100, seed)) <= 0)
+    assert failures(points, tube.holds(points) == Parts.holds(tube, points)) == []
+    assert np.all(tube(sample(tube, 100, 0)) <= 0)

@@ -15,7 +15,7 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
-from . import drawing
+from .strategies.rings import poses, setups
 
 # Uniform random points by an independent program, standard error up to 0.15 points: V_S(0.5),
 # V_S(1.5), V_OT on ur10.
@@ -60,10 +60,8 @@ def test_papers_sensor_sees_its_volume():
     assert PAPER_SENSOR.volume == pytest.approx(0.1737, abs=5e-5)
 
 
-@given(drawing.seeds)
-def test_sensors_stand_evenly_on_their_ring(seed):
-    rng = np.random.default_rng(seed)
-    setup, q = drawing.setup(rng), drawing.pose(rng)
+@given(setups(), poses())
+def test_sensors_stand_evenly_on_their_ring(setup, q):
     cones = sensor_cones(UR10, setup, q)
     frames = forward(UR10.chain, q)
     first = 0

@@ -20,6 +20,7 @@ from place_rings.formats.errors import UserError
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
 from . import drawing
+from .strategies.rings import poses
 from .urdf_text import Peer, chain_text
 
 FK = 1e-9  # m, and of rotation matrices
@@ -130,13 +131,12 @@ def test_kinematics_are_mujocos(name):
 
 
 @settings(max_examples=20)
-@given(drawing.seeds, st.sampled_from(sorted(UR_TABLES)))
-def test_universal_robots_are_their_published_tables(seed, name):
+@given(poses(), st.sampled_from(sorted(UR_TABLES)))
+def test_universal_robots_are_their_published_tables(q, name):
     """The base frame of the description is the table's turned by half a turn; the UR10's URDF is
     rounded to 0.1 mm.
     """
     d1, a2, a3, d4, d5, d6 = UR_TABLES[name]
-    q = drawing.pose(np.random.default_rng(seed))
     wanted = by_table(
         q, [(d1, 0, 90), (0, a2, 0), (0, a3, 0), (d4, 0, 90), (d5, 0, -90), (d6, 0, 0)]
     )
@@ -149,9 +149,8 @@ def test_universal_robots_are_their_published_tables(seed, name):
 
 
 @settings(max_examples=20)
-@given(drawing.seeds)
-def test_arms_of_seven_joints_are_their_published_tables(seed):
-    q = drawing.pose(np.random.default_rng(seed), 7)
+@given(poses(7))
+def test_arms_of_seven_joints_are_their_published_tables(q):
     T = np.eye(4)
     for theta, (a, d, alpha) in zip(q, FRANKA, strict=True):
         T = T @ turn_x(math.radians(alpha)) @ shift(a, 0) @ turn_z(theta) @ shift(0, d)

@@ -43,7 +43,7 @@ from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.placement.search.search import search
 
-from . import drawing
+from .strategies.rings import poses, setups
 
 NEAR = Target("V_S", 0.5)
 ERRORS = MountingErrors()
@@ -59,14 +59,13 @@ def verifier():
     return Verifier(Scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
 
 
-def drawn_setup(seed, sensors=4):
-    return drawing.setup(np.random.default_rng(seed), sensors)
+SETUPS = setups(most_sensors=4)
+SEEDS = st.integers(0, 2**32 - 1)  # of drawn mounting errors
 
 
 @settings(max_examples=2)
-@given(drawing.seeds)
-def test_redundancy_keeps_its_laws(verifier, seed):
-    setup = drawn_setup(seed)
+@given(SETUPS)
+def test_redundancy_keeps_its_laws(verifier, setup):
     found = redundancy(verifier, setup, NEAR, setup.sensors)
     assert found.zeta == pytest.approx(verifier.verify(setup, NEAR).zeta, abs=1e-12)
     assert np.all(np.diff(found.zetas) <= 0)
@@ -92,9 +91,8 @@ def test_redundancy_keeps_its_laws(verifier, seed):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds)
-def test_a_doubled_ring_is_seen_twice(verifier, seed):
-    setup = drawn_setup(seed)
+@given(SETUPS)
+def test_a_doubled_ring_is_seen_twice(verifier, setup):
     twins = Setup(tuple(ring for ring in setup.rings for _ in range(2)))
     one, two = redundancy(verifier, setup, NEAR, 1), redundancy(verifier, twins, NEAR, 2)
     assert two.zetas[1] >= one.zetas[0]
@@ -102,9 +100,8 @@ def test_a_doubled_ring_is_seen_twice(verifier, seed):
 
 
 @settings(max_examples=3)
-@given(drawing.seeds)
-def test_without_errors_every_mounting_is_as_meant(verifier, seed):
-    setup = drawn_setup(seed)
+@given(SETUPS, SEEDS)
+def test_without_errors_every_mounting_is_as_meant(verifier, setup, seed):
     found = tolerance(verifier, setup, NEAR, MountingErrors(0.0, 0.0), draws=3, seed=seed)
     assert np.all(found.zetas == found.nominal)
     assert found.nominal == pytest.approx(verifier.verify(setup, NEAR).zeta, abs=1e-12)
@@ -112,10 +109,9 @@ def test_without_errors_every_mounting_is_as_meant(verifier, seed):
 
 
 @settings(max_examples=3)
-@given(drawing.seeds)
-def test_drawn_mountings_are_counted_one_by_one(verifier, seed):
+@given(SETUPS, SEEDS)
+def test_drawn_mountings_are_counted_one_by_one(verifier, setup, seed):
     """The report's zetas are those of the octree for each drawn set of cones."""
-    setup = drawn_setup(seed)
     found = tolerance(verifier, setup, NEAR, ERRORS, draws=3, seed=seed)
     drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 3, seed)
     expected = np.zeros(3)
@@ -131,7 +127,7 @@ def test_drawn_mountings_are_counted_one_by_one(verifier, seed):
 
 
 @settings(max_examples=25)
-@given(drawing.seeds, st.sampled_from(["uniform", "normal"]))
+@given(SEEDS, st.sampled_from(["uniform", "normal"]))
 def test_errors_are_common_seeded_and_within_their_limits(seed, law):
     errors = MountingErrors(0.004, 0.05, law)
     few, many = draw_errors(3, 9, errors, 5, seed), draw_errors(3, 9, errors, 50, seed)
@@ -168,10 +164,9 @@ def misplaced_axes(here, position, tilt, phase, frames, errors):
 
 
 @settings(max_examples=25)
-@given(drawing.seeds)
-def test_misplaced_sensors_are_where_the_errors_say(seed):
+@given(SETUPS, poses(), SEEDS)
+def test_misplaced_sensors_are_where_the_errors_say(setup, q, seed):
     """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""
-    setup, q = drawn_setup(seed), drawing.pose(np.random.default_rng(seed))
     frames = forward(UR10.chain, q)[None]
     rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     apex, axis = sensor_axes(UR10, setup, frames[0])
@@ -286,9 +281,8 @@ def test_floors_are_of_what_is_aimed_at(one_pose):
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_the_aim_of_a_loss_is_the_reports_worst(verifier, seed):
-    setup = drawn_setup(seed)
+@given(SETUPS)
+def test_the_aim_of_a_loss_is_the_reports_worst(verifier, setup):
     found = redundancy(verifier, setup, NEAR, 1)
     assert judge(verifier, setup, Criterion(losing="ring"))[1] == pytest.approx(
         found.worst_ring.zeta, abs=1e-12

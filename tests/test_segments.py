@@ -4,34 +4,39 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, settings
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import Capsules, gap_to_capsules
 from place_rings.coverage.solids.segments import from_segment, point_to_segment
 
-SEED = st.integers(0, 2**32 - 1)
+from .strategies.solids import some_capsules
+from .strategies.units import GENERATORS, failures, metres, points_mm
 
 
-@given(SEED)
-def test_no_point_of_a_segment_is_nearer_than_the_nearest(seed):
-    rng = np.random.default_rng(seed)
-    points, start, end = rng.uniform(-1, 1, (3, 40, 3))
-    end[:5] = start[:5]
+@settings(max_examples=25)
+@given(points_mm(1000), points_mm(1000), GENERATORS)
+def test_no_point_of_a_segment_is_nearer_than_the_nearest(start_mm, end_mm, rng):
+    start, end, points = metres([start_mm]), metres([end_mm]), rng.uniform(-1, 1, (40, 3))
     way = from_segment(points, start, end)
     share = np.linspace(0, 1, 2001)[:, None, None]
     dense = np.linalg.norm(points - (start + share * (end - start)), axis=2).min(axis=0)
     length = np.linalg.norm(way, axis=1)
-    assert np.all(length <= dense + 1e-12)
+    assert failures(points, length <= dense + 1e-12) == []
     # Two neighbouring ones of the dense points are at most half a thousandth of a length apart.
-    assert np.all(length >= dense - np.linalg.norm(end - start, axis=1) / 4000 - 1e-12)
-    np.testing.assert_array_equal(length[:5], np.linalg.norm(points - start, axis=1)[:5])
+    apart = np.linalg.norm(end - start) / 4000
+    assert failures(points, length >= dense - apart - 1e-12) == []
     np.testing.assert_allclose(point_to_segment(points, start, end), length, rtol=1e-14)
     with jax.numpy_rank_promotion("allow"):
         of_jax = from_segment(*(jnp.asarray(a) for a in (points, start, end)))
     np.testing.assert_allclose(of_jax, way, atol=1e-14)
+
+
+@given(points_mm(1000), GENERATORS)
+def test_a_segment_of_no_length_is_a_point(place_mm, rng):
+    place, points = metres([place_mm]), rng.uniform(-1, 1, (40, 3))
+    np.testing.assert_array_equal(from_segment(points, place, place), points - place)
 
 
 @pytest.mark.parametrize("place", [0.0, 0.4, 1.0])
@@ -44,17 +49,15 @@ def test_the_distance_has_no_slope_on_the_segment_nor_on_one_of_no_length(place)
             np.testing.assert_array_equal(slope, 0.0)
 
 
-@given(SEED)
-def test_capsules_are_alike_as_a_union_of_parts_and_one_by_one(seed):
-    rng = np.random.default_rng(seed)
-    many = Capsules(*rng.uniform(-1, 1, (2, 4, 3)), rng.uniform(0.05, 0.4, 4))
+@given(some_capsules(1, 4), GENERATORS)
+def test_capsules_are_alike_as_a_union_of_parts_and_one_by_one(many, rng):
     points = rng.uniform(-1.5, 1.5, (50, 3))
     each = [
         Capsules(a, b, float(r)).distance(points) for a, b, r in zip(*many.arrays(), strict=True)
     ]
     np.testing.assert_array_equal(np.min(each, axis=0), many(points))
     np.testing.assert_array_equal(gap_to_capsules(points, *many.arrays()), many(points))
-    apart = Capsules(many.start + 9 * np.arange(4.0)[:, None], many.end, many.radius)
+    apart = Capsules(many.start + 9 * np.arange(len(many))[:, None], many.end, many.radius)
     length = np.linalg.norm(apart.end - apart.start, axis=1)
     ball, tube = 4 / 3 * np.pi * apart.radius**3, np.pi * apart.radius**2 * length
     np.testing.assert_allclose(apart.volume, ball + tube)

@@ -14,7 +14,8 @@ from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
 
-from . import drawing
+from .strategies.solids import padded_cones
+from .strategies.units import GENERATORS, uniform_directions
 
 compiled = jax.jit(soft_zeta)
 of_many = jax.jit(
@@ -32,9 +33,17 @@ def estimate(cones, points, width, cut=CUT, slopes=True):
     return compiled(cones, points, width, cut, slopes)
 
 
-def drawn(seed, cones=12, points=300):
-    rng = np.random.default_rng(seed)
-    return drawing.cones(rng, cones), rng.uniform(-1, 1, (points, 3))
+def drawn(cones, points):
+    """So many cones and points, always the same."""
+    rng = np.random.default_rng(0)
+    axis, half = uniform_directions(rng, cones), np.radians(rng.uniform(0.5, 80, cones))
+    drawn = Cones(rng.uniform(-0.5, 0.5, (cones, 3)), axis, half, rng.uniform(0.1, 1.5, cones))
+    return drawn, rng.uniform(-1, 1, (points, 3))
+
+
+def around(rng, points):
+    """Points (N, 3) of a cube that most cones lie in, m."""
+    return rng.uniform(-1, 1, (points, 3))
 
 
 def plain(apex, axis, cones, points, width):
@@ -49,9 +58,9 @@ def plain(apex, axis, cones, points, width):
         return float(np.mean(1 - np.prod(1 - 1 / (1 + np.exp(f / width)), axis=0)))
 
 
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.03, 0.01]))
-def test_value_is_the_definition(seed, width):
-    cones, points = drawn(seed)
+@given(padded_cones(12), st.sampled_from([0.3, 0.1, 0.03, 0.01]), GENERATORS)
+def test_value_is_the_definition(cones, width, rng):
+    points = around(rng, 300)
     soft = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width, ALL)
     assert float(soft.zeta) == pytest.approx(
         plain(cones.apex, cones.axis, cones, points, width), abs=1e-12
@@ -67,13 +76,13 @@ def smooth(cones, points):
     return ((np.abs(side - (d - cones.range_m)) > 1e-3) & (rho > 1e-2)).all(axis=1)
 
 
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.05]))
-def test_gradient_is_the_central_difference(seed, width):
+@given(padded_cones(4), st.sampled_from([0.3, 0.1, 0.05]), GENERATORS)
+def test_gradient_is_the_central_difference(cones, width, rng):
     """The axis is varied as a free vector about its unit length, as the gradient is."""
-    cones, points = drawn(seed, 4, 100)
+    points = around(rng, 100)
     points = points[smooth(cones, points)]
     soft = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width, ALL)
-    rng, step = np.random.default_rng(seed), 1e-5
+    step = 1e-5
     for _ in range(4):
         da, dx = rng.normal(size=(2, 4, 3))
         up, down = (
@@ -84,9 +93,9 @@ def test_gradient_is_the_central_difference(seed, width):
         assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)
 
 
-@given(drawing.seeds, st.sampled_from([0.05, 0.01, 0.002]))
-def test_cones_left_out_do_not_matter(seed, width):
-    cones, points = drawn(seed, 24, 500)
+@given(padded_cones(24, least=12), st.sampled_from([0.05, 0.01, 0.002]), GENERATORS)
+def test_cones_left_out_do_not_matter(cones, width, rng):
+    points = around(rng, 500)
     c, p = on_device(cones), on_device(cloud(points, 32, np.float64))
     whole, fewer = estimate(c, p, width, ALL), estimate(c, p, width)
     assert float(abs(whole.zeta - fewer.zeta)) < len(cones) * np.exp(-CUT)
@@ -95,13 +104,12 @@ def test_cones_left_out_do_not_matter(seed, width):
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
+@given(st.lists(padded_cones(20, least=10), min_size=3, max_size=3), GENERATORS)
+def test_many_setups_and_clouds_at_once_are_as_one_by_one(setups, rng):
     """Under vmap the loops run as long as the longest needs, and blocks without points are passed
     over.
     """
-    rng = np.random.default_rng(seed)
-    setups = [on_device(drawing.cones(rng, 20)) for _ in range(3)]
+    setups = [on_device(cones) for cones in setups]
     clouds = [
         on_device(cloud(rng.uniform(-1, 1, (n, 3)), 16, np.float64, blocks=40)) for n in (100, 600)
     ]
@@ -115,9 +123,9 @@ def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
 
 
 @settings(max_examples=5)
-@given(drawing.seeds)
-def test_padding_and_slopes_leave_the_value(seed):
-    cones, points = drawn(seed)
+@given(padded_cones(12), GENERATORS)
+def test_padding_and_slopes_leave_the_value(cones, rng):
+    points = around(rng, 300)
     c, small, large = (
         on_device(cones),
         cloud(points, 32, np.float64),
@@ -132,9 +140,9 @@ def test_padding_and_slopes_leave_the_value(seed):
     assert not np.any(flat.by_apex)
 
 
-@given(drawing.seeds)
-def test_tends_to_the_share_of_points(seed):
-    cones, points = drawn(seed)
+@given(padded_cones(12), GENERATORS)
+def test_tends_to_the_share_of_points(cones, rng):
+    points = around(rng, 300)
     c, p = on_device(cones), on_device(cloud(points, dtype=np.float64))
     exact = float((cones(points) <= 0).mean())
     distance = np.abs(np.stack([cones.part(points, k) for k in range(len(cones))])).min(axis=0)
@@ -175,8 +183,8 @@ def test_gradients_are_finite_everywhere(dtype, width):
 
 
 @settings(max_examples=5)
-@given(drawing.seeds, st.sampled_from([0.1, 0.05, 0.02, 0.008]))
-def test_single_precision_is_enough_for_a_search(seed, width):
+@given(padded_cones(32, least=16), st.sampled_from([0.1, 0.05, 0.02, 0.008]), GENERATORS)
+def test_single_precision_is_enough_for_a_search(cones, width, rng):
     """At all widths of the search: zeta to 1e-5, which is a tenth of a voxel's worth, slopes to
     1e-3 of the steepest.
 
@@ -184,7 +192,7 @@ def test_single_precision_is_enough_for_a_search(seed, width):
     1e-4, and a slope, which is made of differences of such, by as much; one more power of ten
     covers the worst point of few.
     """
-    cones, points = drawn(seed, 32, 2000)
+    points = around(rng, 2000)
     double = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width)
     single = estimate(
         jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones),
@@ -199,7 +207,7 @@ def test_single_precision_is_enough_for_a_search(seed, width):
 
 def test_memory_does_not_grow_with_pairs():
     """1000 cones and a million points: all pairs would take 4 GB."""
-    cones, points = drawn(0, 1000, 64)
+    cones, points = drawn(1000, 64)
     c, structure = jax.tree.flatten(jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones))
     p = jax.tree.map(lambda a: np.zeros((15625, *a.shape[1:]), np.float32), cloud(points))
     p, structure_of_points = jax.tree.flatten(p)
@@ -214,9 +222,9 @@ def test_memory_does_not_grow_with_pairs():
 
 
 @settings(max_examples=10)
-@given(drawing.seeds, st.integers(1, 400), st.sampled_from([1, 7, 64]))
-def test_clouds_keep_every_point_once(seed, n, block):
-    points = np.random.default_rng(seed).uniform(-1, 1, (n, 3))
+@given(GENERATORS, st.integers(1, 400), st.sampled_from([1, 7, 64]))
+def test_clouds_keep_every_point_once(rng, n, block):
+    points = around(rng, n)
     c = cloud(points, block, np.float64)
     kept = c.points.reshape(-1, 3)[c.weight.reshape(-1) > 0]
     assert np.array_equal(kept[np.lexsort(kept.T)], points[np.lexsort(points.T)])

@@ -15,10 +15,12 @@ from place_rings.coverage.soft.k_coverage import soft_seen
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 
-from . import drawing
-from .test_soft_estimator import ALL, drawn, on_device, smooth
+from .strategies.solids import padded_cones
+from .strategies.units import GENERATORS
+from .test_soft_estimator import ALL, around, drawn, on_device, smooth
 
 CONES, POINTS = 6, 200
+SIX = padded_cones(CONES)
 compiled = jax.jit(soft_seen, static_argnums=3)
 
 
@@ -57,20 +59,20 @@ def plain(p, least):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.03]), st.sampled_from([2, 3]))
-def test_value_is_the_definition(seed, width, least):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, st.sampled_from([0.3, 0.1, 0.03]), st.sampled_from([2, 3]), GENERATORS)
+def test_value_is_the_definition(cones, width, least, rng):
+    points = around(rng, POINTS)
     expected = plain(chances(cones.apex, cones.axis, cones, points, width), least)
     assert float(estimate(cones, points, width, least).zeta) == pytest.approx(expected, abs=1e-12)
 
 
 @settings(max_examples=10)
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.05]), st.sampled_from([2, 3]))
-def test_gradient_is_the_central_difference(seed, width, least):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, st.sampled_from([0.3, 0.1, 0.05]), st.sampled_from([2, 3]), GENERATORS)
+def test_gradient_is_the_central_difference(cones, width, least, rng):
+    points = around(rng, POINTS)
     points = points[smooth(cones, points)]
     soft = estimate(cones, points, width, least)
-    rng, step = np.random.default_rng(seed), 1e-5
+    step = 1e-5
     for _ in range(2):
         da, dx = rng.normal(size=(2, CONES, 3))
         up, down = (
@@ -82,9 +84,9 @@ def test_gradient_is_the_central_difference(seed, width, least):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds, st.sampled_from([2, 3]))
-def test_tends_to_the_share_of_points(seed, least):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, st.sampled_from([2, 3]), GENERATORS)
+def test_tends_to_the_share_of_points(cones, least, rng):
+    points = around(rng, POINTS)
     f = np.stack([cones.part(points, k) for k in range(CONES)])
     on_surface = (np.abs(f).min(axis=0) < 20 * SHARP).mean()
     exact = ((f <= 0).sum(axis=0) >= least).mean()
@@ -94,10 +96,10 @@ def test_tends_to_the_share_of_points(seed, least):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds)
-def test_more_sensors_see_less_and_all_numbers_add_up(seed):
+@given(padded_cones(2), GENERATORS)
+def test_more_sensors_see_less_and_all_numbers_add_up(cones, rng):
     """The sum over k of the chances of at least k is the expected number of cones."""
-    cones, points = drawn(seed, 2, POINTS)
+    points = around(rng, POINTS)
     one, two = (float(estimate(cones, points, 0.1, k).zeta) for k in (1, 2))
     assert one >= two
     expected = chances(cones.apex, cones.axis, cones, points, 0.1).sum(axis=0).mean()
@@ -105,12 +107,12 @@ def test_more_sensors_see_less_and_all_numbers_add_up(seed):
 
 
 @settings(max_examples=10)
-@given(drawing.seeds, st.sampled_from([0.05, 0.01]))
-def test_pieces_and_cones_left_out_do_not_matter(seed, width):
+@given(padded_cones(40, least=20), st.sampled_from([0.05, 0.01]), GENERATORS)
+def test_pieces_and_cones_left_out_do_not_matter(cones, width, rng):
     """40 cones go through in several pieces; those that are far off are left out, with and without
     slopes.
     """
-    cones, points = drawn(seed, 40, POINTS)
+    points = around(rng, POINTS)
     whole, fewer = (estimate(cones, points, width, 3, cut) for cut in (ALL, CUT))
     assert float(abs(whole.zeta - fewer.zeta)) < len(cones) * np.exp(-CUT)
     for a, b in zip(*map(jax.tree.leaves, (whole[1:], fewer[1:])), strict=True):
@@ -153,7 +155,7 @@ def test_gradients_are_finite_everywhere(dtype):
 
 def test_memory_does_not_grow_with_pairs():
     """1000 cones and a million points: all pairs would take 4 GB."""
-    cones, points = drawn(0, 1000, 64)
+    cones, points = drawn(1000, 64)
     c, structure = jax.tree.flatten(jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones))
     p = jax.tree.map(lambda a: np.zeros((15625, *a.shape[1:]), np.float32), cloud(points))
     p, structure_of_points = jax.tree.flatten(p)
@@ -168,6 +170,6 @@ def test_memory_does_not_grow_with_pairs():
 
 
 def test_fewer_than_one_sensor_is_refused():
-    cones, points = drawn(0)
+    cones, points = drawn(12, 300)
     with pytest.raises(ValueError, match="at least 1"):
         soft_seen(on_device(cones), on_device(cloud(points, dtype=np.float64)), 0.1, 0)

@@ -15,11 +15,13 @@ from place_rings.coverage.soft.leave_one_out import soft_losses
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 
-from . import drawing
-from .test_soft_estimator import ALL, drawn, on_device, plain, smooth
+from .strategies.solids import padded_cones
+from .strategies.units import GENERATORS
+from .test_soft_estimator import ALL, around, on_device, plain, smooth
 
 GROUP = np.array([0, 0, 1, 1, 1, 3])  # nothing is lost with group 2
 CONES, POINTS = len(GROUP), 200
+SIX = padded_cones(CONES)
 compiled = jax.jit(lambda c, p, width, weights, cut: soft_losses(c, GROUP, p, width, weights, cut))
 
 
@@ -40,9 +42,9 @@ def plain_losses(cones, points, width):
 
 
 @settings(max_examples=20)
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.03]))
-def test_value_is_the_plain_one_without_the_group(seed, width):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, st.sampled_from([0.3, 0.1, 0.03]), GENERATORS)
+def test_value_is_the_plain_one_without_the_group(cones, width, rng):
+    points = around(rng, POINTS)
     expected = plain_losses(cones, points, width)
     assert np.asarray(estimate(cones, points, width, np.ones(4)).zeta) == pytest.approx(
         expected, abs=1e-12
@@ -50,12 +52,11 @@ def test_value_is_the_plain_one_without_the_group(seed, width):
 
 
 @settings(max_examples=20)
-@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.05]))
-def test_gradient_is_the_central_difference(seed, width):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, st.sampled_from([0.3, 0.1, 0.05]), GENERATORS)
+def test_gradient_is_the_central_difference(cones, width, rng):
+    points = around(rng, POINTS)
     points = points[smooth(cones, points)]
-    rng, step = np.random.default_rng(seed), 1e-5
-    weights = rng.uniform(0, 1, 4)
+    weights, step = rng.uniform(0, 1, 4), 1e-5
     soft = estimate(cones, points, width, weights)
     for _ in range(2):
         da, dx = rng.normal(size=(2, CONES, 3))
@@ -69,9 +70,9 @@ def test_gradient_is_the_central_difference(seed, width):
 
 
 @settings(max_examples=20)
-@given(drawing.seeds)
-def test_tends_to_the_share_of_points(seed):
-    cones, points = drawn(seed, CONES, POINTS)
+@given(SIX, GENERATORS)
+def test_tends_to_the_share_of_points(cones, rng):
+    points = around(rng, POINTS)
     f = np.stack([cones.part(points, k) for k in range(CONES)])
     on_surface = (np.abs(f).min(axis=0) < 20 * SHARP).mean()
     exact = [(without(cones, g)(points) <= 0).mean() for g in range(4)]

@@ -7,9 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.robots.built_in import UR10
-from place_rings.coverage.robots.kinematics import joint_origins
-from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.solids.base import (
     VALUES,
     Algebra,
@@ -22,67 +19,44 @@ from place_rings.coverage.solids.base import (
 from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.solids.spheres import Spheres, sphere
 
-from . import drawing
+from .strategies.solids import some_cones, some_solids
+from .strategies.units import GENERATORS, failures, uniform_directions
 
 
-def solids(rng):
-    """One solid of each kind, drawn."""
-    tube = pose_curve(joint_origins(UR10.chain, drawing.pose(rng)), rng.uniform(0.1, 1)).tube(
-        rng.uniform(0.1, 0.8), 5
-    )
-    balls = Spheres(rng.uniform(-1, 1, (3, 3)), rng.uniform(0.1, 1, 3))
-    cones = drawing.cones(rng, 4)
-    return [
-        cones,
-        balls,
-        tube,
-        Union(cones, balls),
-        Intersection(balls, tube),
-        Difference(tube, cones),
-    ]
+@settings(max_examples=60)
+@given(some_solids(), GENERATORS)
+def test_never_changes_faster_than_distance(solid, rng):
+    a = rng.uniform(-2, 2, (200, 3))
+    b = a + uniform_directions(rng, 200) * 10.0 ** rng.uniform(-6, 0.5, (200, 1))
+    distance = np.linalg.norm(a - b, axis=1)
+    assert failures(a, np.abs(solid(a) - solid(b)) <= distance + 1e-12) == []
 
 
-@given(drawing.seeds)
-def test_never_changes_faster_than_distance(seed):
-    rng = np.random.default_rng(seed)
-    for solid in solids(rng):
-        a = rng.uniform(-2, 2, (200, 3))
-        b = a + drawing.unit(rng, 200) * 10.0 ** rng.uniform(-6, 0.5, (200, 1))
-        distance = np.linalg.norm(a - b, axis=1)
-        assert np.all(np.abs(solid(a) - solid(b)) <= distance + 1e-12)
+@settings(max_examples=60)
+@given(some_solids(), GENERATORS)
+def test_box_holds_the_solid(solid, rng):
+    low, high = solid.bounds()
+    p = rng.uniform(low - 1, high + 1, (2000, 3))
+    outside = np.any((p < low - 1e-12) | (p > high + 1e-12), axis=1)
+    assert failures(p, (solid(p) >= -1e-12) | ~outside) == []
 
 
-@given(drawing.seeds)
-def test_box_holds_the_solid(seed):
-    rng = np.random.default_rng(seed)
-    for solid in solids(rng):
-        low, high = solid.bounds()
-        p = rng.uniform(low - 1, high + 1, (2000, 3))
-        outside = np.any((p < low - 1e-12) | (p > high + 1e-12), axis=1)
-        assert np.all(solid(p[outside]) >= -1e-12)
-
-
-@settings(max_examples=5)
-@given(drawing.seeds)
-def test_numpy_and_jax_agree(seed):
-    rng = np.random.default_rng(seed)
+@settings(max_examples=20)
+@given(some_solids(one_size=True), GENERATORS)
+def test_numpy_and_jax_agree(solid, rng):
     p = rng.uniform(-2, 2, (300, 3))
-    for solid in solids(rng):
-        assert np.allclose(solid(p), np.asarray(solid(jnp.asarray(p))), atol=1e-12)
+    assert failures(p, np.abs(solid(p) - np.asarray(solid(jnp.asarray(p)))) <= 1e-12) == []
 
 
-@given(drawing.seeds)
-def test_cone_holds_what_an_angle_and_a_depth_say(seed):
-    rng = np.random.default_rng(seed)
-    c = drawing.cones(rng, 1)
+@given(some_cones(1, 1), GENERATORS)
+def test_cone_holds_what_an_angle_and_a_depth_say(c, rng):
     p = c.apex[0] + rng.uniform(-2, 2, (3000, 3))
     v = p - c.apex[0]
     depth = v @ c.axis[0]
     angle = np.arccos(np.clip(depth / np.linalg.norm(v, axis=1), -1, 1))
-    clear = (np.abs(angle - c.half_angle[0]) > 1e-9) & (np.abs(depth - c.range_m[0]) > 1e-9)
-    assert np.array_equal(
-        (c(p) <= 0)[clear], ((angle <= c.half_angle[0]) & (depth <= c.range_m[0]))[clear]
-    )
+    on_surface = (np.abs(angle - c.half_angle[0]) <= 1e-9) | (np.abs(depth - c.range_m[0]) <= 1e-9)
+    inside = (angle <= c.half_angle[0]) & (depth <= c.range_m[0])
+    assert failures(p, ((c(p) <= 0) == inside) | on_surface) == []
 
 
 def test_empty_union_is_outside_everywhere():

@@ -4,41 +4,73 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from place_rings.coverage.solids.tangent_bounds import share_under
 from place_rings.coverage.solids.volume_fraction import VolumeFraction
 
-from . import drawing
+from .strategies.solids import Beam, beam, cones, some_balls
+from .strategies.units import (
+    FACINGS,
+    GENERATORS,
+    directions,
+    metres,
+    points_mm,
+    ups,
+)
 
 CUBE = np.stack(np.meshgrid(*[(np.arange(16) + 0.5) / 16 - 0.5] * 3, indexing="ij"), -1).reshape(
     -1, 3
 )
 
 
-def drawn_tube(rng):
-    """Discs along a wandering line that may turn back sharply, so that discs cross."""
-    n = int(rng.integers(2, 8))
-    centre = np.cumsum(rng.normal(scale=0.1, size=(n, 3)), axis=0)
-    normal = drawing.unit(rng, 1) + rng.choice([0.0, 0.3, 3.0]) * drawing.unit(rng, n)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return Tube(centre, normal, float(rng.uniform(0.02, 0.4)), np.arange(n - 1))
+def wandering_tube(
+    steps_mm: list[tuple[int, int, int]],
+    facing_deg: tuple[int, int],
+    wobble: float,
+    wobbles_deg: list[tuple[int, int]],
+    radius_mm: int,
+) -> Tube:
+    """Discs along a line that may turn back sharply, so that discs cross. They face one way, and
+    each another as far as ``wobble`` says.
+    """
+    n = len(steps_mm) + 1
+    centre = np.cumsum([[0.0, 0, 0], *metres(steps_mm)], axis=0)
+    normal = directions([facing_deg]) + wobble * directions(wobbles_deg[:n])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-9, normal / np.maximum(length, 1e-9), directions([facing_deg]))
+    return Tube(centre, normal, radius_mm / 1000, np.arange(n - 1))
 
 
-def drawn_parts(rng):
-    """Some cones, balls or slabs; some of them nearly the same."""
-    kind = rng.integers(3)
-    if kind == 2:
-        return drawn_tube(rng)
-    n = int(rng.integers(1, 5))
-    if kind == 1:
-        return Spheres(rng.uniform(-0.5, 0.5, (n, 3)), rng.uniform(0.01, 0.8, n))
-    cones = drawing.cones(rng, n)
-    twin = np.concatenate([np.arange(n), rng.integers(0, n, 1)])
-    near = cones.apex[twin] + rng.choice([0.0, 1e-6, 1e-2]) * rng.normal(size=(n + 1, 3))
-    return Cones(near, cones.axis[twin], cones.half_angle[twin], cones.range_m[twin])
+def nearly_twice(beams: list[Beam], again: int, apart: float) -> Cones:
+    """A union of cones, one of which is there again, ``apart`` m beside."""
+    parts = cones([*beams, beams[again % len(beams)]])
+    parts.apex[-1] += apart
+    return parts
+
+
+CONE = st.builds(beam, points_mm(500), FACINGS, st.integers(1, 160), st.integers(100, 1500))
+PARTS = st.one_of(
+    st.builds(
+        nearly_twice,
+        st.lists(CONE, min_size=1, max_size=4),
+        st.integers(0, 3),
+        st.sampled_from([0.0, 1e-6, 1e-2]),
+    ),
+    some_balls(1, 4, 500, (10, 800)),
+    st.builds(
+        wandering_tube,
+        steps_mm=st.lists(points_mm(200).filter(any), min_size=1, max_size=6),
+        facing_deg=FACINGS,
+        wobble=st.sampled_from([0.0, 0.3, 3.0]),
+        wobbles_deg=st.lists(FACINGS, min_size=7, max_size=7),
+        radius_mm=st.integers(20, 400),
+    ),
+)
+SIDES_MM = st.sampled_from([500, 100, 20])
 
 
 def shares(parts, points, side):
@@ -54,13 +86,17 @@ def shares(parts, points, side):
     return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
 
-@given(drawing.seeds)
-def test_under_a_plane_is_the_share_of_many_points(seed):
-    rng = np.random.default_rng(seed)
-    normal = drawing.unit(rng, 40) * rng.choice([1.0, 1e-3, 0.0], (40, 3), p=[0.7, 0.2, 0.1])
+SCALES = st.tuples(*[st.sampled_from([1.0, 1.0, 1e-3, 0.0])] * 3)
+PLANES = st.lists(st.tuples(FACINGS, SCALES, st.integers(-90, 90)), min_size=1, max_size=40)
+
+
+@given(PLANES, GENERATORS)
+def test_under_a_plane_is_the_share_of_many_points(planes, rng):
+    """Some planes are nearly along an axis or two, by the scales of their normals."""
+    facing, scale, percent = zip(*planes, strict=True)
+    normal, value = directions(facing) * scale, np.array(percent) / 100
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.where(length > 0, normal / np.where(length > 0, length, 1), [[0.0, 0, 1]])
-    value = rng.uniform(-0.9, 0.9, 40)
+    normal = np.where(length > 1e-9, normal / np.maximum(length, 1e-9), [[0.0, 0, 1]])
     share = share_under(value, value, normal)
     assert (share.high - share.low < 3e-4).all()
     assert (share.low >= 0).all()
@@ -96,16 +132,16 @@ def test_under_a_plane_closed_forms(normal, value, share):
     assert found.high[0] - found.low[0] < 2e-4
 
 
-@given(drawing.seeds)
-def test_a_cube_holds_what_its_pieces_hold(seed):
+@settings(max_examples=20)
+@given(PARTS, SIDES_MM, GENERATORS)
+def test_a_cube_holds_what_its_pieces_hold(parts, side_mm, rng):
     """Bounds of one cube against those of its 4096 pieces, which are tighter, and against
-    points.
+    points. The cube is about the origin, or near a surface.
     """
-    rng = np.random.default_rng(seed)
-    parts, side = drawn_parts(rng), float(rng.choice([0.5, 0.1, 0.02]))
-    away = np.array([[0.0, 0, 0]])
-    on_surface = rng.uniform(-0.5, 0.5, (400, 3))
-    centre = on_surface[[np.abs(parts(on_surface)).argmin()]] if rng.random() < 0.9 else away
+    side = side_mm / 1000
+    near = rng.uniform(-0.5, 0.5, (400, 3))
+    away = rng.random() < 0.1
+    centre = np.zeros((1, 3)) if away else near[[np.abs(parts(near)).argmin()]]
     coarse = shares(parts, centre, side)
     fine = shares(parts, centre + side * CUBE, side / 16)
     assert (fine.low <= fine.high + 1e-15).all()
@@ -141,16 +177,13 @@ def test_a_cube_about_an_axis(kind):
         assert share.low[0] - noise <= seen <= share.high[0] + noise
 
 
-@given(drawing.seeds)
-def test_one_smooth_surface_is_second_order(seed):
+@given(FACINGS, st.integers(-180, 180), st.integers(6, 69))
+def test_one_smooth_surface_is_second_order(facing_deg, roll_deg, half_deg):
     """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is
     open with its square.
     """
-    rng = np.random.default_rng(seed)
-    axis = drawing.unit(rng, 1)
-    away = np.cross(axis, drawing.unit(rng, 1))
-    away /= np.linalg.norm(away)
-    half = float(rng.uniform(0.1, 1.2))
+    axis, away = directions([facing_deg]), ups([facing_deg], [roll_deg])
+    half = math.radians(half_deg)
     on_cone = axis * 0.5 * math.cos(half) + away * 0.5 * math.sin(half)
     solids = [
         (Spheres(np.zeros((1, 3)), np.array([0.5])), 0.5 * away, 2.0),
