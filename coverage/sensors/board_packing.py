@@ -75,11 +75,13 @@ class Pocket:
 
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
-    """Return a board's pockets with its narrow side along the ring, and with its wide side."""
-    narrow = board if board.width <= board.height else board.turned
+    """Return a board's pockets with its narrow side along the ring, and with its wide side; the
+    room of plugs belongs to a side."""
+    wide, high = board.width + 2 * board.plugs[0], board.height + 2 * board.plugs[1]
+    narrow = board if wide <= high else board.turned
 
     def pocket(b: Board) -> Pocket:
-        half = b.width / 2 + abs(b.lens[0]) + printing.clearance
+        half = b.width / 2 + b.plugs[0] + abs(b.lens[0]) + printing.clearance
         reach = b.height / 2 + printing.clearance
         return Pocket(
             b,
