@@ -10,7 +10,7 @@ from manifold3d import Manifold
 from ...coverage.rings import clamp
 from ...coverage.rings.ring_envelope import Envelope
 from .bolts import bolt_holes, bolts, lugs
-from .primitives import SMALL, box, tube, union
+from .primitives import FACETS, SMALL, box, tube, union
 from .print_plan import MM, PrintPlan
 
 _FAR = 500.0
