@@ -1,5 +1,5 @@
-"""Dimensions of the clamp that carries a ring's boards: a band around the link, blocks on it for the
-boards, and ears for the two bolts that close it.
+"""Dimensions of the clamp that carries a ring's boards: a band around the link, blocks on it for
+the boards, and ears for the two bolts that close it.
 
 All lengths are metres in the frame in which a clamp is printed: z points along the ring's axis
 towards the side to which the beams lean, and the lenses lie in the plane z = 0.

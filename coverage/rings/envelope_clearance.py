@@ -7,7 +7,8 @@ g = max(bore - rho, rho - outer, 0) from a hollow cylinder. The capsule of radiu
 meets the cylinder [low, high] of a ring at position p exactly if p lies between
 x - high - sqrt(r^2 - g^2) and x - low + sqrt(r^2 - g^2). The blocked positions are the union of
 these intervals along the capsule's axis. The axis is divided into pieces, and the interval of a
-piece contains those of all its points, because rho is 1-Lipschitz. A convex body is grown by moving
+piece contains those of all its points, because rho changes by no more than the piece's extent
+across the mount axis. A convex body is grown by moving
 its faces outwards, and the disc of a cylinder becomes a polygon around it; the blocked positions
 then follow from two linear programmes. Every result errs on the safe side.
 """
@@ -45,11 +46,11 @@ def blocked_by_capsules(
     for i in _candidates(envelope, start, end, thick):
         points = start[i] + share[:, None] * (end[i] - start[i])
         height, off = points[:, 0], np.hypot(points[:, 1], points[:, 2])
-        length = float(np.linalg.norm(end[i] - start[i])) / _PIECES
+        across = float(np.linalg.norm((end[i] - start[i])[1:])) / _PIECES
         low, high = (pick(height[:-1], height[1:]) for pick in (np.minimum, np.maximum))
         for band in envelope.bands:
             gap = np.maximum(np.maximum(envelope.bore - off, off - band.outer), 0.0)
-            least = np.maximum((gap[:-1] + gap[1:] - length) / 2, 0.0)
+            least = np.maximum((gap[:-1] + gap[1:] - across) / 2, 0.0)
             meets = least < thick[i]
             reach = np.sqrt(np.maximum(thick[i] ** 2 - least[meets] ** 2, 0.0))
             ends = low[meets] - band.high - reach, high[meets] - band.low + reach
@@ -71,7 +72,9 @@ def _candidates(
     return np.flatnonzero(nearest - thick < envelope.outer).tolist()
 
 
-def _merged(low: Float[np.ndarray, " N"], high: Float[np.ndarray, " N"]) -> list[tuple[float, float]]:
+def _merged(
+    low: Float[np.ndarray, " N"], high: Float[np.ndarray, " N"]
+) -> list[tuple[float, float]]:
     """Return the union of N intervals as disjoint ones."""
     order = np.argsort(low)
     low, high = low[order], np.maximum.accumulate(high[order])
@@ -106,7 +109,11 @@ def blocked_by_polyhedra(
         for band in envelope.bands:
             faces = np.concatenate([normal[i], sides])
             limits = np.concatenate([offset[i], np.full(_SIDES, band.outer)])
-            ends = _extent(faces, limits, within) if _near(normal[i], offset[i], band.outer, within) else None
+            ends = (
+                _extent(faces, limits, within)
+                if _near(normal[i], offset[i], band.outer, within)
+                else None
+            )
             if ends is not None:
                 cuts.append((ends[0] - band.high, ends[1] - band.low, i))
     return sorted(cuts)
@@ -146,7 +153,7 @@ def _extent(
 
 
 def surface_points(envelope: Envelope, spacing: float) -> Float[np.ndarray, "N 3"]:
-    """Return points on the outside of an envelope, in axis coordinates from the plane of its lenses.
+    """Return points on the outside of an envelope, in axis coordinates from its lenses' plane.
 
     Every point of the outer walls and of the end faces is within ``spacing`` m of one of them.
     """
@@ -175,7 +182,9 @@ def _circle(height: float, radius: float, spacing: float) -> Float[np.ndarray, "
 def least_distance(
     envelope: Envelope, points: Iterable[Float[np.ndarray, "N 3"]], at: float
 ) -> list[float]:
-    """Return the least distance, m, of each set of points (N, 3) from an envelope at position ``at``.
+    """Return the least distance, m, of each set of points (N, 3) from an envelope.
+
+    The plane of its lenses is ``at`` m along the mount axis.
 
     Points are given in axis coordinates; inside the envelope the distance is 0.
     """

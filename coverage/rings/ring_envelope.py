@@ -1,4 +1,4 @@
-"""The envelope of a mounted ring: one solid that contains its clamp, boards, plugs, screws and bolts.
+"""The envelope of a mounted ring: one solid around its clamp, boards, plugs, screws and bolts.
 
 The envelope is a union of hollow cylinders about the mount axis, all with the bore of the clamp. It
 does not depend on the ring's phase: the parts between the boards and ears are included. It is

@@ -30,13 +30,13 @@ class Board:
     """Centres of the screw holes, (x, y) m."""
     hole: float = 0.0025
     """Diameter of the screw holes, m."""
+    source: str = ""
+    """Source of the dimensions."""
     plugs: tuple[float, float] = (0.0, 0.0)
     """Room for plugs and the bend of their wires beyond the edges left and right, and beyond those
     above and below, m; 0: none."""
     plug_height: float = 0.003
     """Height of plugs above the board's front, m."""
-    source: str = ""
-    """Source of the dimensions."""
 
     @property
     def turned(self) -> "Board":
@@ -101,8 +101,9 @@ VL53L5CX = Board(
     1.5 * MM,
     _four(10.16 * MM, 10.16 * MM),
     3.302 * MM,
-    source="SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file;"
-    " height of the package: ST, DS13754, table 1, as quoted by a third party: 6.4 x 3.0 x 1.5 mm",
+    source="SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX,"
+    " board file; height of the package: ST, DS13754, table 1, as quoted by a third party:"
+    " 6.4 x 3.0 x 1.5 mm",
     plugs=(_SH_REACH, 0.0),
     plug_height=_SH_HEIGHT,
 )

@@ -13,8 +13,8 @@ from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import Scene
 from ..errors import UserError
-from ..schema.robot_models import TCP_FRAME
 from ..schema.print_models import PrintedRing, PrintResult
+from ..schema.robot_models import TCP_FRAME
 from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_solids import Assembly, assemble, thread

@@ -1,6 +1,6 @@
 """Models of mounting limits, rules, and printing."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 

@@ -93,9 +93,9 @@ class MountClearance:
     def radius(self, link: str, at_least: float = 0.0) -> float:
         """Return the radius of a new ring on ``link``, m: the scene's, or ``at_least`` if larger.
 
-        A radius that is not stated is changed, by as little as necessary and by at most 5 cm, until
-        the ring is clear over a centimetre. If none is, it is the one that is clear over the longest
-        interval.
+        A radius that is not stated is changed, by as little as necessary and at most 5 cm, until
+        the ring is clear over a centimetre. If none is, it is the one that is clear over the
+        longest interval.
         """
         first = max(self.scene.radius_of(link), at_least)
         if self.scene.stated_radius(link) is not None:

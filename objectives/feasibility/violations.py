@@ -78,11 +78,9 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
     own = [i for i in range(len(rings)) if i not in fixed]
     broken = [f for i in own for f in _alone(scene, i, rings[i])]
     for i, j in itertools.combinations(range(len(rings)), 2):
-        if rings[i].link == rings[j].link and not {i, j} <= fixed:
-            if text := _too_near(scene, rings[i], rings[j]):
-                broken.append(
-                    Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {text}")
-                )
+        same = rings[i].link == rings[j].link and not {i, j} <= fixed
+        if same and (text := _too_near(scene, rings[i], rings[j])):
+            broken.append(Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {text}"))
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
         broken += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
