@@ -4,12 +4,11 @@ It reads ``printing.json`` and the STL files, and shares no code with what made 
 kinematics, which other tests compare with MuJoCo.
 """
 
+import io
 import itertools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import io
 
 import numpy as np
 import trimesh

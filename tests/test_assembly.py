@@ -1,4 +1,4 @@
-"""Printed rings as a user mounts them: no two parts overlap, and none lies in a body, at any pose."""
+"""Printed rings as a user mounts them: at no pose do parts overlap, or lie in a body."""
 
 import numpy as np
 import pytest

@@ -76,7 +76,7 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
             canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
         add_robot(
             canvas,
-            scene.robot,
+            scene,
             frames,
             setup,
             dict.fromkeys(scene.robot.links, _RINGS),
