@@ -92,7 +92,7 @@ def own_link_fault(scene: Scene, setup: Setup) -> str | None:
     ).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     for i, ring in enumerate(setup.rings):
-        for body in tube_of(scene.robot.mount(ring.link), scene.robot.bodies):
+        for body in tube_of(scene.robot, scene.robot.mount(ring.link)):
             some = apex[first[i] : first[i + 1]]
             gap = body.capsule.distance(some)
             if len(some) and gap.min() <= INSIDE:

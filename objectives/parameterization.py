@@ -63,14 +63,22 @@ def _common(
     return [(low, high) for low, high in sorted(shared) if low <= high]
 
 
-def segments(
-    scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None
-) -> list[Segment]:
+@dataclass(frozen=True)
+class Room:
+    """Room for the bodies of new rings on a link."""
+
+    clear: Sequence[tuple[float, float]]
+    """Intervals of position on which a ring is clear."""
+    spacing: float
+    """Minimum distance of two rings, m."""
+
+
+def segments(scene: Scene, rooms: Mapping[str, Room] | None = None) -> list[Segment]:
     """Return all segments of all links on which new rings may sit.
 
     Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the
-    intervals that are ``clear`` on each link. Every legal place lies on a segment. Two segments of
-    a link may be nearer to each other than the spacing of rings: see ``fits`` and ``stretch``.
+    ``rooms`` on each link. Every legal place lies on a segment. Two segments of a link may be
+    nearer to each other than the spacing of rings: see ``fits`` and ``stretch``.
     """
     free, rules = [], scene.rules
     for mount in scene.robot.mounts:
@@ -79,7 +87,7 @@ def segments(
             [r.position for r in rules.fixed if r.link == mount.link],
         )
         if mount.length == 0:
-            barred = clear is not None and not clear[mount.link]
+            barred = rooms is not None and not rooms[mount.link].clear
             if (
                 not fixed
                 and not barred
@@ -88,10 +96,11 @@ def segments(
                 free.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
             continue
         margin = rules.from_joints / mount.length
-        gap = math.ceil(scene.spacing / mount.length / GRAIN + 1e-9) * GRAIN
+        apart = rules.spacing if rooms is None else rooms[mount.link].spacing
+        gap = math.ceil(apart / mount.length / GRAIN + 1e-9) * GRAIN
         stretches = [(max(limits.position[0], margin), min(limits.position[1], 1 - margin))]
-        if clear is not None:
-            stretches = _common(stretches, clear[mount.link])
+        if rooms is not None:
+            stretches = _common(stretches, rooms[mount.link].clear)
         for cut in (*limits.keep_out, *((p - gap, p + gap) for p in fixed)):
             stretches = _without(stretches, cut)
         for low, high in (_inward(*s) for s in sorted(stretches)):

@@ -14,6 +14,7 @@ from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
 from ..coverage.sensors.board_packing import Printing, roomy_radius
+from ..coverage.sensors.boards import NOMINAL
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
@@ -103,21 +104,13 @@ class Rules:
     fixed: tuple[Ring, ...] = ()
     """Existing rings, which stay in place."""
     mount: Mounting | None = None
-    """``real``: a ring has a body that clears its link by ``standoff``, stays within the usable
-    part of the link, and intersects no body and no obstacle at any pose. ``free``: it has no body.
+    """``real``: a ring has an envelope, which stays within the usable part of the link and keeps
+    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body.
     None: ``free`` if the robot's own body is ignored, else ``real``."""
     standoff: float = 0.012
     """Minimum distance from the surrounded section to the sensors, m."""
-    band: tuple[float, float] = (0.01, 0.02)
-    """Thickness of a ring's body across the axis, and its width along the axis, m."""
-
-    @property
-    def arm(self) -> float:
-        """Half the length of the straight part of a ring's cross section along its axis, m.
-
-        The rounded ends add half the thickness on either side.
-        """
-        return max(self.band[1] - self.band[0], 0.0) / 2
+    clearance: float = 0.002
+    """Minimum distance of a ring's envelope from bodies, obstacles and other envelopes, m."""
 
 
 @dataclass(frozen=True)
@@ -199,6 +192,10 @@ class Scene:
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
 
+    def __post_init__(self) -> None:
+        """Put the mounts into use that the rules ask for."""
+        object.__setattr__(self, "robot", self.robot.with_mounts(self.real))
+
     def solid(self, target: Target, pose: int) -> Difference:
         """Return the target volume at a pose, less V_R and the obstacles.
 
@@ -239,7 +236,7 @@ class Scene:
         """
         if not self.real:
             return 0.0
-        around = surrounded(self.robot.mount(link), self.robot.bodies)
+        around = surrounded(self.robot, link)
         return math.ceil(1000 * (around + self.rules.standoff) - 1e-6) / 1000
 
     def stated_radius(self, link: str) -> float | None:
@@ -254,28 +251,24 @@ class Scene:
         link at every allowed tilt.
         """
         stated = self.stated_radius(link)
-        return (
-            max(self.ring_radius, self.least_radius(link), self._roomy(link))
-            if stated is None
-            else stated
-        )
+        return max(self.ring_radius, self.smallest_radius(link)) if stated is None else stated
+
+    def smallest_radius(self, link: str) -> float:
+        """Return the smallest radius of a ring on ``link``, m, whose boards clear the link at every
+        allowed tilt; 0 where rings have no bodies."""
+        return max(self.least_radius(link), self._roomy(link))
 
     def _roomy(self, link: str) -> float:
-        board = self.sensor_of(link).board
-        if board is None or not self.real:
+        if not self.real:
             return 0.0
-        around = surrounded(self.robot.mount(link), self.robot.bodies)
+        board = self.sensor_of(link).board or NOMINAL
+        around = surrounded(self.robot, link)
         return (
             math.ceil(
                 1000 * roomy_radius(board, self.printing, around, self.limits_of(link).tilt) - 1e-6
             )
             / 1000
         )
-
-    @property
-    def spacing(self) -> float:
-        """Minimum distance of two rings on a link, m; rings with bodies must not overlap."""
-        return max(self.rules.spacing, self.rules.band[1]) if self.real else self.rules.spacing
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

@@ -22,7 +22,6 @@ from .rendering.canvas import Canvas
 from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, rgb
 from .rendering.figures import write_png
 from .rendering.meshes import (
-    RING_WIDTH,
     body,
     convex_pieces,
     faces_within,
@@ -130,13 +129,10 @@ def _draw_robot(
     """Draw robot, rings, sensors and uncovered points over the cones, with correct mutual
     occlusion.
     """
-    frames, width = (
-        forward(scene.robot.chain, scene.poses[0].q),
-        scene.rules.band[1] if scene.real else RING_WIDTH,
-    )
+    frames = forward(scene.robot.chain, scene.poses[0].q)
     # the paper's rings go around joints' axes
     bodies = scene.real or scene.robot.name not in PAPER_ROBOTS
-    add_robot(canvas, scene.robot, frames, setup, colour, bodies, width)
+    add_robot(canvas, scene, frames, setup, colour, bodies)
     for obstacle in scene.obstacles:
         canvas.faces(faces_within(obstacle.body, canvas.box), _OBSTACLE, 0.65)
     # a little nearer than the ring they sit on

@@ -133,7 +133,7 @@ RULES = drawn(
     fixed=st.lists(RINGS, max_size=2).map(tuple),
     mount=st.sampled_from([None, "real", "free"]),
     standoff=numbers(0.1, 1),
-    band=st.tuples(numbers(0.01, 0.05), numbers(0.06, 0.1)),
+    clearance=numbers(0, 0.1),
 )
 SAFETIES = drawn(
     Safety,

@@ -26,7 +26,8 @@ RESULTS = sorted((Path(__file__).parent.parent / "results").rglob("*.toml"))
 def test_each_file_that_a_user_keeps_has_a_version(name):
     assert issubclass(FILES[name], VersionedFile)
     key = FILES[name].model_json_schema()["properties"]["version"]
-    assert (key["default"], key["minimum"], key["maximum"]) == (1, 1, FILE_VERSION)
+    default = FILE_VERSION if FILES[name].is_scene else 1  # a scene is written by hand
+    assert (key["default"], key["minimum"], key["maximum"]) == (default, 1, FILE_VERSION)
 
 
 def test_what_is_written_states_its_version_once_and_first():
@@ -39,11 +40,33 @@ def test_what_is_written_states_its_version_once_and_first():
 
 
 def test_a_file_with_and_without_its_version_is_the_same(tmp_path):
-    for text, read in (("", read_scene), (RINGS, lambda path: read_proposal(path)[2])):
+    readers = {FILE_VERSION: ("", read_scene), 1: (RINGS, lambda path: read_proposal(path)[2])}
+    for version, (text, read) in readers.items():
         old, new = tmp_path / "old.toml", tmp_path / "new.toml"
         old.write_text(text)
-        new.write_text("version = 1\n" + text)
+        new.write_text(f"version = {version}\n" + text)
         assert repr(read(old)) == repr(read(new))
+
+
+def test_the_scene_of_a_first_file_keeps_its_rings_where_they_were(tmp_path):
+    path = tmp_path / "proposal.toml"
+    cases = (
+        ("", "ignore", "free"),
+        ("occlusion = 'shadow'\n", "shadow", "free"),  # on a UR10: between its joints
+        ("occlusion = 'shadow'\nrobot = 'ur5e'\n", "shadow", "real"),
+        ("occlusion = 'shadow'\nrobot = 'ur5e'\n[scene.rules]\nmount = 'free'\n", "shadow", "free"),
+        ("[scene.rules]\nring_width = 0.03\nring_thickness = 0.01\n", "ignore", "free"),
+    )
+    for text, occlusion, mount in cases:
+        path.write_text(RINGS + "[scene]\n" + text)
+        _, scene, _ = read_proposal(path)
+        assert (scene.occlusion, scene.rules.mount) == (occlusion, mount)
+        path.write_text("version = 2\n" + RINGS + "[scene]\n" + text)
+        if "ring_width" in text:
+            with pytest.raises(UserError, match=r"scene.rules.ring_"):
+                read_proposal(path)
+        else:
+            assert read_proposal(path)[1].rules.mount in (None, mount)
 
 
 @pytest.mark.parametrize("path", RESULTS, ids=lambda path: path.name)
@@ -67,7 +90,7 @@ def test_a_newer_file_is_refused_in_one_line(run, tmp_path):
         "sensors.json": lambda path: resolve(str(path), None),
     }
     for name, reader in read.items():
-        with pytest.raises(UserError, match=r"version: found \d, allowed: 1; update place-rings"):
+        with pytest.raises(UserError, match=r"version: found \d, allowed: 1 to 2; update"):
             reader(tmp_path / name)
     code, out, err = run("verify", str(tmp_path / "proposal.toml"))
     assert (code, out, err.count("\n")) == (2, "", 1)
@@ -82,14 +105,14 @@ def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
         scene = {"rules": {"mount": "free"}, **keys.get("scene", {})}
         return keys | {"scene": scene}
 
-    monkeypatch.setattr(versions, "FILE_VERSION", 2)
-    monkeypatch.setattr(versions, "UPGRADES", {1: first})
+    monkeypatch.setattr(versions, "FILE_VERSION", 3)
+    monkeypatch.setattr(versions, "UPGRADES", {1: first, 2: lambda model, keys: keys})
     path = tmp_path / "proposal.toml"
-    for stated, mount in (("", "free"), ("version = 1\n", "free"), ("version = 2\n", None)):
+    for stated, mount in (("", "free"), ("version = 1\n", "free"), ("version = 3\n", None)):
         path.write_text(stated + RINGS)
         _, scene, file = read_proposal(path)
-        assert (scene.rules.mount, file.version) == (mount, 2)
-    within = {"proposal": {"rings": [{"link": "tool", "count": 8}]}, "version": 2}
+        assert (scene.rules.mount, file.version) == (mount, 3)
+    within = {"proposal": {"rings": [{"link": "tool", "count": 8}]}, "version": 3}
 
     class Holder(VersionedFile):
         proposal: ProposalFile

@@ -112,16 +112,15 @@ def test_tube_is_what_its_definition_says(tube, rng):
 
 
 @given(
-    drawing.seeds,
+    GENERATORS,
     st.floats(0.2, 1),
     st.sampled_from([0.5, 1.0, 2.0]),
     st.sampled_from([2, 3, 4, 19, 20]),
 )
-def test_an_arm_folded_back_is_the_limit_of_a_sharp_bend(seed, blend, ratio, points_per_bend):
+def test_an_arm_folded_back_is_the_limit_of_a_sharp_bend(rng, blend, ratio, points_per_bend):
     """Whichever way the arm comes to lie on itself, also where a disc falls on the turning point
     (an odd number of points, segments of one length).
     """
-    rng = np.random.default_rng(seed)
     along, aside = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
     joint, p = 1.3 * along, rng.uniform(-0.8, 1.6, (2000, 3))
 

@@ -359,7 +359,8 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
     scene = Scene(sensor=L4CD, occlusion="shadow")
     assert scene.radius_of("upper_arm") > Scene(occlusion="shadow").radius_of("upper_arm")
     ring = Ring("upper_arm", 0.5, 4, math.radians(70), 0.0, scene.radius_of("upper_arm"), L4CD)
-    assert plan_ring(scene, ring).floor >= plan_ring(scene, ring).inner - 1e-6
+    pocket, inner = plan_ring(scene, ring).pocket, plan_ring(scene, ring).inner
+    assert 1000 * pocket.innermost(ring.radius, np.array([ring.tilt]))[0] >= inner - 1e-6
 
 
 def test_boards_and_printing_in_a_scenes_file(tmp_path):

@@ -14,7 +14,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
-from ..reporting.rendering.meshes import RING_WIDTH, band, faces_within, lengths_within, loops, tube
+from ..reporting.rendering.meshes import band, faces_within, lengths_within, loops, tube
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
@@ -146,8 +146,7 @@ class Drawing:
         self, ring: Ring, pose: int
     ) -> tuple[Surface, Surface, Float[np.ndarray, "E 2 3"]]:
         frames = forward(self.scene.robot.chain, self.scene.poses[pose].q)
-        width = self.scene.rules.band[1] if self.scene.real else RING_WIDTH
-        hoop = band(self.scene.robot, frames, ring, width)
+        hoop = band(self.scene, frames, ring)
         return tube(hoop), chips(self._cones(ring, pose)), loops(hoop)
 
     def _beams_of(

@@ -1,6 +1,6 @@
 """A robot: its chain, mounts, link bodies, joint limits and reach."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -66,7 +66,7 @@ class Robot:
     chain: Chain
     """Joints from base to TCP."""
     mounts: tuple[Mount, ...]
-    """The links' mounts for rings."""
+    """The links' mounts for rings, as they are in use."""
     reach: float
     """Radius of V_O, m."""
     bodies: tuple[Body, ...] = ()
@@ -78,6 +78,11 @@ class Robot:
     """Default pose, rad."""
     source: str = ""
     """Source of the figures."""
+    tube_mounts: tuple[Mount, ...] = ()
+    """Mounts of real rings: along the axes of the links' own tubes; empty: ``mounts``."""
+    joint_mounts: tuple[Mount, ...] = ()
+    """Mounts of rings without bodies: on the lines between the joints, as in the paper; empty:
+    ``mounts``."""
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)
@@ -106,6 +111,11 @@ class Robot:
             (q < self.limits[:, 0] - _ROUNDING) | (q > self.limits[:, 1] + _ROUNDING)
         )
         return int(over[0]) if len(over) else None
+
+    def with_mounts(self, real: bool) -> "Robot":
+        """Return the robot with the mounts of real rings, or of rings without bodies, in use."""
+        wanted = self.tube_mounts if real else self.joint_mounts
+        return replace(self, mounts=wanted) if wanted and wanted is not self.mounts else self
 
     def mount(self, link: str) -> Mount:
         """Return the mount of ``link``; raise a ``ValueError`` that lists the links otherwise."""

@@ -73,13 +73,23 @@ class Pocket:
         gap: np.ndarray = radius - self.deep * np.cos(tilt) - self.high * np.abs(np.sin(tilt))
         return gap
 
+    def innermost(self, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
+        """Return the distance of the pocket and of the board's plugs from the ring's axis, m; for
+        the arguments see ``floor``."""
+        up = self.high + self.board.plugs[1]
+        plug = radius - self.board.lens_height * np.cos(tilt) - up * np.abs(np.sin(tilt))
+        least: np.ndarray = np.minimum(self.floor(radius, tilt), plug)
+        return least
+
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
-    """Return a board's pockets with its narrow side along the ring, and with its wide side."""
-    narrow = board if board.width <= board.height else board.turned
+    """Return a board's pockets with its narrow side along the ring, and with its wide side; the
+    room of plugs belongs to a side."""
+    wide, high = board.width + 2 * board.plugs[0], board.height + 2 * board.plugs[1]
+    narrow = board if wide <= high else board.turned
 
     def pocket(b: Board) -> Pocket:
-        half = b.width / 2 + abs(b.lens[0]) + printing.clearance
+        half = b.width / 2 + b.plugs[0] + abs(b.lens[0]) + printing.clearance
         reach = b.height / 2 + printing.clearance
         return Pocket(
             b,
@@ -100,7 +110,8 @@ def _counts(
     slope = np.arctan2(pocket.half, floor) + np.arcsin(
         np.clip((printing.wall + printing.gap) / 2 / across, 0.0, 1.0)
     )
-    held = floor >= max(inside, 0.0) - _ROUNDING if inside else floor > 0
+    least = pocket.innermost(radius, tilt)
+    held = least >= max(inside, 0.0) - _ROUNDING if inside else least > 0
     return np.where(held, np.maximum(np.floor(np.pi / slope + _ROUNDING), 1.0), 0.0)
 
 
@@ -177,4 +188,4 @@ def roomy_radius(
     """
     some = np.linspace(*tilt, _STEPS)
     inside = inner_radius(around, printing)
-    return min(float(inside - p.floor(0.0, some).min()) for p in pockets(board, printing))
+    return min(float(inside - p.innermost(0.0, some).min()) for p in pockets(board, printing))

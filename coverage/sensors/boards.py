@@ -7,6 +7,9 @@ Lengths are in metres, seen from the front: x to the right, y up, from the middl
 from dataclasses import dataclass, replace
 
 MM = 0.001  # m
+# JST SH, side entry: 2.95 mm above the board, by the maker's sheet; the room beyond the edge, for
+# the housing of the plug and the bend of its wires, is an estimate
+_SH_REACH, _SH_HEIGHT = 7 * MM, 3 * MM
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,11 @@ class Board:
     """Diameter of the screw holes, m."""
     source: str = ""
     """Source of the dimensions."""
+    plugs: tuple[float, float] = (0.0, 0.0)
+    """Room for plugs and the bend of their wires beyond the edges left and right, and beyond those
+    above and below, m; 0: none."""
+    plug_height: float = 0.003
+    """Height of plugs above the board's front, m."""
 
     @property
     def turned(self) -> "Board":
@@ -39,6 +47,7 @@ class Board:
             height=self.width,
             lens=(-self.lens[1], self.lens[0]),
             holes=tuple((-y, x) for x, y in self.holes),
+            plugs=self.plugs[::-1],
         )
 
 
@@ -60,7 +69,9 @@ def _stemma(name: str, repository: str, lens_height: float, sheet: str) -> Board
         lens_height,
         _four(10.16 * MM, 6.35 * MM),
         2.5 * MM,
-        source,
+        source=source,
+        plugs=(_SH_REACH, 0.0),
+        plug_height=_SH_HEIGHT,
     )
 
 
@@ -90,6 +101,19 @@ VL53L5CX = Board(
     1.5 * MM,
     _four(10.16 * MM, 10.16 * MM),
     3.302 * MM,
-    "SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file;"
-    " height of the package: ST, DS13754, table 1, as quoted by a third party: 6.4 x 3.0 x 1.5 mm",
+    source="SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX,"
+    " board file; height of the package: ST, DS13754, table 1, as quoted by a third party:"
+    " 6.4 x 3.0 x 1.5 mm",
+    plugs=(_SH_REACH, 0.0),
+    plug_height=_SH_HEIGHT,
 )
+NOMINAL = Board(
+    13.0 * MM,
+    18.0 * MM,
+    1.6 * MM,
+    source="nominal board of a sensor whose own is unknown: a common small carrier, with wires"
+    " soldered to it",
+    plugs=(0.0, 4.0 * MM),
+)
+"""The board that is assumed where a sensor's own is not known: it gives such a ring an envelope,
+but it cannot be printed."""

@@ -8,8 +8,9 @@ from jaxtyping import Float
 from trimesh.visual.material import PBRMaterial
 
 from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.robots.robot import BASE
+from ...coverage.robots.robot import BASE, Mount
 from ...coverage.soft.sampling import sample
+from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
 from ..robots.urdf_matching import find_robot, plain_names
@@ -55,6 +56,8 @@ def glb(placed: PlacedSetup) -> dict[str, bytes]:
     for i in range(len(placed.setup.rings)):
         colour = _RINGS[i % len(_RINGS)]
         _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
+        if placed.scene.real:
+            _add(scene, f"ring_{i}_envelope", _envelope(placed, i), (*colour, _CLEAR))
         some = np.flatnonzero(placed.setup.ring_of_sensor == i)
         _add(
             scene,
@@ -133,11 +136,29 @@ def _capsule(start: Any, end: Any, radius: float) -> Any:
 def _band(placed: PlacedSetup, i: int) -> Any:
     ring, robot = placed.setup.rings[i], placed.scene.robot
     mount = robot.mount(ring.link)
+    T = placed.T_base_frame[mount.frame] @ _T_link_ring(mount, ring.position)
+    made = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
+    return made.apply_transform(T)
+
+
+def _envelope(placed: PlacedSetup, i: int) -> Any:
+    """Return the bands of the envelope of ring ``i`` in the base frame, as one mesh."""
+    ring, mount = placed.setup.rings[i], placed.scene.robot.mount(placed.setup.rings[i].link)
+    around, solids = envelope(placed.scene, ring), []
+    for band in around.bands:
+        tall, middle = band.high - band.low, (band.high + band.low) / 2
+        solid = trimesh.creation.annulus(around.bore, band.outer, tall, sections=_SIDES)
+        solids.append(solid.apply_translation([0.0, 0.0, middle]))
+    T = placed.T_base_frame[mount.frame] @ _T_link_ring(mount, ring.position)
+    made: trimesh.Trimesh = trimesh.util.concatenate(solids)
+    return made.apply_transform(T)
+
+
+def _T_link_ring(mount: Mount, position: float) -> Float[np.ndarray, "4 4"]:
     T = np.eye(4)
     T[:3, :3] = np.stack([mount.zero, mount.side, mount.axis], axis=1)
-    T[:3, 3] = mount.start + ring.position * mount.length * mount.axis
-    made = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
-    return made.apply_transform(placed.T_base_frame[mount.frame] @ T)
+    T[:3, 3] = mount.start + position * mount.length * mount.axis
+    return T
 
 
 def _beam(cones: Any, k: int) -> Any:

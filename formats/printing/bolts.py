@@ -6,9 +6,11 @@ import math
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
+from ...coverage.rings import clamp
 from .primitives import SMALL, union
-from .print_plan import NUT_CLEARANCE, PrintPlan
+from .print_plan import MM, PrintPlan
 
+_COVER = MM * clamp.NUT_COVER
 _ROOT = 0.5  # mm, extension of an ear's slope into the collar, whose facets lie inside its radius
 
 
@@ -53,8 +55,8 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
     )
     holes = (circle + tip).extrude(4 * plan.reach).translate((0.0, 0.0, -2 * plan.reach))
     if plan.printing.nut:
-        holes += _nut(plan, NUT_CLEARANCE).translate(
-            (0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + 0.3)
+        holes += _nut(plan, MM * clamp.NUT_CLEARANCE).translate(
+            (0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + _COVER)
         )
     return _across(plan, holes)
 
@@ -62,7 +64,7 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
 def bolts(plan: PrintPlan) -> Manifold:
     """Return both bolts with heads and nuts."""
     b, reach = plan.bolt, plan.reach
-    trapped = plan.reach - b.nut_height - 0.3 if plan.printing.nut else plan.reach
+    trapped = plan.reach - b.nut_height - _COVER if plan.printing.nut else plan.reach
     shaft = Manifold.cylinder(2 * reach, b.size / 2, -1.0, SMALL).translate((0.0, 0.0, -reach))
     head = Manifold.cylinder(b.size, b.head / 2, -1.0, SMALL).translate((0.0, 0.0, reach))
     nut = _nut(plan, 0.0, b.nut_height).translate((0.0, 0.0, -trapped - b.nut_height))

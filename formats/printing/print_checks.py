@@ -9,29 +9,55 @@ import trimesh
 from jaxtyping import Float, Int
 from manifold3d import Manifold
 
+from ...coverage.rings.ring_envelope import Envelope
 from ..schema.print_models import PrintCheck
 from .primitives import union
 from .print_plan import MM, PrintPlan
-from .ring_solids import Assembly
+from .ring_solids import Assembly, envelope_solid
 
 _RAYS = 1500  # rays that measure wall thickness, for each half
 _PARALLEL = math.cos(math.radians(20))  # least cosine between opposite faces of a wall
 _STEEP = math.cos(math.radians(45)) + 1e-6
+_SEAM = 2e-3  # mm
+_DIGITS = 4  # decimals of a millimetre to which vertices that coincide agree
 _NOTHING = 0.01  # mm³, rounding error of Booleans
 _FAR = 60.0  # mm, length of the rays
 _IN = 1e-4  # mm, start of the rays below a face
 _NEAR = 5.0  # mm, largest gap that is measured
 
 
+def printing_origin(solid: Manifold) -> tuple[float, float, float]:
+    """Return the point (3,) mm of the print frame that is the origin of the solid's file: midway
+    along x and y, at its lowest z."""
+    low_x, low_y, low_z, high_x, high_y, _ = solid.bounding_box()
+    return (low_x + high_x) / 2, (low_y + high_y) / 2, low_z
+
+
 def stl(solid: Manifold) -> bytes:
     """Return a solid as a binary STL file in its printing position: its lowest point at z = 0,
     centred on the origin."""
-    low_x, low_y, low_z, high_x, high_y, _ = solid.bounding_box()
-    mesh = solid.translate((-(low_x + high_x) / 2, -(low_y + high_y) / 2, -low_z)).to_mesh()
-    data: Any = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(
-        file_type="stl"
-    )
+    x, y, z = printing_origin(solid)
+    mesh = solid.translate((-x, -y, -z)).to_mesh()
+    surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    surface.vertices = _parted(surface)
+    data: Any = surface.export(file_type="stl")
     return bytes(data)
+
+
+def _parted(surface: trimesh.Trimesh) -> Float[np.ndarray, "V 3"]:
+    """Return the vertices (V, 3) mm of a closed surface, of which no two coincide.
+
+    Where a solid touches itself along an edge, a file of triangles would join four of them there.
+    Such vertices are moved into the material by 2 micrometres.
+    """
+    vertices = np.asarray(surface.vertices, float)
+    _, which, times = np.unique(
+        np.round(vertices, _DIGITS), axis=0, return_inverse=True, return_counts=True
+    )
+    double = times[which.reshape(-1)] > 1
+    inwards = np.where(double[:, None], -_SEAM * np.asarray(surface.vertex_normals), 0.0)
+    parted: np.ndarray = vertices + inwards
+    return parted
 
 
 def read_stl(data: bytes) -> trimesh.Trimesh:
@@ -42,11 +68,11 @@ def read_stl(data: bytes) -> trimesh.Trimesh:
 
 
 def open_edges(mesh: trimesh.Trimesh) -> int:
-    """Return the number of edges that are not shared by exactly two faces in opposite directions: 0
-    on a closed surface."""
+    """Return the number of edges that are not shared by exactly two faces: 0 on a closed surface
+    that does not touch itself."""
     edges = np.sort(mesh.edges, axis=1)
     _, counts = np.unique(edges, axis=0, return_counts=True)
-    return int(np.count_nonzero(counts % 2))
+    return int(np.count_nonzero(counts != 2))
 
 
 def overhang(mesh: trimesh.Trimesh) -> float:
@@ -94,9 +120,12 @@ def neighbours(boards: list[Manifold]) -> float:
     return float(boards[0].min_gap(union(boards[1:]), _NEAR)) if len(boards) > 1 else _NEAR
 
 
-def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> list[PrintCheck]:
-    """Return all measurements of a ring."""
-    meshes, boards = [read_stl(data) for data in files], union(made.boards)
+def check_ring(
+    plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes], envelope: Envelope
+) -> list[PrintCheck]:
+    """Return all measurements of a ring; ``envelope`` is the solid that must contain it."""
+    meshes, boards = [read_stl(data) for data in files], union([*made.boards, *made.plugs])
+    inside = envelope_solid(plan, envelope)
     solid, p = made.halves[0] + made.halves[1] + made.bolts, plan.printing
     hull = sum(h.hull().volume() for h in made.halves)
     volume = float(sum(mesh.volume for mesh in meshes))
@@ -141,6 +170,12 @@ def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> l
             boards.min_gap(made.link, _NEAR),
             "mm",
             least=MM * p.slack,
+        ),
+        _check(
+            "volume outside the envelope",
+            (solid + boards - inside).volume(),
+            "mm³",
+            most=_NOTHING,
         ),
         _check("overlap of boards and ring", (boards ^ solid).volume(), "mm³", most=_NOTHING),
         _check("overlap of link and ring", (made.link ^ solid).volume(), "mm³", most=_NOTHING),

@@ -3,12 +3,19 @@
 import math
 from collections.abc import Callable, Mapping
 
+import numpy as np
+from jaxtyping import Float
+from manifold3d import Manifold
+
 from ...coverage.rings.ring import Ring, Setup
+from ...coverage.robots.robot import Robot
 from ...coverage.sensors.board_packing import Printing
+from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import Scene
 from ..errors import UserError
 from ..schema.print_models import PrintedRing, PrintResult
-from .print_checks import check_ring, stl
+from ..schema.robot_models import TCP_FRAME
+from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_solids import Assembly, assemble, thread
 
@@ -26,7 +33,7 @@ def print_ring(
     plan = plan_ring(scene, ring, printing)
     made = assemble(plan)
     files = (stl(made.halves[0]), stl(made.halves[1]))
-    checks = check_ring(plan, made, files)
+    checks = check_ring(plan, made, files, envelope(scene, ring))
     for check in checks:
         if not check.holds:
             allowed = (
@@ -37,6 +44,7 @@ def print_ring(
             raise UnbuildableError(
                 f"{check.name}: found {check.measured:.4g} {check.unit}, allowed: {allowed}"
             )
+    mount = scene.robot.mount(ring.link)
     name, board, bolt = f"ring{number}_{_plain(ring.link)}", plan.pocket.board, plan.bolt
     deep = min((thread(plan, MM * (y - board.lens[1])) for _, y in board.holes), default=0.0)
     low, high = made.halves[0].bounding_box()[:3], made.halves[0].bounding_box()[3:]
@@ -44,7 +52,7 @@ def print_ring(
     record = PrintedRing(
         ring=number,
         link=ring.link,
-        position_mm=MM * ring.position * scene.robot.mount(ring.link).length,
+        position_mm=MM * ring.position * mount.length,
         count=ring.count,
         tilt_deg=round(math.degrees(ring.tilt), 4),
         radius_mm=plan.radius,
@@ -57,9 +65,32 @@ def print_ring(
         else "none: glue",
         bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f}  mm or longer",
         files=[f"{name}_a.stl", f"{name}_b.stl", f"{name}.png"],
+        frame=(*scene.robot.chain.joints, TCP_FRAME)[mount.frame],
+        T_link_print={
+            file: np.round(placed(scene.robot, plan, half), 9).tolist()
+            for file, half in zip((f"{name}_a.stl", f"{name}_b.stl"), made.halves, strict=True)
+        },
         checks=checks,
     )
     return record, files, plan, made
+
+
+def placed(robot: Robot, plan: PrintPlan, half: Manifold) -> Float[np.ndarray, "4 4"]:
+    """Return T_link_print (4, 4), m, of a half's file.
+
+    It transforms a point of the file, whose millimetres are converted to metres, to the frame of
+    the link that carries the ring.
+    """
+    ring, mount = plan.ring, robot.mount(plan.ring.link)
+    # columns: the ring's frame, z along the mount axis, in the frame of the link
+    T_link_ring = np.eye(4)
+    T_link_ring[:3, :3] = np.stack([mount.zero, mount.side, mount.axis], axis=1)
+    T_link_ring[:3, 3] = mount.start + ring.position * mount.length * mount.axis
+    T_ring_file = np.eye(4)
+    T_ring_file[:3, :3] = plan.T_ring_print
+    T_ring_file[:3, 3] = plan.T_ring_print @ np.array(printing_origin(half)) / MM
+    T: np.ndarray = T_link_ring @ T_ring_file
+    return T
 
 
 def _screw(hole: float) -> float:

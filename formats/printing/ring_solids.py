@@ -7,15 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import Manifold
 
+from ...coverage.rings import clamp
+from ...coverage.rings.ring_envelope import Envelope
 from .bolts import bolt_holes, bolts, lugs
-from .primitives import SMALL, box, tube, union
-from .print_plan import FRONT, MM, PrintPlan
+from .primitives import FACETS, SMALL, box, tube, union
+from .print_plan import MM, PrintPlan
 
 _FAR = 500.0
+FRONT = MM * clamp.FRONT
 _THREAD = 8.0  # largest depth of a screw in the ring
 _BORED = 0.4  # radius of a screw's thread, relative to the diameter of the hole in the board
 _LEFT = 1.5  # material around a screw's hole, and between it and the bore
 _OVER = 0.2  # overlap of a cut beyond the surface
+_PLUG = 3.0  # half the width of a plug along its edge
 _PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
@@ -27,6 +31,8 @@ class Assembly:
     """The halves on the sides +y and -y."""
     boards: list[Manifold]
     """The boards."""
+    plugs: list[Manifold]
+    """The room of the plugs of each board."""
     bolts: Manifold
     """The bolts."""
     link: Manifold
@@ -61,9 +67,8 @@ def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
 def _block(plan: PrintPlan, k: int) -> Manifold:
     """Return the block that carries the board of sensor ``k``: from the middle outwards to the
     front of its pocket."""
-    c, s, low = math.cos(plan.tilt), math.sin(plan.tilt), MM * plan.pocket.low
-    outermost = plan.radius - plan.rim * c - low * s + plan.wall
-    solid = _upright(plan, k, box((0.0, -plan.half, plan.low), (outermost, plan.half, plan.top)))
+    size = (plan.outermost, plan.half, plan.top)
+    solid = _upright(plan, k, box((0.0, -plan.half, plan.low), size))
     look = plan.frame(k)[:, 2]
     front = float(look @ plan.frame(k)[:, 3]) - plan.rim
     return _wedge(plan, k, solid.trim_by_plane(tuple(-look), -front))
@@ -168,6 +173,39 @@ def board(plan: PrintPlan, k: int) -> Manifold:
     return plate.transform(plan.frame(k))
 
 
+def plugs(plan: PrintPlan, k: int) -> Manifold:
+    """Return the room of the plugs of a board and of the bend of their wires."""
+    b = plan.pocket.board
+    x, y = _at(plan, 0.0, 0.0)
+    w, h, (side, up) = MM * b.width / 2, MM * b.height / 2, (MM * v for v in b.plugs)
+    front = -MM * b.lens_height
+    ends = (front, front + MM * b.plug_height)
+    rooms = []
+    for sign in (-1.0, 1.0):
+        if up:
+            low, high = sorted((y + sign * h, y + sign * (h + up)))
+            rooms.append(box((x - _PLUG, low, ends[0]), (x + _PLUG, high, ends[1])))
+        if side:
+            low, high = sorted((x + sign * w, x + sign * (w + side)))
+            rooms.append(box((low, y - _PLUG, ends[0]), (high, y + _PLUG, ends[1])))
+    return union(rooms).transform(plan.frame(k))
+
+
+def envelope_solid(plan: PrintPlan, envelope: Envelope) -> Manifold:
+    """Return an envelope in the print frame; it is not rotated, as it is round.
+
+    Its polygons surround the envelope's circles.
+    """
+    out = 1 / math.cos(math.pi / FACETS)
+    flip = plan.ring.tilt < 0
+    solids = []
+    for band in (envelope.flipped if flip else envelope).bands:
+        low, high = MM * band.low, MM * band.high
+        outer = tube(MM * band.outer * out, low, high, np.zeros(2))
+        solids.append(outer - tube(plan.bore, low - 1, high + 1, plan.centre))
+    return union(solids)
+
+
 def beam(plan: PrintPlan, k: int) -> Manifold:
     """Return the beam of sensor ``k``, as far as the ring could intersect it."""
     sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
@@ -267,6 +305,7 @@ def assemble(plan: PrintPlan) -> Assembly:
     return Assembly(
         halves(plan),
         [board(plan, k) for k in range(n)],
+        [plugs(plan, k) for k in range(n)],
         bolts(plan),
         link,
         union([beam(plan, k) for k in range(n)]),

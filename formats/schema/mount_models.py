@@ -141,43 +141,9 @@ class RulesModel(MappedModel[Rules]):
         le=1,
         description="distance from the surface that a ring surrounds to its sensors, m",
     )
-    ring_thickness: float = Field(
-        default=0.01, ge=0, le=1, description="radial thickness of a ring's body, m"
+    clearance: float = Field(
+        default=0.002,
+        ge=0,
+        le=1,
+        description="least distance of a ring's envelope from bodies, obstacles, other rings, m",
     )
-    ring_width: float = Field(
-        default=0.02, ge=0, le=1, description="width of a ring's body along the axis, m"
-    )
-
-    @model_validator(mode="after")
-    def _of_one_body(self) -> Self:
-        if self.ring_width < self.ring_thickness:
-            refuse(
-                [
-                    (
-                        ("ring_width",),
-                        self.ring_width,
-                        f"at least {self.ring_thickness:g}, the ring_thickness",
-                    )
-                ]
-            )
-        if self.standoff < self.ring_thickness / 2:
-            refuse(
-                [
-                    (
-                        ("standoff",),
-                        self.standoff,
-                        f"at least {self.ring_thickness / 2:g}, half the ring_thickness",
-                    )
-                ]
-            )
-        return self
-
-    def to_domain(self, **given: Any) -> Rules:
-        """Return the rules; pass the fixed rings as ``fixed``."""
-        return super().to_domain(band=(self.ring_thickness, self.ring_width), **given)
-
-    @classmethod
-    def from_domain(cls, value: Rules, **given: Any) -> Self:
-        """Return the table of the rules."""
-        thickness, width = value.band
-        return super().from_domain(value, ring_thickness=thickness, ring_width=width, **given)

@@ -39,6 +39,15 @@ class PrintedRing(StrictModel):
     screws: str = Field(description="screws that hold the boards")
     bolts: str = Field(description="bolts that close the ring")
     files: list[str] = Field(description="names of the mesh files")
+    frame: str = Field(
+        description="frame of the link that carries the ring: the joint that moves it, or tcp"
+    )
+    T_link_print: dict[str, list[list[float]]] = Field(
+        description=(
+            "for each mesh file, the 4 x 4 transform from its coordinates, converted to metres, to"
+            " that frame, translations in m"
+        )
+    )
     checks: list[PrintCheck] = Field(description="measurements")
 
 

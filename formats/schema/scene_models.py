@@ -6,7 +6,7 @@ the JSON Schema and the text of errors.
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -34,7 +34,7 @@ from .obstacle_models import ObstacleModel, obstacles_of
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
-from .versions import VersionedFile
+from .versions import FILE_VERSION, VersionedFile
 
 
 def _links_of(robot: Robot) -> str:
@@ -269,3 +269,11 @@ class SceneModel(MappedModel[Scene]):
 
 class SceneFile(SceneModel, VersionedFile):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
+
+    is_scene: ClassVar[bool] = True
+    version: int = Field(
+        default=FILE_VERSION,
+        ge=1,
+        description="version of the meaning of the keys; today's if absent",
+        json_schema_extra={"maximum": FILE_VERSION},
+    )

@@ -41,6 +41,16 @@ class BoardModel(MappedModel[Board]):
         default=[], max_length=16, description="positions of the screw holes, m"
     )
     hole: _Small = Field(default=0.0025, description="diameter of the holes, m")
+    plugs: Annotated[
+        list[Annotated[float, Field(ge=0, le=0.1, description="room beyond an edge, m")]],
+        Field(min_length=2, max_length=2),
+    ] = Field(
+        default=[0.0, 0.0],
+        description="room for plugs beyond the edges left and right, and above and below, m",
+    )
+    plug_height: float = Field(
+        default=0.003, ge=0, le=0.1, description="height of plugs above the board's front, m"
+    )
     source: str = Field(default="", max_length=1000, description="source of the figures")
 
     @model_validator(mode="after")

@@ -2,17 +2,18 @@
 
 A file states its version; a file without one predates versions and counts as version 1. The version
 is read before any default applies, so that an older file keeps its meaning: ``UPGRADES`` converts
-its keys to the next version, step by step. A newer file is rejected.
+its keys to the next version, step by step. A newer file is rejected. A scene is written by hand and
+seldom states its version; without one it has today's meaning.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from .base_model import StrictModel, refuse
 
-FILE_VERSION = 1
+FILE_VERSION = 2
 """Version of the files that are written."""
 _UNSTATED = 1
 FROM_FILE = {"from_file": True}
@@ -23,6 +24,8 @@ version."""
 class VersionedFile(StrictModel):
     """A file with a version."""
 
+    is_scene: ClassVar[bool] = False
+    """Whether the file is a scene."""
     version: int = Field(
         default=FILE_VERSION,
         ge=1,
@@ -35,7 +38,8 @@ class VersionedFile(StrictModel):
     def _of_today(cls, keys: Any, info: ValidationInfo) -> Any:
         if not isinstance(keys, dict):
             return keys
-        stated = _UNSTATED if info.context == FROM_FILE else FILE_VERSION
+        old = info.context == FROM_FILE and not cls.is_scene
+        stated = _UNSTATED if old else FILE_VERSION
         version = keys.get("version", stated)
         if type(version) is not int or version < 1:
             return keys  # the field's own validation reports the error
@@ -47,7 +51,31 @@ class VersionedFile(StrictModel):
 
 
 Upgrade = Callable[[type[VersionedFile], dict[str, Any]], dict[str, Any]]
-UPGRADES: dict[int, Upgrade] = {}
+
+
+def _with_envelopes(model: type[VersionedFile], keys: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a file of version 1, in which a ring's body had two stated sizes.
+
+    The scene of such a file states what its defaults were. Rings with bodies on a UR10 sat on the
+    axis between two joints, which today only rings without bodies do.
+    """
+    if "scene" in keys:
+        return keys | {"scene": _scene_with_envelopes(keys["scene"])}
+    return _scene_with_envelopes(keys) if model.is_scene else keys
+
+
+def _scene_with_envelopes(scene: Any) -> Any:
+    if not isinstance(scene, dict) or not isinstance(scene.get("rules", {}), dict):
+        return scene
+    rules = {k: v for k, v in scene.get("rules", {}).items() if k not in _SIZES}
+    occlusion = scene.get("occlusion", "ignore")
+    between_joints = occlusion == "ignore" or scene.get("robot", "ur10") in ("ur10", "ur10_dh")
+    rules = {"mount": "free" if between_joints else "real"} | rules
+    return scene | {"occlusion": occlusion, "rules": rules}
+
+
+_SIZES = ("ring_thickness", "ring_width")
+UPGRADES: dict[int, Upgrade] = {1: _with_envelopes}
 """For each version, the function that converts the keys of a file to the next version."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
-from ...coverage.sensors.boards import Board
+from ...coverage.sensors.boards import NOMINAL, Board
 from ...coverage.sensors.sensor import Sensor
 from ..scene import Scene
 
@@ -17,13 +17,18 @@ Tilts = tuple[float, float]
 
 
 def board_of(scene: Scene, sensor: Sensor) -> Board | None:
-    """Return the board to fit; None where the scene's rings have no bodies or no board is known."""
-    return None if scene.rules.mount == "free" else sensor.board
+    """Return the board to fit; None where nothing has to fit.
+
+    Where the scene's rings have bodies, a sensor whose board is unknown has a nominal one.
+    """
+    if scene.rules.mount == "free":
+        return None
+    return sensor.board or (NOMINAL if scene.real else None)
 
 
 def innermost(scene: Scene, link: str) -> float:
     """Return the minimum distance of a pocket from the axis of ``link``, m; 0 without bodies."""
-    around = surrounded(scene.robot.mount(link), scene.robot.bodies) if scene.real else 0.0
+    around = surrounded(scene.robot, link) if scene.real else 0.0
     return inner_radius(around, scene.printing)
 
 

@@ -1,28 +1,26 @@
-"""Where on each link a real ring is clear: it closes around the link and intersects no body and no
-obstacle at any pose of the scene.
+"""Where on each link a real ring is clear: it closes around the link, and its envelope keeps a
+clearance from every body and obstacle at every pose of the scene."""
 
-A ring's body is a band about its circle: all points within half its thickness of the circle's
-copies along the axis, over the band's width. The ring is clear at a position if the circle keeps a
-clearance of half the thickness all along the band. This is one function of one coordinate, which
-``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, so they are clear
-with it.
-"""
-
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.occlusion.circle_clearance import blocked, capsule_gap, plane_gap
+from ...coverage.rings.envelope_clearance import blocked_by_capsules, blocked_by_polyhedra
+from ...coverage.rings.ring import Ring
+from ...coverage.rings.ring_envelope import Envelope
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
+from ..parameterization import Room
 from ..scene import Scene
+from .ring_envelopes import envelope, widest_envelope, widest_spacing
 
 _SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
-# m, by which a radius that is not stated may be raised until the ring is clear
-_MORE = tuple(0.005 * i for i in range(11))
+# m, by which a radius that is not stated may be changed until the ring is clear
+_CHANGES = (0.0, *(sign * 0.005 * i for i in range(1, 11) for sign in (-1, 1)))
 _ENOUGH = 0.01  # m of a link
 _NAMED = 3  # maximum number of colliding bodies that a message names
 _EDGE = 1e-8  # of a link: a ring at the very end of a clear interval is clear
@@ -55,27 +53,57 @@ class MountClearance:
         self.scene = scene
         self.frames = forward(scene.robot.chain, np.array([p.q for p in scene.poses]))
         self._things: dict[str, _Things] = {}
-        self._found: dict[tuple[str, float], tuple[Stretches, Cuts]] = {}
+        self._widest: dict[tuple[str, float], Envelope] = {}
+        self._cuts: dict[tuple[str, Envelope], Cuts] = {}
+
+    def widest(self, link: str, radius: float) -> Envelope:
+        """Return an envelope that contains that of any new ring of ``radius`` m on ``link``."""
+        key = (link, round(radius, _SAME))
+        if key not in self._widest:
+            self._widest[key] = widest_envelope(self.scene, *key)
+        return self._widest[key]
 
     def stretches(self, link: str, radius: float) -> Stretches:
-        """Return all intervals of position on which a ring of ``radius`` m on ``link`` is clear.
+        """Return all intervals of position on which any new ring of ``radius`` m on ``link`` is
+        clear, whatever its tilt.
 
-        They are exact up to a fraction of a millimetre at each end.
+        They are exact up to about a millimetre at each end.
         """
-        return self._of(link, radius)[0]
+        around = self.widest(link, radius)
+        return _left(self._closed(link, around), self._obstructed(link, around))
+
+    def spacing(self, link: str, radius: float, rings: Iterable[Ring] = ()) -> float:
+        """Return the least distance, m, that new rings of ``radius`` m on ``link`` keep from each
+        other and from ``rings``, whatever their tilts."""
+        there = [envelope(self.scene, ring) for ring in rings if ring.link == link]
+        return widest_spacing(self.scene, [self.widest(link, radius), *there])
+
+    def rooms(self, radii: Mapping[str, float], rings: Sequence[Ring]) -> dict[str, Room]:
+        """Return the room of each link for new rings.
+
+        Args:
+            radii: radius of new rings on each link, m.
+            rings: the rings that are already mounted.
+        """
+        return {
+            link: Room(self.stretches(link, radius), self.spacing(link, radius, rings))
+            for link, radius in radii.items()
+        }
 
     def radius(self, link: str, at_least: float = 0.0) -> float:
         """Return the radius of a new ring on ``link``, m: the scene's, or ``at_least`` if larger.
 
-        A radius that is not stated is the smallest one that is clear over a centimetre. If there is
-        none, it is the one, up to 5 cm above the minimum, that is clear over the longest interval.
+        A radius that is not stated is changed, by as little as necessary and at most 5 cm, until
+        the ring is clear over a centimetre. If none is, it is the one that is clear over the
+        longest interval.
         """
         first = max(self.scene.radius_of(link), at_least)
         if self.scene.stated_radius(link) is not None:
             return first
         best, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
-        for more in _MORE:
-            radius = round(first + more, 4)
+        least = max(self.scene.smallest_radius(link), at_least)
+        for more in _CHANGES:
+            radius = max(round(first + more, 4), least)
             stretches = self.stretches(link, radius)
             length = (
                 sum(b - a for a, b in stretches) * self.scene.robot.mount(link).length
@@ -90,68 +118,62 @@ class MountClearance:
 
     def why(self, link: str, radius: float) -> str:
         """Return a message that names what obstructs a ring on ``link``, or ""."""
-        (low, high), cuts = self.closed(link), self._of(link, radius)[1]
+        around = self.widest(link, radius)
+        low, high = self._closed(link, around)
         if low > high:
-            return (
-                f"no ring {1000 * self.scene.rules.band[1]:g} mm wide can be closed around {link}"
-            )
+            tall = 1000 * (around.high - around.low)
+            return f"no ring {tall:.0f} mm tall can be closed around {link}"
         length: dict[str, float] = {}
-        for a, b, name in cuts:
-            length[name] = length.get(name, 0.0) + max(min(b, high) - max(a, low), 0.0)
-        first = sorted(
-            (n for n in length if low == high or length[n] > 0), key=lambda name: -length[name]
-        )[:_NAMED]
+        for a, b, name in self._obstructed(link, around):
+            if a < high and b > low:
+                length[name] = length.get(name, 0.0) + min(b, high) - max(a, low)
+        first = sorted(length, key=lambda name: -length[name])[:_NAMED]
         return (
             f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else ""
         )
 
-    def within(self, link: str, radius: float, position: float) -> list[str]:
-        """Return the names of the bodies in which a ring at ``position`` lies at some pose.
+    def within(self, ring: Ring) -> list[str]:
+        """Return the names of the bodies to which a ring does not keep the clearance at some pose.
 
-        Bodies from which the ring is not proven clear are included. On a mount of length 0 the
-        position is ignored.
+        On a mount of length 0 the position is ignored.
         """
-        position = position if self.scene.robot.mount(link).length else 0.0
+        position = ring.position if self.scene.robot.mount(ring.link).length else 0.0
         return list(
             dict.fromkeys(
-                name for a, b, name in self._of(link, radius)[1] if a + _EDGE < position < b - _EDGE
+                name
+                for a, b, name in self._obstructed(ring.link, envelope(self.scene, ring))
+                if a + _EDGE < position < b - _EDGE
             )
         )
 
-    def closed(self, link: str) -> tuple[float, float]:
-        """Return the lowest and highest position at which a ring closes around ``link``.
+    def closed(self, ring: Ring) -> tuple[float, float]:
+        """Return the lowest and highest position at which a ring like ``ring`` closes around its
+        link.
 
-        The whole width of the ring must lie in the usable part. If there is no such position, the
-        first value exceeds the second.
+        The whole ring must lie in the usable part. If there is no such position, the first value
+        exceeds the second.
         """
-        mount, width = self.scene.robot.mount(link), self.scene.rules.band[1]
+        return self._closed(ring.link, envelope(self.scene, ring))
+
+    def _closed(self, link: str, around: Envelope) -> tuple[float, float]:
+        mount = self.scene.robot.mount(link)
         if mount.length == 0:
             return 0.0, 0.0
-        return mount.usable[0] + width / 2 / mount.length, mount.usable[
-            1
-        ] - width / 2 / mount.length
+        low, high = mount.usable
+        return low - around.low / mount.length, high - around.high / mount.length
 
-    def _of(self, link: str, radius: float) -> tuple[Stretches, Cuts]:
-        key = (link, round(radius, _SAME))
-        if key not in self._found:
-            self._found[key] = self._look(link, radius)
-        return self._found[key]
-
-    def _look(self, link: str, radius: float) -> tuple[Stretches, Cuts]:
-        """Return the clear intervals, and the obstructed ones with the names of their bodies."""
-        length, half, arm = (
-            self.scene.robot.mount(link).length,
-            self.scene.rules.band[0] / 2,
-            self.scene.rules.arm,
-        )
-        t, span, share = self._near(link), (-arm, length + arm), length or 1.0
-        obstructed = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
-        obstructed += [
-            (a, b, len(t.thick) + i)
-            for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
-        ]
-        cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in obstructed]
-        return _left(self.closed(link), cuts), cuts
+    def _obstructed(self, link: str, around: Envelope) -> Cuts:
+        """Return the intervals of position on which an envelope is not clear, with the names of
+        the bodies."""
+        key = (link, around)
+        if key not in self._cuts:
+            length, t = self.scene.robot.mount(link).length, self._near(link)
+            grown, share = around.grown(self.scene.rules.clearance), length or 1.0
+            blocked = blocked_by_capsules(grown, t.start, t.end, t.thick)
+            solid = blocked_by_polyhedra(grown, t.normal, t.offset, (0.0, length))
+            blocked += [(a, b, len(t.thick) + i) for a, b, i in solid]
+            self._cuts[key] = [(a / share, b / share, t.names[i]) for a, b, i in blocked]
+        return self._cuts[key]
 
     def _near(self, link: str) -> _Things:
         if link not in self._things:

@@ -3,22 +3,25 @@ that lie in a body, an obstacle or another ring.
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Int
 
-from ...coverage.occlusion.circle_clearance import circle
+from ...coverage.rings.envelope_clearance import least_distance, surface_points
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import axes_of
 from .clearance import MountClearance
+from .ring_envelopes import envelope
 
 REAL = ("mount", "standoff")  # keys of the rules that this module checks
 _ROUNDING = 1e-6  # m of a radius, as files round it
 _PLACE = 1e-8  # of a link: positions are rounded to the safe side
-_POINTS = 72  # points on a ring that are tested against another ring
-_MANY = 256  # poses at once
+# m, spacings of the points at which a ring is compared with another one; the second only where the
+# first leaves it open
+_SPACINGS = (0.016, 0.004)
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
             " or more"
         )
         violations.append(Standing((i,), "standoff", text))
-    low, high = clear.closed(ring.link)
+    low, high = clear.closed(ring)
     if low > high:
         violations.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
     elif (
@@ -59,45 +62,49 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
             f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
         )
         violations.append(Standing((i,), "mount", text))
-    if within := clear.within(ring.link, ring.radius, ring.position):
-        violations.append(
-            Standing((i,), "mount", f"{name} at {ring.position:.3f} lies in {', '.join(within)}")
-        )
+    if within := clear.within(ring):
+        text = f"{name} at {ring.position:.3f} lies in or too near to {', '.join(within)}"
+        violations.append(Standing((i,), "mount", text))
     return violations
 
 
 def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
-    """Return the violations of rings on different links that intersect at some pose.
+    """Return the violations of rings on different links that come too near to each other at some
+    pose.
 
-    The test samples points of one ring. Every reported intersection is real, but an overlap of a
-    few millimetres may be missed.
+    Rings whose distance exceeds the clearance by 4 mm or more are never reported, rings that are
+    too near always.
     """
     violations = []
     for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
         if a.link != b.link:
-            poses = np.flatnonzero(_between(clear, a, b) < clear.scene.rules.band[0])
+            poses = _near(clear, a, b)
             if len(poses):
-                text = f"ring {i} ({a.link}) lies in ring {j} ({b.link}) at pose {poses[0]}"
+                text = (
+                    f"ring {i} ({a.link}) lies in or too near to ring {j} ({b.link}) at pose"
+                    f" {poses[0]}"
+                )
                 violations.append(Standing((i, j), "mount", text))
     return violations
 
 
-def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
-    """Return the distance between two rings at each pose, m, measured between their mid-surfaces.
+def _near(clear: MountClearance, one: Ring, other: Ring) -> Int[np.ndarray, " P"]:
+    """Return the poses at which two rings are not proven to keep the clearance.
 
-    Points of one ring are tested against the other.
+    A point on the outside of one ring is within the spacing of a sampled one.
     """
-    robot, arm = clear.scene.robot, clear.scene.rules.arm
-    mount, against = robot.mount(one.link), robot.mount(other.link)
-    places = one.position * mount.length + np.array([-arm, 0.0, arm])
-    points = circle(places, one.radius, _POINTS).reshape(-1, 3) @ axes_of(mount) + mount.start
-    distances = []
-    for first in range(0, len(clear.frames), _MANY):
-        frames = clear.frames[first : first + _MANY]
-        T = np.linalg.inv(frames[:, against.frame]) @ frames[:, mount.frame]
-        seen = np.einsum("pij,nj->pni", T[:, :3, :3], points) + T[:, None, :3, 3] - against.start
-        v = seen @ axes_of(against).T
-        ahead = np.maximum(np.abs(v[..., 0] - other.position * against.length) - arm, 0.0)
-        off = np.hypot(v[..., 1], v[..., 2]) - other.radius
-        distances.append(np.hypot(ahead, off).min(axis=1))
-    return np.concatenate(distances)
+    here, there = (envelope(clear.scene, ring) for ring in (one, other))
+    mount, against = (clear.scene.robot.mount(ring.link) for ring in (one, other))
+    at = other.position * against.length
+    T = np.linalg.inv(clear.frames[:, against.frame]) @ clear.frames[:, mount.frame]
+    middle = mount.start + one.position * mount.length * mount.axis
+    # each ring lies in a ball about the middle of its circle of lenses
+    reach = sum(math.hypot(max(-e.low, e.high), e.outer) for e in (here, there))
+    apart = T[:, :3, :3] @ middle + T[:, :3, 3] - against.start - at * against.axis
+    poses = np.flatnonzero(np.linalg.norm(apart, axis=1) < reach + clear.scene.rules.clearance)
+    for spacing in _SPACINGS:
+        points = surface_points(here, spacing) @ axes_of(mount) + middle
+        seen = ((points @ T[p, :3, :3].T + T[p, :3, 3] - against.start) for p in poses)
+        distance = least_distance(there, (v @ axes_of(against).T for v in seen), at)
+        poses = poses[np.array(distance) < clear.scene.rules.clearance + spacing]
+    return poses

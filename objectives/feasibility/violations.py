@@ -11,6 +11,7 @@ from ..scene import Scene
 from .board_fit import unfit
 from .clearance import MountClearance
 from .mounting import standing
+from .ring_envelopes import envelope, spacing
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
 # rounded to the nearest.
@@ -77,17 +78,9 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
     own = [i for i in range(len(rings)) if i not in fixed]
     broken = [f for i in own for f in _alone(scene, i, rings[i])]
     for i, j in itertools.combinations(range(len(rings)), 2):
-        if rings[i].link == rings[j].link and not {i, j} <= fixed:
-            length = scene.robot.mount(rings[i].link).length
-            apart = abs(rings[i].position - rings[j].position) * length
-            if length == 0 or apart < scene.spacing - _PLACE:
-                broken.append(
-                    Fault(
-                        (i, j),
-                        "spacing",
-                        f"rings {i} and {j} ({rings[i].link}) {_spacing(scene, apart, length)}",
-                    )
-                )
+        same = rings[i].link == rings[j].link and not {i, j} <= fixed
+        if same and (text := _too_near(scene, rings[i], rings[j])):
+            broken.append(Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {text}"))
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
         broken += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
@@ -119,10 +112,19 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.1f}°"
 
 
-def _spacing(scene: Scene, apart: float, length: float) -> str:
+def _too_near(scene: Scene, one: Ring, other: Ring) -> str:
+    """Return a message if two rings on one link are too near to each other, or ""."""
+    length = scene.robot.mount(one.link).length
     if length == 0:
         return "are on a link that takes only one ring"
-    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm or more"
+    proximal, distal = sorted((one, other), key=lambda ring: ring.position)
+    apart = (distal.position - proximal.position) * length
+    allowed = scene.rules.spacing
+    if scene.real:
+        allowed = spacing(scene, *(envelope(scene, ring) for ring in (proximal, distal)))
+    if apart >= allowed - _PLACE:
+        return ""
+    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * allowed:.1f} mm or more"
 
 
 def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:

@@ -108,11 +108,10 @@ class RedesignProblem:
     def segments(self, free: tuple[int, ...]) -> list[Segment]:
         """Return the segments on which the touched rings may sit."""
         if free not in self._segments:
-            rules = replace(self.scene.rules, fixed=tuple(self.stays(free)))
-            clear = None
-            if self.clear is not None:
-                clear = {link: self.clear.stretches(link, r) for link, r in self.radii.items()}
-            self._segments[free] = segments(replace(self.scene, rules=rules), clear)
+            stay = self.stays(free)
+            rules = replace(self.scene.rules, fixed=tuple(stay))
+            rooms = self.clear.rooms(self.radii, stay) if self.clear is not None else None
+            self._segments[free] = segments(replace(self.scene, rules=rules), rooms)
         return self._segments[free]
 
     def _seats(self, t: Touched) -> np.ndarray | None:

@@ -12,7 +12,14 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.parameterization import Segment, fits, most_rings, near_segments, segments
+from ...objectives.parameterization import (
+    Room,
+    Segment,
+    fits,
+    most_rings,
+    near_segments,
+    segments,
+)
 from ...objectives.scene import Scene
 
 _ROUNDING = 1e-6  # m, rounding of a radius in files
@@ -50,7 +57,7 @@ class FeasibleSet:
         self.clear = MountClearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
-        self.segments = segments(scene, self._stretches())
+        self.segments = segments(scene, self._rooms_of_bodies())
         self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
@@ -84,8 +91,8 @@ class FeasibleSet:
         stated = self.scene.stated_radius(link) is not None
         return like if stated and like is not None else self.clear.radius(link, like or 0.0)
 
-    def _stretches(self) -> dict[str, list[tuple[float, float]]] | None:
-        """Return the intervals of each link where real rings are clear.
+    def _rooms_of_bodies(self) -> dict[str, Room] | None:
+        """Return the room of each link for real rings; None where rings have no bodies.
 
         Raises:
             InfeasibleError: if the radius is too small for a ring to close around a link that may
@@ -112,7 +119,7 @@ class FeasibleSet:
                     ' or set mount = "free"',
                     key,
                 )
-        return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
+        return self.clear.rooms(self.radii, self.scene.rules.fixed)
 
     def barred(self, link: str | None = None) -> str:
         """Return the reason why no real ring fits on ``link``, or on the links without room, as the

@@ -13,9 +13,11 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.spheres import Spheres
+from ...objectives.feasibility.ring_envelopes import envelope
+from ...objectives.scene import Scene
 from .surface import Surface
 
-RING_WIDTH = 0.04  # m
+_RING_WIDTH = 0.04  # m
 
 
 def _polygon(corners: int) -> Any:
@@ -128,18 +130,22 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
     return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
 
 
-def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> Any:
-    """Return the two edge circles (2, T, 3) m of a ring.
+def band(scene: Scene, frames: Any, ring: Ring) -> Any:
+    """Return the two edge circles (2, T, 3) m of a ring, through its sensors.
+
+    A real ring is drawn from one end of its envelope to the other, any other one 4 cm wide.
 
     Args:
-        robot: robot that carries the ring.
+        scene: scene of the ring.
         frames: T_base_frame (F, 4, 4).
         ring: ring to draw.
-        width: width of the ring along its axis, m.
     """
-    m = robot.mount(ring.link)
+    m, sides = scene.robot.mount(ring.link), (-_RING_WIDTH / 2, _RING_WIDTH / 2)
+    if scene.real:
+        around = envelope(scene, ring)
+        sides = around.low, around.high
     R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
-    ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-width / 2, width / 2)]
+    ends = [m.start + (ring.position * m.length + t) * m.axis for t in sides]
     return np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
 
 

@@ -8,9 +8,10 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
+from ...objectives.scene import Scene
 from .canvas import Canvas
 from .colours import rgb
-from .meshes import RING_WIDTH, ball, band, body, capsule, circle, closed, loops, rod, tube
+from .meshes import ball, band, body, capsule, circle, closed, loops, rod, tube
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
@@ -21,31 +22,30 @@ _UP = np.eye(3)[2]
 
 def add_robot(
     canvas: Canvas,
-    robot: Robot,
+    scene: Scene,
     frames: Any,
     setup: Setup,
     colour: dict[str, str],
     real: bool = False,
-    width: float = RING_WIDTH,
 ) -> None:
     """Add the robot's links, joints and foot, and its rings in the colours of their links.
 
     Args:
         canvas: canvas to draw on.
-        robot: robot to draw.
+        scene: scene of the robot to draw.
         frames: T_base_frame (F, 4, 4) from ``forward``.
         setup: rings to draw.
         colour: colour by link.
         real: True to draw the robot's bodies, if it has any, instead of a stick figure along joints
             and mounts.
-        width: width of a ring along its axis, m.
     """
+    robot = scene.robot
     if real and robot.bodies:
         _add_bodies(canvas, robot, frames)
     else:
         _add_stick(canvas, robot, frames)
     for ring in setup.rings:
-        rims = band(robot, frames, ring, width)
+        rims = band(scene, frames, ring)
         canvas.mesh(tube(rims), colour[ring.link])
         # a ring seen edge-on has no other visible area
         canvas.lines(loops(rims), 0.8 * rgb(colour[ring.link]), _RIM)

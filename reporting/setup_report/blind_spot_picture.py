@@ -97,7 +97,7 @@ def _draw_cell(canvas: Canvas, scene: Scene, setup: Setup, frames: Array, box: n
     for obstacle in scene.obstacles:
         canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
     rings = dict.fromkeys(scene.robot.links, _RINGS)
-    add_robot(canvas, scene.robot, frames, setup, rings, bool(scene.robot.bodies))
+    add_robot(canvas, scene, frames, setup, rings, bool(scene.robot.bodies))
 
 
 def _draw_spots(canvas: Canvas, spots: dict[int, BlindSpot], colours: dict[int, str]) -> None:

@@ -116,7 +116,7 @@ def canvas_of(ax: "Axes", view: OctreeView) -> Canvas:
 
 
 def _add_robot(canvas: Canvas, view: OctreeView) -> None:
-    add_robot(canvas, view.scene.robot, view.frames, view.setup, view.colours)
+    add_robot(canvas, view.scene, view.frames, view.setup, view.colours)
 
 
 def draw_discs(canvas: Canvas, view: OctreeView) -> None:

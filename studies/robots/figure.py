@@ -37,7 +37,6 @@ _LOOKS = {
     "blind": ("D", COLOURS[1], COLOURS[1]),
 }
 _EYE = (-68.0, 14.0)
-_WIDTH = 0.02  # m, width of a ring
 _UNDER = 0.09  # m, distance of the ruler below a robot
 _COLUMNS = 2
 
@@ -96,7 +95,7 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
     )
     view = Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
-    add_robot(view, robot, frames, setup_from(row.rings, scene), colour, real=True, width=_WIDTH)
+    add_robot(view, scene, frames, setup_from(row.rings, scene), colour, real=True)
     corners = view.extent()
     view.draw(fit=False)
     ax.set_aspect("equal")

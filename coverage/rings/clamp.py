@@ -1,0 +1,224 @@
+"""Dimensions of the clamp that carries a ring's boards: a band around the link, blocks on it for
+the boards, and ears for the two bolts that close it.
+
+All lengths are metres in the frame in which a clamp is printed: z points along the ring's axis
+towards the side to which the beams lean, and the lenses lie in the plane z = 0.
+"""
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from ..robots.ring_section import surrounded
+from ..robots.robot import Robot
+from ..sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
+from ..sensors.boards import Board
+
+FRONT = 0.006
+"""Depth in front of a lens that the clamp leaves free, m."""
+NUT_CLEARANCE = 0.00015
+"""Clearance of a nut in its trap, on each side, m."""
+NUT_COVER = 0.0003
+"""Material between a nut and the split, m."""
+_SCREW_HEAD = 0.0025  # m, height of the screw heads on a board
+_LIFT = 0.0005  # m, from the pockets up to the ears
+_PLUG_GAP = 0.0005  # m, from plugs up to the ears
+
+
+@dataclass(frozen=True)
+class Bolt:
+    """A bolt with its nut, m."""
+
+    head: float
+    """Diameter of the head."""
+    nut: float
+    """Width of the nut across flats."""
+    nut_height: float
+    """Height of the nut."""
+    hole: float
+    """Diameter of the clearance hole."""
+    size: float
+    """Nominal diameter, which is also the height of the head."""
+
+    @property
+    def widest(self) -> float:
+        """Distance from the axis to a corner of the nut trap, m."""
+        return (self.nut / 2 + NUT_CLEARANCE) / math.cos(math.pi / 6)
+
+    def scaled(self, by: float) -> "Bolt":
+        """Return the bolt with its lengths in another unit, of which a metre has ``by``."""
+        return Bolt(*(by * length for length in astuple(self)))
+
+
+# head, nut (ISO 4762, 4032), nut height, hole (ISO 273)
+BOLTS = {
+    3: Bolt(0.0055, 0.0055, 0.0024, 0.0034, 0.003),
+    4: Bolt(0.0070, 0.0070, 0.0032, 0.0045, 0.004),
+    5: Bolt(0.0085, 0.0080, 0.0047, 0.0055, 0.005),
+}
+"""Bolts by their nominal diameter in millimetres."""
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """The dimensions of a clamp, m."""
+
+    printing: Printing
+    """Printing parameters."""
+    pocket: Pocket
+    """Pocket of each board."""
+    tilt: float
+    """Tilt, rad, not negative."""
+    radius: float
+    """Radius of the circle of lenses."""
+    aside: float
+    """Distance of the link's axis from the mount axis."""
+    link: float
+    """Radius of the link."""
+    inner: float
+    """Least radius of the pockets."""
+    bolt: Bolt
+    """The bolts."""
+
+    @property
+    def wall(self) -> float:
+        """Thickness of load-bearing walls."""
+        return self.printing.wall
+
+    @property
+    def bore(self) -> float:
+        """Radius of the hole for the link."""
+        return self.link + self.printing.slack
+
+    @property
+    def collar(self) -> float:
+        """Outer radius of the band around the hole."""
+        return self.bore + self.wall
+
+    @property
+    def seat(self) -> float:
+        """Distance from the lens back to a board's rear face."""
+        return self.pocket.board.lens_height + self.pocket.board.thickness
+
+    @property
+    def rim(self) -> float:
+        """Distance from the lens back to the clamp's front: half a board's thickness in front of
+        the board's rear face."""
+        return self.seat - self.pocket.board.thickness / 2
+
+    @property
+    def half(self) -> float:
+        """Half the width of a block that carries a board."""
+        return self.pocket.half + self.wall
+
+    @property
+    def outermost(self) -> float:
+        """Distance of a block's outer end from the ring's axis."""
+        c, s = math.cos(self.tilt), math.sin(self.tilt)
+        return self.radius - self.rim * c - self.pocket.low * s + self.wall
+
+    @property
+    def low(self) -> float:
+        """Lower end of the blocks."""
+        pocket = self.pocket
+        return pocket.low * math.cos(self.tilt) - pocket.deep * math.sin(self.tilt) - self.wall
+
+    @property
+    def top(self) -> float:
+        """Upper end of the blocks."""
+        return self.pocket.high * math.cos(self.tilt) - self.seat * math.sin(self.tilt)
+
+    @property
+    def across(self) -> float:
+        """Distance of the bolts' axes from the link's axis."""
+        return self.collar + self.bolt.head / 2
+
+    @property
+    def reach(self) -> float:
+        """Extent of an ear from the split."""
+        return self.wall + self.bolt.nut_height + NUT_COVER
+
+    @property
+    def ear(self) -> float:
+        """Distance of an ear's outer end from the link's axis."""
+        widest = max(self.bolt.head, self.bolt.nut + 2 * NUT_CLEARANCE)
+        return self.across + widest / 2 + self.wall / 2
+
+    @property
+    def lug(self) -> tuple[float, float]:
+        """Lower and upper end of the ears.
+
+        They stand above the pockets, which would weaken them, above the space in front of the
+        lenses where they would reach into it, and above plugs that would meet them.
+        """
+        c, s = math.cos(self.tilt), math.sin(self.tilt)
+        # where the upper edge of a pocket crosses the plane of its lens
+        edge = self.radius - self.pocket.high * s
+        outer = math.hypot(self.ear, self.reach) + self.aside
+        under = (outer - edge) / max(c, 1e-9)
+        low = self.top + (self.seat + min(max(under, 0.0), FRONT)) * s + _LIFT
+        board = self.pocket.board
+        up = self.pocket.high + board.plugs[1]
+        if board.plugs[1] and self.radius - board.lens_height * c - up * s < self.bolted:
+            low = max(low, up * c + self.in_front * s + _PLUG_GAP)
+        return low, low + 2 * self.bolt.widest + self.wall
+
+    @property
+    def bolted(self) -> float:
+        """Distance from the mount axis within which ears and bolts lie."""
+        bolt = self.bolt
+        head = math.hypot(self.across + bolt.head / 2, self.reach + bolt.size)
+        proud = 0.0 if self.printing.nut else bolt.nut_height
+        nut = math.hypot(self.across + bolt.widest, self.reach + proud)
+        return max(math.hypot(self.ear, self.reach), head, nut) + self.aside
+
+    @property
+    def in_front(self) -> float:
+        """Distance from the plane of a lens forwards to the ends of plugs and screw heads."""
+        board = self.pocket.board
+        heads = _SCREW_HEAD if board.holes else 0.0
+        return max(heads, board.plug_height if any(board.plugs) else 0.0) - board.lens_height
+
+    @property
+    def foot(self) -> float:
+        """Lower end of the slope of 45 degrees that supports an ear."""
+        return self.lug[0] - (self.ear - self.bore)
+
+    @property
+    def groove(self) -> tuple[float, float]:
+        """Inner and outer radius of the cable channel."""
+        floor = float(self.pocket.floor(self.radius, np.array([self.tilt]))[0])
+        back = max(self.inner, floor - self.printing.channel)
+        return back, back + self.printing.channel
+
+
+def clamp_of(
+    robot: Robot,
+    link: str,
+    radius: float,
+    tilt: float,
+    board: Board,
+    printing: Printing,
+) -> Clamp:
+    """Return the clamp of a ring.
+
+    Where the section of the link is unknown, the hole is assumed to end a wall behind the pockets.
+
+    Args:
+        robot: the robot.
+        link: link that carries the ring.
+        radius: radius of the ring, m.
+        tilt: tilt of the ring, rad.
+        board: the board of its sensors.
+        printing: printing parameters.
+    """
+    mount, around, tilt = robot.mount(link), surrounded(robot, link), abs(tilt)
+    inner = inner_radius(around, printing)
+    pocket = best_pocket(board, printing, radius, tilt, inner)
+    tube = mount.section if mount.aside > 0 else around
+    if around <= 0:
+        floor = float(pocket.floor(radius, np.array([tilt]))[0])
+        tube = max(floor - printing.wall - printing.slack, 0.0)
+    bolt = BOLTS[round(1000 * printing.bolt)]
+    return Clamp(printing, pocket, tilt, radius, mount.aside, tube, inner, bolt)

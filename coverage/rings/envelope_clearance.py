@@ -1,0 +1,202 @@
+"""Positions along a mount at which a ring's envelope meets capsules, convex bodies, or another
+envelope.
+
+In axis coordinates the first coordinate runs along the mount axis. A point of a capsule's axis at
+height x and distance rho from the mount axis has the radial distance
+g = max(bore - rho, rho - outer, 0) from a hollow cylinder. The capsule of radius r about that point
+meets the cylinder [low, high] of a ring at position p exactly if p lies between
+x - high - sqrt(r^2 - g^2) and x - low + sqrt(r^2 - g^2). The blocked positions are the union of
+these intervals along the capsule's axis. The axis is divided into pieces, and the interval of a
+piece contains those of all its points, because rho changes by no more than the piece's extent
+across the mount axis. A convex body is grown by moving
+its faces outwards, and the disc of a cylinder becomes a polygon around it; the blocked positions
+then follow from two linear programmes. Every result errs on the safe side.
+"""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+
+from .ring_envelope import Envelope
+
+_PIECES = 512  # of a capsule's axis; an end of a blocked interval errs by less than their length
+_SIDES = 64  # of the polygon around a disc; it exceeds the disc by 0.12 % of the radius
+_BEYOND = 0.1  # m beyond the span within which convex bodies are examined
+Blocked = tuple[float, float, int]
+"""Lowest and highest blocked position, m along the mount axis, and the index of the body."""
+
+
+def blocked_by_capsules(
+    envelope: Envelope,
+    start: Float[np.ndarray, "C 3"],
+    end: Float[np.ndarray, "C 3"],
+    thick: Float[np.ndarray, " C"],
+) -> list[Blocked]:
+    """Return all intervals of position at which an envelope meets one of C capsules.
+
+    Args:
+        envelope: the envelope.
+        start, end: ends of the capsules' axes (C, 3), m, in axis coordinates.
+        thick: radii (C,) of the capsules, m.
+    """
+    cuts: list[Blocked] = []
+    share = np.linspace(0.0, 1.0, _PIECES + 1)
+    for i in _candidates(envelope, start, end, thick):
+        points = start[i] + share[:, None] * (end[i] - start[i])
+        height, off = points[:, 0], np.hypot(points[:, 1], points[:, 2])
+        across = float(np.linalg.norm((end[i] - start[i])[1:])) / _PIECES
+        low, high = (pick(height[:-1], height[1:]) for pick in (np.minimum, np.maximum))
+        for band in envelope.bands:
+            gap = np.maximum(np.maximum(envelope.bore - off, off - band.outer), 0.0)
+            least = np.maximum((gap[:-1] + gap[1:] - across) / 2, 0.0)
+            meets = least < thick[i]
+            reach = np.sqrt(np.maximum(thick[i] ** 2 - least[meets] ** 2, 0.0))
+            ends = low[meets] - band.high - reach, high[meets] - band.low + reach
+            cuts += [(a, b, int(i)) for a, b in _merged(*ends)]
+    return sorted(cuts)
+
+
+def _candidates(
+    envelope: Envelope,
+    start: Float[np.ndarray, "C 3"],
+    end: Float[np.ndarray, "C 3"],
+    thick: Float[np.ndarray, " C"],
+) -> list[int]:
+    """Return the capsules that come nearer to the mount axis than the envelope's outer radius."""
+    a, way = start[:, 1:], end[:, 1:] - start[:, 1:]
+    square = np.sum(way**2, axis=1)
+    t = np.clip(-np.sum(a * way, axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    nearest = np.linalg.norm(a + t[:, None] * way, axis=1)
+    return np.flatnonzero(nearest - thick < envelope.outer).tolist()
+
+
+def _merged(
+    low: Float[np.ndarray, " N"], high: Float[np.ndarray, " N"]
+) -> list[tuple[float, float]]:
+    """Return the union of N intervals as disjoint ones."""
+    order = np.argsort(low)
+    low, high = low[order], np.maximum.accumulate(high[order])
+    if not len(low):
+        return []
+    first = np.flatnonzero(np.concatenate([[True], low[1:] > high[:-1]]))
+    last = np.concatenate([first[1:] - 1, [len(low) - 1]])
+    return [(float(low[i]), float(high[j])) for i, j in zip(first, last, strict=True)]
+
+
+def blocked_by_polyhedra(
+    envelope: Envelope,
+    normal: Float[np.ndarray, "P M 3"],
+    offset: Float[np.ndarray, "P M"],
+    span: tuple[float, float],
+) -> list[Blocked]:
+    """Return all intervals of position at which an envelope meets one of P convex bodies.
+
+    The bore is ignored: a body inside it would stand in the link.
+
+    Args:
+        envelope: the envelope.
+        normal: outward unit normals (P, M, 3) of the faces, in axis coordinates.
+        offset: offsets (P, M) of the faces, m; a point p is inside where normal . p <= offset.
+        span: lowest and highest position of interest, m.
+    """
+    angle = 2 * math.pi * np.arange(_SIDES) / _SIDES
+    sides = np.stack([np.zeros(_SIDES), np.cos(angle), np.sin(angle)], axis=1)
+    within = (span[0] + envelope.low - _BEYOND, span[1] + envelope.high + _BEYOND)
+    cuts: list[Blocked] = []
+    for i in range(len(normal)):
+        for band in envelope.bands:
+            faces = np.concatenate([normal[i], sides])
+            limits = np.concatenate([offset[i], np.full(_SIDES, band.outer)])
+            ends = (
+                _extent(faces, limits, within)
+                if _near(normal[i], offset[i], band.outer, within)
+                else None
+            )
+            if ends is not None:
+                cuts.append((ends[0] - band.high, ends[1] - band.low, i))
+    return sorted(cuts)
+
+
+def _near(
+    normal: Float[np.ndarray, "M 3"],
+    offset: Float[np.ndarray, " M"],
+    outer: float,
+    within: tuple[float, float],
+) -> bool:
+    """Return whether no face separates a convex body from the cylinder of radius ``outer`` m."""
+    along = np.minimum(normal[:, 0] * within[0], normal[:, 0] * within[1])
+    least = along - outer * np.hypot(normal[:, 1], normal[:, 2])
+    return bool(np.all(least <= offset))
+
+
+def _extent(
+    faces: Float[np.ndarray, "M 3"],
+    limits: Float[np.ndarray, " M"],
+    within: tuple[float, float],
+) -> tuple[float, float] | None:
+    """Return the least and largest first coordinate of a convex body, clipped to ``within``; None
+    if it is empty there."""
+    from scipy.optimize import linprog
+
+    box = [within, (None, None), (None, None)]
+    ends = []
+    for sign in (1.0, -1.0):
+        least = linprog([sign, 0.0, 0.0], A_ub=faces, b_ub=limits, bounds=box)
+        if least.status == 2:  # no point satisfies all constraints
+            return None
+        if not least.success:
+            return within
+        ends.append(sign * float(least.fun))
+    return ends[0], ends[1]
+
+
+def surface_points(envelope: Envelope, spacing: float) -> Float[np.ndarray, "N 3"]:
+    """Return points on the outside of an envelope, in axis coordinates from its lenses' plane.
+
+    Every point of the outer walls and of the end faces is within ``spacing`` m of one of them.
+    """
+    points = []
+    for band in envelope.bands:
+        walls = np.arange(math.ceil((band.high - band.low) / spacing) + 1)
+        heights = band.low + (band.high - band.low) * walls / max(walls[-1], 1)
+        rings = [(band.outer, height) for height in heights]
+        across = max(band.outer - envelope.bore, 0.0)
+        steps = math.ceil(across / spacing)
+        radii = [band.outer - across * k / max(steps, 1) for k in range(1, steps + 1)]
+        rings += [(r, height) for r in radii for height in (band.low, band.high)]
+        points += [_circle(height, radius, spacing) for radius, height in rings]
+    return np.concatenate(points)
+
+
+def _circle(height: float, radius: float, spacing: float) -> Float[np.ndarray, "N 3"]:
+    count = max(math.ceil(2 * math.pi * radius / spacing), 3)
+    angle = 2 * math.pi * np.arange(count) / count
+    on_circle = np.empty((count, 3))
+    on_circle[:, 0] = height
+    on_circle[:, 1], on_circle[:, 2] = radius * np.cos(angle), radius * np.sin(angle)
+    return on_circle
+
+
+def least_distance(
+    envelope: Envelope, points: Iterable[Float[np.ndarray, "N 3"]], at: float
+) -> list[float]:
+    """Return the least distance, m, of each set of points (N, 3) from an envelope.
+
+    The plane of its lenses is ``at`` m along the mount axis.
+
+    Points are given in axis coordinates; inside the envelope the distance is 0.
+    """
+    distances = []
+    for p in points:
+        along, off = p[:, 0] - at, np.hypot(p[:, 1], p[:, 2])
+        each = [
+            np.hypot(
+                np.maximum(np.maximum(along - b.high, b.low - along), 0.0),
+                np.maximum(np.maximum(off - b.outer, envelope.bore - off), 0.0),
+            ).min()
+            for b in envelope.bands
+        ]
+        distances.append(float(min(each)))
+    return distances
