@@ -124,7 +124,7 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
                 if mount.length > 0:
                     assert mount.usable[0] * mount.length <= at - scene.rules.band[1] / 2 + 1e-9
                     assert at + scene.rules.band[1] / 2 <= mount.usable[1] * mount.length + 1e-9
-                assert ring.radius >= mount.section + mount.aside + scene.rules.standoff - 1e-9
+                assert ring.radius >= mount.section + scene.rules.standoff - 1e-9
                 bodies = robot_capsules(scene.robot, space.clear.frames)
                 gap = (
                     point_to_segment(points[:, :, None], bodies.start[:, None], bodies.end[:, None])

@@ -16,6 +16,9 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
 from . import drawing
@@ -203,8 +206,35 @@ def test_what_is_built_in_is_sound():
         assert built_in(real.with_mounts(False))
         assert not built_in(replace(robot, bodies=()))
         assert all(0.02 < m.section < 0.1 for m in real.mounts)
-        assert all(-1 <= b.frame < n and 0.01 < b.capsule.radius < 0.15 for b in robot.bodies)
+        assert all(-1 <= b.frame < n and 0.005 < b.capsule.radius < 0.15 for b in robot.bodies)
     assert np.allclose(ROBOTS["ur10"].rest, np.radians(REFERENCE_POSE_DEG))
+
+
+FRAGMENT = 0.0775  # m: a fragment of 1 mm lies beside the UR10's upper arm in its visual mesh
+
+
+@pytest.mark.skipif(not PUBLIC.exists(), reason="needs the [robots] extra")
+@pytest.mark.parametrize("name", ["ur10", "panda"])
+def test_bodies_contain_the_public_meshes(name):
+    """Every point of the visual meshes is at least 0.1 mm inside a capsule of its link; the
+    capsules exceed the mesh by 4 cm at most on average."""
+    file, links, base = URDFS[name]
+    path, robot = PUBLIC / file, ROBOTS[name]
+    picked = pick_chain(read_urdf(path), base, links[-1])
+    meshes, rng = Meshes(path, (PUBLIC.parent.parent,)), np.random.default_rng(0)
+    for carried in picked.carried:
+        bodies = [b.capsule for b in robot.bodies if b.frame == carried.frame]
+        surface = meshes.surface(carried, "visual")
+        if not len(surface) or not bodies or "hand" in carried.link.name:
+            continue
+        surface = surface[surface[:, :, 0].min(axis=1) > (-FRAGMENT if name == "ur10" else -1)]
+        weights = rng.dirichlet(np.ones(3), (4, len(surface)))
+        points = np.concatenate(
+            [surface.reshape(-1, 3), *np.einsum("ktc,tcx->ktx", weights, surface)]
+        )
+        outside = np.min([b.distance(points) for b in bodies], axis=0)
+        assert outside.max() < -1e-4, carried.link.name
+        assert np.median(outside) > -0.04, carried.link.name
 
 
 @settings(max_examples=10)

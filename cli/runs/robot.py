@@ -71,7 +71,7 @@ def robot(
     URDF.
     """
     if what in ROBOTS:
-        fit = RobotFit(ROBOTS[what], ())
+        fit = RobotFit(ROBOTS[what].with_mounts(True), ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:

@@ -144,7 +144,7 @@ def _channel(plan: PrintPlan) -> Manifold:
         -MM * plan.pocket.board.lens[0],
         plan.radius - plan.seat * c - MM * plan.pocket.high * s,
     )
-    around = tube(plan.groove[1], low, high) - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
+    around = tube(plan.groove[1], low, high) - tube(plan.groove[0], low - 1, high + 1)
     behind = box(
         (plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high)
     )
