@@ -167,7 +167,7 @@ def test_drawn_rings_are_closed_and_keep_all_checks(name):
     ("count", "tilt_deg", "phase_deg"),
     [(6, 63.163, 22.8933), (4, 44.9135, 71.6007), (24, 31.175334044213997, 10.83020960215625)],
 )
-def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_deg, phase_deg):
+def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase_deg):
     scene = Scene(occlusion="blind", sensor=L4CD)
     ring = Ring(
         "upper_arm",
@@ -175,11 +175,10 @@ def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_
         count,
         math.radians(tilt_deg),
         math.radians(phase_deg),
-        scene.radius_of("upper_arm"),
+        0.113,
         L4CD,
     )
-    record, _, plan, made = print_ring(scene, 0, ring)
-    assert abs(plan.centre[1]) > 2
+    record, _, _, made = print_ring(scene, 0, ring)
     assert min(least_wall(half, seed) for half in made.halves for seed in range(4)) >= 1.2
     assert all(check.holds for check in record.checks)
     for half, way in zip(made.halves, (1, -1), strict=True):  # laid on from its side

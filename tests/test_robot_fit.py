@@ -19,6 +19,7 @@ from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.mount_detection import find_tube
+from place_rings.formats.robots.robot_fit import confidence
 from place_rings.formats.robots.urdf import UrdfShape
 from place_rings.formats.schema.robot_models import RobotModel, robot_of
 from place_rings.formats.schema.scene_models import SceneModel
@@ -123,6 +124,44 @@ def test_the_tube_of_a_link_is_found(seed):
     for end in (tube.start, tube.end):
         v = end - T[:3, 3]
         assert np.linalg.norm(v - (v @ T[:3, 2]) * T[:3, 2]) < 0.002
+
+
+@pytest.mark.parametrize(
+    ("radius", "thicker", "apart"), [(0.02, 1.3, 0.2), (0.04, 1.75, 0.15), (0.05, 1.5, 0.3)]
+)
+def test_a_stretch_ends_where_the_housings_begin(radius, thicker, apart):
+    """Balls about the ends of a tube: the closed form of where they leave it."""
+    tube = trimesh.creation.cylinder(radius, 2 * apart, sections=96)
+    ball = trimesh.creation.icosphere(4, thicker * radius)
+    housings = [ball.copy().apply_translation([0, 0, sign * apart]) for sign in (-1, 1)]
+    half = apart - radius * math.sqrt(thicker**2 - 1)
+    found = find_tube(
+        np.array(trimesh.util.concatenate([tube, *housings]).triangles), [np.eye(3)[2]]
+    )
+    ends = sorted((found.start[2], found.end[2]))
+    assert ends == pytest.approx([-half, half], abs=0.02 * apart + 0.02 * radius)
+    # the housings' surface, and not only their sections, stays beyond the ends
+    points = np.concatenate([h.sample(4000) for h in housings])
+    inside = (points[:, 2] > ends[0]) & (points[:, 2] < ends[1])
+    assert np.all(np.hypot(points[inside, 0], points[inside, 1]) < 1.011 * found.radius)
+    assert found.round == 1.0
+    assert confidence(found, "mesh")[0] == "high"
+    assert confidence(found, "collision mesh")[0] == "medium"
+    assert confidence(found, "primitive shape")[0] == "medium"
+
+
+@pytest.mark.parametrize("flat", [0.6, 0.8, 0.92, 0.96, 1.0])
+def test_an_oval_tube_has_a_low_confidence(flat):
+    """A tube is round if its widths differ by 6 % at most."""
+    tube = trimesh.creation.cylinder(0.04, 0.3, sections=256)
+    tube.apply_transform(np.diag([1.0, flat, 1.0, 1.0]))
+    found = find_tube(np.array(tube.triangles), [np.eye(3)[2]])
+    assert found.radius == pytest.approx(0.04, rel=0.03)
+    assert found.length == pytest.approx(0.3, abs=0.01)
+    assert found.round == float(flat >= 0.94)
+    level, basis = confidence(found, "mesh")
+    assert level == ("high" if found.round else "low")
+    assert f"on {100 * found.round:.0f} % of the stretch" in basis
 
 
 def test_a_ball_and_a_disc_are_no_tubes():
@@ -238,7 +277,7 @@ BAD_FILES = {
     ): 'joints[0].axis: found "[0.0, 0.5, 0.5]", allowed: a vector of length 1',
     ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame: found "knee", allowed: shoulder_pan',
     ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg: found",
-    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius: found -1.0",
+    ("radius = 0.0609", "radius = -1.0"): "bodies[0].radius: found -1.0",
     ("reach = 1.3", "reach = nan"): "reach: found nan",
     ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name: found",
 }
@@ -259,6 +298,21 @@ def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
     with pytest.raises(UserError) as caught:
         read_robot(tmp_path / "r.toml")
     assert line in str(caught.value)
+
+
+def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
+    """Files of earlier versions may shift the tube from the mount axis, and often do so by 0."""
+    text = to_toml(RobotModel.from_domain(UR10), "")
+    for aside, toward in (("0.0", "30.0"), ("0.046", "-90.0")):
+        keys = f'link = "upper_arm"\naside = {aside}\ntoward_deg = {toward}'
+        (tmp_path / "r.toml").write_text(text.replace('link = "upper_arm"', keys))
+        if aside == "0.0":
+            assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0
+            continue
+        with pytest.raises(UserError) as caught:
+            read_robot(tmp_path / "r.toml")
+        line = "found 0.046, allowed: a mount whose axis is the axis of the link's own tube"
+        assert str(caught.value).endswith(f"mounts[0].aside: {line}")
 
 
 def run(monkeypatch, *command):
@@ -303,6 +357,9 @@ def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
         for m in robot.mounts[:2]
     )
     assert scene.ring_radius > max(m.section for m in robot.mounts)
+    # the meshes are stated for collision only
+    assert [m.confidence for m in robot.mounts] == ["medium", "medium", "low"]
+    assert "collision mesh" in robot.mounts[0].basis
     assert (out / "robot.png").stat().st_size > 10_000
     vertices = mesh.vertices
     for frame in (0, 1):

@@ -4,6 +4,7 @@ mounts and bodies.
 
 import math
 import sysconfig
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.formats.errors import UserError
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
 from . import drawing
@@ -191,15 +195,19 @@ def test_what_is_built_in_is_sound():
         assert np.all(robot.limits[:, 0] < robot.limits[:, 1])
         assert np.all((robot.limits[:, 0] <= robot.rest) & (robot.rest <= robot.limits[:, 1]))
         assert {"upper_arm", "forearm", "tool"} <= set(robot.links)
-        for m in robot.mounts:
+        for m in (*robot.mounts, *robot.tube_mounts, *robot.joint_mounts):
             assert 0 <= m.frame <= n
             assert np.allclose(
                 [m.axis @ m.axis, m.zero @ m.zero, m.axis @ m.zero], [1, 1, 0], atol=1e-9
             )
             assert 0 <= m.usable[0] < m.usable[1] <= 1
-            assert 0.02 < m.section < 0.1
             assert m.length == 0 or m.length * (m.usable[1] - m.usable[0]) > 0.07
-        assert all(-1 <= b.frame < n and 0.02 < b.capsule.radius < 0.15 for b in robot.bodies)
+        real = robot.with_mounts(True)
+        assert built_in(real)
+        assert built_in(real.with_mounts(False))
+        assert not built_in(replace(robot, bodies=()))
+        assert all(0.02 < m.section < 0.1 for m in real.mounts)
+        assert all(-1 <= b.frame < n and 0.005 < b.capsule.radius < 0.15 for b in robot.bodies)
     assert np.allclose(ROBOTS["ur10"].rest, np.radians(REFERENCE_POSE_DEG))
 
 
@@ -230,11 +238,79 @@ def test_the_fr3_has_limits_of_the_maker_and_says_which():
         assert figure in ROBOTS["fr3"].source
 
 
-@pytest.mark.parametrize("name", [n for n in ROBOTS if n not in PAPER_ROBOTS])
+FRAGMENT = 0.0775  # m: a fragment of 1 mm lies beside the UR10's upper arm in its visual mesh
+
+
+@pytest.mark.skipif(not PUBLIC.exists(), reason="needs the [robots] extra")
+@pytest.mark.parametrize("name", ["ur10", "panda"])
+def test_bodies_contain_the_public_meshes(name):
+    """Every point of the visual meshes is at least 0.1 mm inside a capsule of its link; the
+    capsules exceed the mesh by 4 cm at most on average."""
+    file, links, base = URDFS[name]
+    path, robot = PUBLIC / file, ROBOTS[name]
+    picked = pick_chain(read_urdf(path), base, links[-1])
+    meshes, rng = Meshes(path, (PUBLIC.parent.parent,)), np.random.default_rng(0)
+    for carried in picked.carried:
+        bodies = [b.capsule for b in robot.bodies if b.frame == carried.frame]
+        surface = meshes.surface(carried, "visual")
+        if not len(surface) or not bodies or "hand" in carried.link.name:
+            continue
+        surface = surface[surface[:, :, 0].min(axis=1) > (-FRAGMENT if name == "ur10" else -1)]
+        weights = rng.dirichlet(np.ones(3), (4, len(surface)))
+        points = np.concatenate(
+            [surface.reshape(-1, 3), *np.einsum("ktc,tcx->ktx", weights, surface)]
+        )
+        outside = np.min([b.distance(points) for b in bodies], axis=0)
+        assert outside.max() < -1e-4, carried.link.name
+        assert np.median(outside) > -0.04, carried.link.name
+
+
+@settings(max_examples=10)
+@given(drawing.seeds)
+def test_both_readings_of_the_ur10_are_one_arm(seed):
+    """At equal joint angles their bodies and tubes are the same, half a turn apart at the base."""
+    q = np.random.default_rng(seed).uniform(-math.pi, math.pi, 6)
+    half_turn, places = np.diag([-1.0, -1.0, 1.0]), []
+    for name, turn in (("ur10", np.eye(3)), ("ur10_dh", half_turn)):
+        robot = ROBOTS[name].with_mounts(True)
+        frames = forward(robot.chain, q)
+        bodies = robot_capsules(robot, frames)
+        ends = [bodies.start, bodies.end]
+        for m in robot.mounts:
+            T = frames[m.frame]
+            ends += [T[:3, :3] @ m.start + T[:3, 3], T[:3, :3] @ m.axis, T[:3, :3] @ m.zero]
+        places.append(np.concatenate([np.atleast_2d(e) @ turn for e in ends]))
+    assert np.allclose(*places, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_real_mount_runs_along_its_tube(name):
+    """A capsule of the link lies on the axis of each mount with a length, along all of it, and is
+    hardly thicker than the section."""
+    robot = ROBOTS[name].with_mounts(True)
+    for m in robot.mounts:
+        if m.length == 0:
+            continue
+        fits = []
+        for b in robot.bodies:
+            ends = np.stack([b.capsule.start, b.capsule.end]) - m.start
+            off = np.linalg.norm(np.cross(ends, m.axis), axis=1).max()
+            along = sorted(ends @ m.axis)
+            fits.append(
+                b.frame == m.frame
+                and off < 1e-3
+                and along[0] < 1e-3
+                and along[1] > m.length - 1e-3
+                and abs(b.capsule.radius - m.section) < 2e-3
+            )
+        assert sum(fits) == 1, m.link
+
+
+@pytest.mark.parametrize("name", ROBOTS)
 def test_a_ring_around_a_mount_is_clear_of_the_robots_bodies(name):
     """A circle 3.5 cm outside the section stands in no body but those that contain the tube's own
     link, in any of the positions; the axis itself runs inside the body."""
-    robot = ROBOTS[name]
+    robot = ROBOTS[name].with_mounts(True)
     frames = forward(robot.chain, robot.rest)
     bodies = robot_capsules(robot, frames)
     turn = np.linspace(0, 2 * math.pi, 48)[:, None]

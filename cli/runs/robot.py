@@ -38,7 +38,7 @@ def ring_radius(robot: Robot) -> float:
     It is rounded up to the next 5 mm.
     """
     real = Scene(robot=robot, rules=Rules(mount="real"))
-    around = max(m.section + m.aside for m in robot.mounts) + _CLEARANCE
+    around = max(m.section for m in robot.mounts) + _CLEARANCE
     return (
         math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6)
         / 200
@@ -70,7 +70,7 @@ def robot(
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a built-in robot or a URDF."""
     if what in ROBOTS:
-        fit = RobotFit(ROBOTS[what], ())
+        fit = RobotFit(ROBOTS[what].with_mounts(True), ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
@@ -98,13 +98,20 @@ def robot(
 
 def _mount_table(robot: Robot) -> Explained:
     table = Table()
-    for column in ("link", "moved by", "length, mm", "usable", "section, mm"):
-        table.add_column(column, justify="left" if column in ("link", "moved by") else "right")
+    columns = ("link", "moved by", "length, mm", "usable", "section, mm", "confidence")
+    for column in columns:
+        left = column in ("link", "moved by", "confidence")
+        table.add_column(column, justify="left" if left else "right")
     names = (*robot.chain.joints, "tcp")
     for m in robot.mounts:
         usable = f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else ""
         table.add_row(
-            m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}"
+            m.link,
+            names[m.frame],
+            f"{1000 * m.length:.0f}",
+            usable,
+            f"{1000 * m.section:.1f}",
+            ": ".join(filter(None, (m.confidence, m.basis))),
         )
     return Explained(
         f"{robot.name}: where rings can sit",

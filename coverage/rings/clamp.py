@@ -72,8 +72,6 @@ class Clamp:
     """Tilt, rad, not negative."""
     radius: float
     """Radius of the circle of lenses."""
-    aside: float
-    """Distance of the link's axis from the mount axis."""
     link: float
     """Radius of the link."""
     inner: float
@@ -155,7 +153,7 @@ class Clamp:
         c, s = math.cos(self.tilt), math.sin(self.tilt)
         # where the upper edge of a pocket crosses the plane of its lens
         edge = self.radius - self.pocket.high * s
-        outer = math.hypot(self.ear, self.reach) + self.aside
+        outer = math.hypot(self.ear, self.reach)
         under = (outer - edge) / max(c, 1e-9)
         low = self.top + (self.seat + min(max(under, 0.0), FRONT)) * s + _LIFT
         board = self.pocket.board
@@ -171,7 +169,7 @@ class Clamp:
         head = math.hypot(self.across + bolt.head / 2, self.reach + bolt.size)
         proud = 0.0 if self.printing.nut else bolt.nut_height
         nut = math.hypot(self.across + bolt.widest, self.reach + proud)
-        return max(math.hypot(self.ear, self.reach), head, nut) + self.aside
+        return max(math.hypot(self.ear, self.reach), head, nut)
 
     @property
     def in_front(self) -> float:
@@ -213,12 +211,12 @@ def clamp_of(
         board: the board of its sensors.
         printing: printing parameters.
     """
-    mount, around, tilt = robot.mount(link), surrounded(robot, link), abs(tilt)
+    around, tilt = surrounded(robot, link), abs(tilt)
     inner = inner_radius(around, printing)
     pocket = best_pocket(board, printing, radius, tilt, inner)
-    tube = mount.section if mount.aside > 0 else around
+    tube = around
     if around <= 0:
         floor = float(pocket.floor(radius, np.array([tilt]))[0])
         tube = max(floor - printing.wall - printing.slack, 0.0)
     bolt = BOLTS[round(1000 * printing.bolt)]
-    return Clamp(printing, pocket, tilt, radius, mount.aside, tube, inner, bolt)
+    return Clamp(printing, pocket, tilt, radius, tube, inner, bolt)

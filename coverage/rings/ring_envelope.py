@@ -110,7 +110,7 @@ def _board_band(clamp: Clamp) -> Band:
     corners += [(u, 0.0, _PACKAGE[0] / 2) for u in (-_PACKAGE[1] / 2, _PACKAGE[1] / 2)]
     heights = [v * s + u * c for u, v, _ in corners]
     radii = [math.hypot(clamp.radius + v * c - u * s, w) for u, v, w in corners]
-    arms = clamp.collar / math.cos(_MOST_LEAN) + clamp.aside
+    arms = clamp.collar / math.cos(_MOST_LEAN)
     radii += [math.hypot(clamp.outermost, clamp.half), arms]
     return Band(min(clamp.low, *heights), max(clamp.top, *heights), max(radii))
 

@@ -1,5 +1,7 @@
 """The built-in robots, by name."""
 
+from dataclasses import fields
+
 from .library.seven_axis import FR3, IIWA14, PANDA
 from .library.ur import UR3, UR3E, UR5, UR5E, UR10E, UR16E
 from .library.ur10 import UR10, UR10_DH
@@ -22,5 +24,13 @@ def robot(name: str) -> Robot:
 
 
 def built_in(found: Robot) -> bool:
-    """Return whether this object is a built-in robot, so that its name identifies it."""
-    return ROBOTS.get(found.name) is found
+    """Return whether this object is a built-in robot, with either of its sets of mounts in use, so
+    that its name identifies it."""
+    known = ROBOTS.get(found.name)
+    if known is None or found is known:
+        return known is not None
+    sets = (known.mounts, known.tube_mounts, known.joint_mounts)
+    kept = (field.name for field in fields(known) if field.name != "mounts")
+    return any(found.mounts is mounts for mounts in sets) and all(
+        getattr(found, name) is getattr(known, name) for name in kept
+    )

@@ -46,7 +46,7 @@ def axes_of(mount: Mount) -> Float[np.ndarray, "3 3"]:
 def surrounded(robot: Robot, link: str) -> float:
     """Return the radius about the mount axis of ``link``, m, that a ring must surround.
 
-    It covers the measured section, including its offset from the axis, and the capsules of the
+    It covers the measured section and the capsules of the
     tube: over the whole usable interval where a capsule's axis passes its middle, otherwise at that
     middle. A ring on a mount without length surrounds 25 mm on either side of it.
     """
@@ -54,7 +54,7 @@ def surrounded(robot: Robot, link: str) -> float:
     low, high = (end * mount.length for end in mount.usable)
     if mount.length == 0:
         low, high = -_BEYOND, _BEYOND
-    middle, outermost = (low + high) / 2, mount.aside + mount.section
+    middle, outermost = (low + high) / 2, mount.section
     for body in tube_of(robot, mount):
         ends = (np.stack([body.capsule.start, body.capsule.end]) - mount.start) @ axes_of(mount).T
         places = ends[0] + np.linspace(0, 1, _PLACES)[:, None] * (ends[1] - ends[0])

@@ -34,10 +34,10 @@ class Mount:
     link, clear of the joints' housings."""
     section: float = 0.0
     """Radius of the section to be surrounded, m; 0 if unknown."""
-    aside: float = 0.0
-    """Offset of that section from the axis, m."""
-    toward: float = 0.0
-    """Direction of that offset, rad, as a phase of a ring."""
+    confidence: str = ""
+    """How far a ring may rely on the section: high, medium or low; empty if not assessed."""
+    basis: str = ""
+    """Reason for the confidence."""
 
     @cached_property
     def side(self) -> Float[np.ndarray, " 3"]:

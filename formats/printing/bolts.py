@@ -36,7 +36,7 @@ def lugs(plan: PrintPlan) -> Manifold:
             .translate((0.0, plan.reach, 0.0))
         )
         ear = ear if sign > 0 else ear.mirror((1.0, 0.0, 0.0))
-        some.append(ear.translate((float(plan.centre[0]), float(plan.centre[1]), 0.0)))
+        some.append(ear)
     return union(some)
 
 
@@ -75,12 +75,7 @@ def _across(plan: PrintPlan, solid: Manifold) -> Manifold:
     """Lay a solid about the z axis along y at both bolts; its +z axis points to +y."""
     z = sum(plan.lug) / 2
     laid = solid.rotate((-90.0, 0.0, 0.0))
-    return union(
-        [
-            laid.translate((float(plan.centre[0]) + sign * plan.across, float(plan.centre[1]), z))
-            for sign in (-1, 1)
-        ]
-    )
+    return union([laid.translate((sign * plan.across, 0.0, z)) for sign in (-1, 1)])
 
 
 def _nut(plan: PrintPlan, clear: float, height: float = 10.0) -> Manifold:

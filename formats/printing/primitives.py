@@ -1,8 +1,6 @@
 """Simple solids, by manifold3d. Millimetres."""
 
 import manifold3d as m3
-import numpy as np
-from jaxtyping import Float
 from manifold3d import Manifold
 
 FACETS = 96  # facets of a circle about the link
@@ -20,10 +18,6 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Ma
     return Manifold.cube((size[0], size[1], size[2])).translate(low)
 
 
-def tube(
-    radius: float, low: float, high: float, centre: Float[np.ndarray, " 2"], facets: int = FACETS
-) -> Manifold:
-    """Return the upright cylinder between two heights."""
-    return Manifold.cylinder(high - low, radius, radius, facets).translate(
-        (float(centre[0]), float(centre[1]), low)
-    )
+def tube(radius: float, low: float, high: float, facets: int = FACETS) -> Manifold:
+    """Return the upright cylinder about the z axis between two heights."""
+    return Manifold.cylinder(high - low, radius, radius, facets).translate((0.0, 0.0, low))

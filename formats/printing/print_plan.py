@@ -60,8 +60,6 @@ class PrintPlan:
     """Tilt, rad, not negative."""
     radius: float
     """Radius of the circle of lenses."""
-    centre: Float[np.ndarray, " 2"]
-    """Centre of the hole for the link."""
     link: float
     """Radius of the link."""
     bore: float
@@ -77,11 +75,11 @@ class PrintPlan:
     lug: tuple[float, float]
     """Lower and upper end of the bolts' zone."""
     across: float
-    """Distance of the bolts' axes from the bore's centre."""
+    """Distance of the bolts' axes from the link's axis."""
     reach: float
     """Extent of a lug from the split."""
     ear: float
-    """Distance of a lug's outer end from the bore's centre."""
+    """Distance of a lug's outer end from the link's axis."""
     seat: float
     """Distance from the lens back to a board's rear face."""
     rim: float
@@ -121,13 +119,11 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
             boards, how many fit.
     """
     printing = printing or scene.printing
-    mount, board = scene.robot.mount(ring.link), _buildable(scene, ring, printing)
+    board = _buildable(scene, ring, printing)
     clamp = clamp_of(scene.robot, ring.link, ring.radius, ring.tilt, board, printing)
     flip = -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
-    toward = flip * mount.toward
-    centre = MM * clamp.aside * np.array([math.cos(toward), math.sin(toward)])
-    turn = _split(angles, centre)
+    turn = _split(angles)
     R = np.eye(3)
     R[:2, :2] = _rotation(-turn)
     plan = PrintPlan(
@@ -136,7 +132,6 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
         pocket=clamp.pocket,
         angles=angles + turn,
         tilt=clamp.tilt,
-        centre=_rotation(turn) @ centre,
         lean=0.0,
         bolt=clamp.bolt.scaled(MM),
         T_ring_print=np.diag([1.0, flip, flip]) @ R,
@@ -180,14 +175,10 @@ def _rotation(angle: float) -> Float[np.ndarray, "2 2"]:
     return np.array([[c, -s], [s, c]])
 
 
-def _split(angles: Float[np.ndarray, " n"], centre: Float[np.ndarray, " 2"]) -> float:
-    """Return the rotation that centres the first half's sensors on +y; of all such rotations, the
-    one that divides the link most evenly."""
+def _split(angles: Float[np.ndarray, " n"]) -> float:
+    """Return the rotation that centres the first half's sensors on +y."""
     n, sign = len(angles), 1.0 if len(angles) < 2 or angles[1] > angles[0] else -1.0
-    turns: list[float] = [
-        math.pi / 2 - (angles[j] + sign * ((n + 1) // 2 - 1) * math.pi / n) for j in range(n)
-    ]
-    return min(turns, key=lambda turn: round(abs(float((_rotation(turn) @ centre)[1])), 6))
+    return math.pi / 2 - (float(angles[0]) + sign * ((n + 1) // 2 - 1) * math.pi / n)
 
 
 def _lean(plan: PrintPlan) -> float:
@@ -196,10 +187,9 @@ def _lean(plan: PrintPlan) -> float:
     n = len(plan.angles)
     if n % 2 == 0 or n == 1:
         return 0.0
-    lean, central = math.pi / (2 * n), not plan.centre.any()
+    lean = math.pi / (2 * n)
     return (
         0.0
-        if central
-        and plan.collar * math.sin(lean) >= (plan.half + plan.printing.gap * MM) * math.cos(lean)
+        if plan.collar * math.sin(lean) >= (plan.half + plan.printing.gap * MM) * math.cos(lean)
         else lean
     )

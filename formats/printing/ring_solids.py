@@ -43,8 +43,8 @@ class Assembly:
 
 def collar(plan: PrintPlan) -> Manifold:
     """Return the plain clamp: the band around the link along the whole ring, before it is split."""
-    outer = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
-    return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
+    outer = tube(plan.collar, plan.low, plan.lug[1])
+    return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
 
 
 def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
@@ -81,7 +81,7 @@ def _window(plan: PrintPlan, k: int) -> Manifold:
         return Manifold()
     solid = _upright(plan, k, box((0.0, -half, plan.low - 1), (end, half, plan.top + 1)))
     return _wedge(plan, k, solid, (plan.wall + MM * plan.printing.gap) / 2) - tube(
-        plan.collar, plan.low - 2, plan.top + 2, plan.centre
+        plan.collar, plan.low - 2, plan.top + 2
     )
 
 
@@ -144,14 +144,12 @@ def _channel(plan: PrintPlan) -> Manifold:
         -MM * plan.pocket.board.lens[0],
         plan.radius - plan.seat * c - MM * plan.pocket.high * s,
     )
-    around = tube(plan.groove[1], low, high, np.zeros(2)) - tube(
-        plan.groove[0], low - 1, high + 1, np.zeros(2)
-    )
+    around = tube(plan.groove[1], low, high) - tube(plan.groove[0], low - 1, high + 1)
     behind = box(
         (plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high)
     )
     held = union([_upright(plan, k, behind) for k in range(len(plan.angles))])
-    return around + held - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
+    return around + held - tube(plan.groove[0], low - 1, high + 1)
 
 
 def board(plan: PrintPlan, k: int) -> Manifold:
@@ -201,8 +199,8 @@ def envelope_solid(plan: PrintPlan, envelope: Envelope) -> Manifold:
     solids = []
     for band in (envelope.flipped if flip else envelope).bands:
         low, high = MM * band.low, MM * band.high
-        outer = tube(MM * band.outer * out, low, high, np.zeros(2))
-        solids.append(outer - tube(plan.bore, low - 1, high + 1, plan.centre))
+        outer = tube(MM * band.outer * out, low, high)
+        solids.append(outer - tube(plan.bore, low - 1, high + 1))
     return union(solids)
 
 
@@ -239,34 +237,33 @@ def _below(plan: PrintPlan, shift: float) -> Manifold:
 
     At the bolts a plane separates the halves; between sensors the split runs midway.
     """
-    level = float(plan.centre[1]) + shift
-    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
+    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, shift, plan.lug[1] + 1))
 
 
 def _arms(plan: PrintPlan) -> Manifold:
     """Return straight walls that extend a half's band where it reaches beyond the middle of the
     link."""
-    (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
+    below, some = _roof(plan, 0.0), []
     for sign in (-1.0, 1.0):
-        near, far = sorted((x + sign * plan.bore, x + sign * plan.collar))
-        some.append(box((near, y - plan.collar, plan.low), (far, y, plan.top)) - below)
-        some.append(box((near, y, plan.low), (far, y + plan.collar, plan.top)) ^ below)
+        near, far = sorted((sign * plan.bore, sign * plan.collar))
+        some.append(box((near, -plan.collar, plan.low), (far, 0.0, plan.top)) - below)
+        some.append(box((near, 0.0, plan.low), (far, plan.collar, plan.top)) ^ below)
     return union(some)
 
 
 def _ears(plan: PrintPlan) -> Manifold:
     """Return the ears of the bolts, without the support of one where the split between sensors
     leaves too little of it."""
-    ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
+    ears, far = lugs(plan), _FAR
     below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
     for sign in (-1.0, 1.0):
-        split = [-abs(x + sign * r) * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
+        split = [-r * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
         side = box(
-            (min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top)
+            (min(0.0, sign * far), -far, plan.low - 1), (max(0.0, sign * far), far, plan.top)
         )
-        if min(split) - (y - plan.reach) < least:
+        if min(split) + plan.reach < least:
             ears -= side ^ below
-        if y + plan.reach - max(split) < least:
+        if plan.reach - max(split) < least:
             ears -= side - below
     return ears
 
@@ -274,9 +271,9 @@ def _ears(plan: PrintPlan) -> Manifold:
 def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     """Return both halves of a ring."""
     n = len(plan.angles)
-    band = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
+    band = tube(plan.collar, plan.low, plan.lug[1])
     whole = union([band, *(_block(plan, k) for k in range(n))])
-    hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
+    hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
     rooms = union([_pocket(plan, k) for k in range(n)])
     posts, threads = (
         union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True)
@@ -284,11 +281,10 @@ def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
     body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
-    x, y = (float(v) for v in plan.centre)
     low, high = plan.low - 1, plan.lug[1] + 1
     # paths of the link into the halves
-    down = box((x - plan.bore, y - _FAR, low), (x + plan.bore, y, high))
-    up = box((x - plan.bore, y, low), (x + plan.bore, y + _FAR, high))
+    down = box((-plan.bore, -_FAR, low), (plan.bore, 0.0, high))
+    up = box((-plan.bore, 0.0, low), (plan.bore, _FAR, high))
     return _dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)
 
 
@@ -301,7 +297,7 @@ def _dusted(solid: Manifold) -> Manifold:
 def assemble(plan: PrintPlan) -> Assembly:
     """Return a mounted ring."""
     n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
-    link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2, plan.centre)
+    link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2)
     return Assembly(
         halves(plan),
         [board(plan, k) for k in range(n)],

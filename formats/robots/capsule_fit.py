@@ -160,10 +160,11 @@ def fit_capsules(
     triangles: Float[np.ndarray, "T 3 3"],
     axes: Sequence[Float[np.ndarray, " 3"]] = (),
     most: int = 3,
+    slabs: int = SLABS,
 ) -> list[Capsules]:
     """Return a few capsules that together contain a surface.
 
-    Along each candidate axis the surface is cut at ``SLABS - 1`` evenly spaced planes. Dynamic
+    Along each candidate axis the surface is cut at ``slabs - 1`` evenly spaced planes. Dynamic
     programming finds, for each number of capsules, the cuts with the least sum of volumes. An
     additional capsule must save ``WORTH`` of the volume. The capsules of the best cuts are then
     optimised one by one.
@@ -172,6 +173,7 @@ def fit_capsules(
         triangles: corners (T, 3, 3) of the surface's triangles, m, at least one.
         axes: unit vectors (3,), directions of cuts besides the principal axes.
         most: largest number of capsules.
+        slabs: slabs along an axis, at least ``most``.
 
     Returns:
         The capsules, in order along the axis of the cuts.
@@ -186,28 +188,36 @@ def fit_capsules(
     for axis in candidates[:_AXES]:
         if float(np.ptp(triangles @ axis)) < 1e-6:
             continue
-        cells = _cells(triangles, axis, SLABS)
-        parts, cost = {}, {}
-        for i, j in itertools.combinations(range(SLABS + 1), 2):
-            part = np.concatenate(cells[i:j])
-            parts[i, j] = _corners(part) if len(part) else part
-            cost[i, j] = (
-                enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
-            )
-        path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
-        for k in range(1, most + 1):
-            for j in range(k, SLABS + 1):
-                options = [
-                    (path[k - 1, i][0] + cost[i, j], i) for i in range(j) if (k - 1, i) in path
-                ]
-                if options:
-                    value, i = min(options)
-                    path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
-        for k in range(2, most + 1):
-            value, cuts = path[k, SLABS]
-            if value < least * (1 - WORTH) ** (k - len(best)):
-                least, best = value, [parts[cut] for cut in cuts if len(parts[cut])]
+        for value, parts in _cut_best(triangles, axis, candidates, most, slabs):
+            if value < least * (1 - WORTH) ** (len(parts) - len(best)):
+                least, best = value, parts
     return [enclosing(part, candidates) for part in best]
+
+
+def _cut_best(
+    triangles: Float[np.ndarray, "T 3 3"],
+    axis: Float[np.ndarray, " 3"],
+    candidates: Sequence[Float[np.ndarray, " 3"]],
+    most: int,
+    slabs: int,
+) -> list[tuple[float, list[Float[np.ndarray, "N 3"]]]]:
+    """Return, for 2 to ``most`` capsules, the least sum of volumes, m^3, of cuts across ``axis``,
+    and the corners of the surface's parts."""
+    cells = _cells(triangles, axis, slabs)
+    parts, cost = {}, {}
+    for i, j in itertools.combinations(range(slabs + 1), 2):
+        part = np.concatenate(cells[i:j])
+        parts[i, j] = _corners(part) if len(part) else part
+        cost[i, j] = enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
+    path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
+    for k in range(1, most + 1):
+        for j in range(k, slabs + 1):
+            options = [(path[k - 1, i][0] + cost[i, j], i) for i in range(j) if (k - 1, i) in path]
+            if options:
+                value, i = min(options)
+                path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
+    best = [path[k, slabs] for k in range(2, most + 1)]
+    return [(value, [parts[cut] for cut in cuts if len(parts[cut])]) for value, cuts in best]
 
 
 def union_volume(capsules: Sequence[Capsules], points: int = 200_000) -> float:

@@ -10,6 +10,9 @@ from .enclosing_circle import across, circle_centre
 
 STATIONS = 100  # cross sections along an axis
 SHORTEST = 0.03  # m, least length of a tube
+ROUND = 0.06  # largest difference of a round section's widths, as a share of the largest width
+_FINE = 1000  # cross sections that limit a tube to the interval clear of the housings
+_BULGE = 1.01  # largest ratio of the surface's distance from the axis and the tube's radius
 # largest ratio of the radii of a tube's sections, offset from the axis included
 _THICKER = 1.06
 _LONGER = 1.25  # least length of a tube, in radii
@@ -28,6 +31,8 @@ class MountTube:
     """End on the axis, m."""
     radius: float
     """Largest distance of the surface from the axis, m."""
+    round: float = 1.0
+    """Share of the interval whose sections are round within ``ROUND``."""
 
     @property
     def length(self) -> float:
@@ -63,6 +68,17 @@ class Sections:
         which, first = np.unique(self.station, return_index=True)
         largest[which] = np.maximum.reduceat(away, first)
         return largest
+
+    def widths(self, axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "S 32"]:
+        """Return the widths (S, 32) m of each section in 32 directions across ``axis``; NaN for
+        empty sections."""
+        reach = (self.points @ across(axis).T) @ _DIRECTIONS
+        support = np.full((len(self.level), reach.shape[1]), np.nan)
+        which, first = np.unique(self.station, return_index=True)
+        support[which] = np.maximum.reduceat(reach, first, axis=0)
+        half = reach.shape[1] // 2
+        widths: np.ndarray = support[:, :half] + support[:, half:]
+        return widths
 
 
 def cut_across(
@@ -139,6 +155,31 @@ def _along(
     return best
 
 
+def _clear(triangles: Float[np.ndarray, "T 3 3"], tube: MountTube) -> MountTube | None:
+    """Return the part of a tube that is clear of the housings at its ends, with its radius and
+    roundness; None if it is too short.
+
+    Between its ends no vertex and no fine section is farther from the axis than the tube.
+    """
+    axis, cut = tube.axis, cut_across(triangles, tube.axis, _FINE)
+    v = triangles.reshape(-1, 3) - tube.start
+    along = np.concatenate([v @ axis, cut.level - tube.start @ axis])
+    away = np.concatenate(
+        [np.linalg.norm(v - (v @ axis)[:, None] * axis, axis=1), cut.envelope(tube.start, axis)]
+    )
+    wide, middle = along[away > _BULGE * tube.radius], tube.length / 2
+    step = float(cut.level[1] - cut.level[0])
+    low = max([0.0, *(wide[wide < middle] + step)])
+    high = min([tube.length, *(wide[wide >= middle] - step)])
+    if high - low < SHORTEST:
+        return None
+    inside, level = (along >= low) & (along <= high), cut.level - tube.start @ axis
+    widths = cut.widths(axis)[(level >= low) & (level <= high)]
+    alike = np.nanmin(widths, axis=1) >= (1 - ROUND) * np.nanmax(widths, axis=1)
+    ends = tube.start + low * axis, tube.start + high * axis
+    return MountTube(*ends, float(away[inside].max()), float(alike.mean()))
+
+
 def find_tube(
     triangles: Float[np.ndarray, "T 3 3"],
     axes: Sequence[Float[np.ndarray, " 3"]],
@@ -149,7 +190,8 @@ def find_tube(
     The link is cut across each direction at evenly spaced positions, and a circle is fitted around
     each section. On the line through each circle's centre, a run of sections qualifies if they lie
     hardly farther from the line than that circle and are hardly smaller. The line is then fitted to
-    the centres of the run, and the link is cut across it again.
+    the centres of the run, and the link is cut across it again. Finally the run is limited to the
+    part that is clear of the housings.
 
     Args:
         triangles: corners (T, 3, 3) of the surface's triangles, m.
@@ -161,4 +203,5 @@ def find_tube(
             long.
     """
     tubes = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
-    return max(tubes, key=lambda tube: tube.length / tube.radius, default=None)
+    best = max(tubes, key=lambda tube: tube.length / tube.radius, default=None)
+    return None if best is None else _clear(triangles, best)

@@ -2,7 +2,7 @@
 be closed."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +16,16 @@ from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from ...coverage.solids.capsules import Capsules
 from .capsule_fit import fit_capsules, union_volume
 from .meshes import Meshes
-from .mount_detection import find_tube
+from .mount_detection import ROUND, MountTube, find_tube
+from .urdf import UrdfShape
 from .urdf_chain import Picked
 
 CAPSULES = 3  # most capsules of a link
 TOOL = "tool"  # the mount at the chain's tip
 _FLANGE = 0.03  # m, distance from the tip within which the surface belongs to the flange
 _POSES = 20_000  # random poses that estimate the reach and yield the default pose
+_SOURCES = ("mesh", "collision mesh", "primitive shape")  # of a surface, the best first
+_ROUND_MOST, _ROUND_LEAST = 0.9, 0.5  # shares of a stretch, for high and for medium confidence
 _ALIKE = 0.95  # cosine above which two directions count as equal
 
 
@@ -100,8 +103,29 @@ def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
     return unit
 
 
+def confidence(tube: MountTube, source: str) -> tuple[str, str]:
+    """Return the confidence of a mount, high, medium or low, and its reason.
+
+    Args:
+        tube: the tube of the mount.
+        source: kind of its surface: ``mesh``, ``collision mesh`` or ``primitive shape``.
+    """
+    share = f"round within {100 * ROUND:.0f} % on {100 * tube.round:.0f} % of the stretch"
+    if tube.round < _ROUND_LEAST:
+        return "low", f"{source}, {share}: a ring does not close tightly around the rest"
+    if source != _SOURCES[0]:
+        return "medium", f"{source} instead of a visual mesh, {share}"
+    return ("high" if tube.round >= _ROUND_MOST else "medium"), f"{source}, {share}"
+
+
+def _source(shapes: Iterable[UrdfShape], visual: bool) -> str:
+    if any(shape.kind != "mesh" for shape in shapes):
+        return _SOURCES[2]
+    return _SOURCES[0 if visual else 1]
+
+
 def _mount(
-    name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"]
+    name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"], source: str
 ) -> Mount | None:
     """Return the mount about the tube of a link, from proximal to distal; None without a tube."""
     towards = chain.origin[frame + 1][:3, 3]
@@ -118,7 +142,17 @@ def _mount(
     if float((end - start) @ towards) < 0:
         start, end = end, start
     axis = (end - start) / tube.length
-    return Mount(name, frame, start, axis, _zero(axis), tube.length, (0.0, 1.0), tube.radius)
+    return Mount(
+        name,
+        frame,
+        start,
+        axis,
+        _zero(axis),
+        tube.length,
+        (0.0, 1.0),
+        tube.radius,
+        *confidence(tube, source),
+    )
 
 
 def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
@@ -144,6 +178,10 @@ def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
         0.0,
         (0.0, 1.0),
         float(away.max(initial=0.0)),
+        "low",
+        f"largest radius within {1000 * _FLANGE:.0f} mm of the tip"
+        if len(away)
+        else "no surface near the tip",
     )
 
 
@@ -171,6 +209,7 @@ def fit_robot(
     chain, links = picked.chain, []
     bodies: list[Body] = []
     seen: dict[int, list[Float[np.ndarray, "T 3 3"]]] = {}
+    sources: dict[int, str] = {}
     names: dict[int, str] = {}
     for carried in picked.carried:
         surface = meshes.surface(carried, which)
@@ -193,11 +232,17 @@ def fit_robot(
             label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
             bodies.append(Body(label, carried.frame, c))
         names.setdefault(carried.frame, carried.link.name)
+        visual, collision = carried.link.visual, carried.link.collision
+        source = _source(visual or collision, bool(visual))
+        sources[carried.frame] = max(sources.get(carried.frame, source), source, key=_SOURCES.index)
         seen.setdefault(carried.frame, []).append(meshes.surface(carried, "visual"))
     mounts = [
         mount
         for frame in sorted(set(seen) - {BASE})
-        if (mount := _mount(names[frame], chain, frame, np.concatenate(seen[frame]))) is not None
+        if (
+            mount := _mount(names[frame], chain, frame, np.concatenate(seen[frame]), sources[frame])
+        )
+        is not None
     ]
     mounts.append(_tool(chain, np.concatenate(seen.get(len(chain) - 1, [np.zeros((0, 3, 3))]))))
     reach, home = _rest(chain, picked.limits)

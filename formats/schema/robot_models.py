@@ -2,7 +2,7 @@
 radians."""
 
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from jaxtyping import Float
@@ -62,6 +62,18 @@ class TcpModel(StrictModel):
     )
 
 
+def on_the_axis(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return a mount's keys without ``aside`` and ``toward_deg``, which earlier files may state.
+
+    They shifted the link's tube from the mount axis. A file that states a shift is refused, because
+    positions and radii of its rings would refer to another axis.
+    """
+    aside = keys.get("aside", 0)
+    if aside != 0:
+        refuse([(("aside",), aside, "a mount whose axis is the axis of the link's own tube")])
+    return {key: value for key, value in keys.items() if key not in ("aside", "toward_deg")}
+
+
 class MountAxisModel(MappedModel[Mount]):
     """The axis of a link around which rings sit, in the frame of a joint or of the TCP."""
 
@@ -89,15 +101,15 @@ class MountAxisModel(MappedModel[Mount]):
         le=10,
         description="radius of the body that a ring surrounds, m; 0: unknown",
     )
-    aside: Annotated[float, _LENGTH] = Field(
-        default=0.0, ge=0, le=10, description="distance of that body's centre from the axis, m"
+    confidence: Literal["", "high", "medium", "low"] = Field(
+        default="", description="how far a ring may rely on the section; empty: not assessed"
     )
-    toward_deg: Annotated[float, Of("toward", _ANGLES.unit)] = Field(
-        default=0.0,
-        ge=-360,
-        le=360,
-        description="direction of that centre from the axis, degrees, counted as a ring's phase",
-    )
+    basis: str = Field(default="", max_length=300, description="reason for the confidence")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _on_the_axis(cls, keys: Any) -> Any:
+        return on_the_axis(keys) if isinstance(keys, dict) else keys
 
 
 class BodyModel(MappedModel[Body]):
