@@ -9,7 +9,7 @@ from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .formats.errors import shown
 from .formats.writing import write_bytes
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 
 
 def formats_of(to: str | Sequence[str]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from .formats.loader import read_proposal, read_robot, read_scene
 from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
 from .formats.writing import to_toml, write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 
 
 def load(path: str | Path) -> Proposal | Scene | Robot:

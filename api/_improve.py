@@ -23,7 +23,7 @@ from .formats.schema.ring_models import ring_models
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_bytes, write_text
 from .objectives.criterion import Criterion
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verifier
 from .placement.redesign import redesign
 from .placement.redesign.beam_search import Answer

@@ -15,7 +15,7 @@ from .formats.loader import how_found
 from .formats.ring_frame import frame_length
 from .formats.schema.proposal_models import FoundModel
 from .formats.writing import write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .reporting.terminal import Terminal
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from .formats.schema.robustness_models import RobustnessResult
 from .objectives.redundancy import Redundancy
 from .objectives.robustness import RobustnessSettings
 from .objectives.robustness import robustness as counted
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .objectives.tolerance import Tolerance
 from .objectives.verify import VOXEL, Verifier
 

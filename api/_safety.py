@@ -28,7 +28,7 @@ from .formats.schema.separation_models import (
     ShareModel,
 )
 from .formats.writing import write_bytes, write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .reporting import detection_page
 from .reporting.detection_figure import picture as detection_picture
 from .reporting.pages import csv_text

@@ -21,8 +21,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
-from .objectives.scene import Limits, Obstacle, Pose, Rules
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 _KEYS = (

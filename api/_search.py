@@ -15,8 +15,7 @@ from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
-from .objectives.scene import Rules
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene, Rules
 from .objectives.verify import VOXEL, Verifier
 from .placement.search import search as searching
 from .placement.search.design import Space

@@ -17,7 +17,7 @@ from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from .coverage.soft.sampling import Cloud, cloud
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .objectives.soft_fraction import SoftFraction
 from .objectives.target_points import TargetPoints
 

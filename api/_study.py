@@ -17,7 +17,7 @@ from .coverage.targets import Target
 from .formats.optional_dependencies import require
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import made_folder, write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
 from .reporting.pages import csv_text

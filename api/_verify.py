@@ -17,7 +17,7 @@ from .coverage.voxels.volume_tally import Bracket
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.occlusion import unseeing
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion
 
 _LEAST_MEMORY = 0.01  # GB

@@ -20,7 +20,7 @@ from common import table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.formats.loader import resolve
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import CoreScene
 from place_rings.rig.mount.stop_plan import FRAMES, POSES, planned
 from place_rings.rig.poses.itinerary import Itinerary
 from place_rings.rig.poses.near_stops import NearStops
@@ -30,7 +30,7 @@ from place_rings.rig.simulated_cell.cell import with_cell
 _SEARCH = ("-m", "place_rings.cli.entry", "--target", "V_S", "--radius", "0.5")
 
 
-def along_the_route(setup: Setup, scene: Scene, as_proposed: bool) -> NearStops:
+def along_the_route(setup: Setup, scene: CoreScene, as_proposed: bool) -> NearStops:
     """Return the near stops along the route of a mount check of a simulated rig."""
     scene = with_cell(scene)
     scene = replace(scene, motion=replace(scene.motion, rings_as_proposed=as_proposed))

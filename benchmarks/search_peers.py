@@ -6,7 +6,7 @@ Each peer evaluates candidates until the time is over, in batches if it can.
 from collections.abc import Callable
 
 import numpy as np
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.progress import Progress
 from place_rings.placement.search.search import search
@@ -15,7 +15,7 @@ from search_task import OverError, Question, Watch, layout
 Peer = Callable[[Question, int], None]
 
 
-def ours(scene: Scene, space: Space, seed: int, watch: Watch) -> None:
+def ours(scene: CoreScene, space: Space, seed: int, watch: Watch) -> None:
     """Run our search by its own schedule and show the progress that it reports."""
 
     def tell(progress: Progress) -> None:
@@ -27,7 +27,7 @@ def ours(scene: Scene, space: Space, seed: int, watch: Watch) -> None:
     watch.show(found.exact, lambda: found.setup, always=True)
 
 
-def space_of(scene: Scene, sensors: int, any_rings: bool) -> Space:
+def space_of(scene: CoreScene, sensors: int, any_rings: bool) -> Space:
     """Return the paper's layout, which every method uses, or any rings, which only ours
     supports.
     """

@@ -20,7 +20,7 @@ from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal, Pose, Rules, Scene
+from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space, stacked
@@ -49,16 +49,16 @@ class OverError(Exception):
     """The time is over."""
 
 
-def scene_named(name: str) -> Scene:
+def scene_named(name: str) -> CoreScene:
     """Return a scene of the benchmark; rings may touch, for every method."""
     if name != "trajectory":
-        return Scene(goals=_GOALS[name], rules=_RULES)
+        return CoreScene(goals=_GOALS[name], rules=_RULES)
     q = pick_and_place(UR10, 50.0).q
     poses = tuple(Pose(q[i]) for i in np.round(np.linspace(0, len(q) - 1, _POSES)).astype(int))
-    return Scene(goals=_GOALS[name], poses=poses, rules=_RULES)
+    return CoreScene(goals=_GOALS[name], poses=poses, rules=_RULES)
 
 
-def layout(scene: Scene, sensors: int) -> Setup:
+def layout(scene: CoreScene, sensors: int) -> Setup:
     """Return the paper's rings for a number of sensors."""
     return ring_layout(scene, RINGS_PER_LINK[sensors], 16)
 
@@ -121,7 +121,7 @@ class Question:
     """
 
     def __init__(
-        self, scene: Scene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS
+        self, scene: CoreScene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS
     ) -> None:
         """Draw the points and compile."""
         self.watch, self._space = watch, Space(scene, wanted)
@@ -175,7 +175,7 @@ class Question:
         )
 
 
-def held_out(scene: Scene, setups: list[Setup], points: int = HELD_OUT) -> list[float]:
+def held_out(scene: CoreScene, setups: list[Setup], points: int = HELD_OUT) -> list[float]:
     """Return the weighted mean share in [0, 1] of points that no search used.
 
     All setups must have the same number of sensors.

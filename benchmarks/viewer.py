@@ -11,7 +11,7 @@ from pathlib import Path
 from common import table
 from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
@@ -30,7 +30,7 @@ def off() -> float:
     """
     worst = 0.0
     for occlusion in OCCLUSIONS:
-        scene = Scene(occlusion=occlusion)
+        scene = CoreScene(occlusion=occlusion)
         room, verifier = ViewerSession(scene, {"": named_setup(SETUPS[0])}), Verifier(scene)
         for name in SETUPS:
             for target in room.targets:
@@ -47,7 +47,7 @@ def waits(occlusion: str) -> list[float]:
     """Return the seconds from a slider's message to the page's new estimates, over loopback."""
     found = []
     with Server(
-        ViewerSession(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})
+        ViewerSession(CoreScene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})
     ) as server:
         client = Client(server.port)
         client.until(lambda: client.zeta("V_OT") is not None, "the page says no ζ")

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
@@ -156,7 +156,7 @@ def read_robot(path: Path) -> Robot:
     return robot_of(read_model(path, RobotFile))
 
 
-def read_scene(path: Path, robot: Robot | None = None) -> Scene:
+def read_scene(path: Path, robot: Robot | None = None) -> CoreScene:
     """Return the scene in a TOML file.
 
     Args:
@@ -169,7 +169,7 @@ def read_scene(path: Path, robot: Robot | None = None) -> Scene:
     return _scene(path, read_model(path, SceneFile, robot))
 
 
-def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
+def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
     below ``key``."""
 
@@ -185,7 +185,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
-def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
+def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:
     """Return ``scene`` with ``sensor``, if given; fixed rings that had the scene's sensor receive
     it too."""
     if sensor is None:
@@ -196,7 +196,9 @@ def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
     return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
 
 
-def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
+def read_proposal(
+    path: Path, sensor: Sensor | None = None
+) -> tuple[Setup, CoreScene, ProposalFile]:
     """Return setup, scene and whole file of a proposal.
 
     Args:
@@ -213,10 +215,10 @@ def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scen
 
 def resolve(
     name_or_path: str,
-    scene: Scene | None,
+    scene: CoreScene | None,
     sensor: Sensor | None = None,
     frames: FramePattern | None = None,
-) -> tuple[Setup, Scene]:
+) -> tuple[Setup, CoreScene]:
     """Return a setup and its scene.
 
     A name of the paper's layouts is resolved in ``scene``. A file with sensors is fitted there: a
@@ -236,7 +238,7 @@ def resolve(
     path = Path(name_or_path)
     scene = with_sensor(scene, sensor) if scene else None
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
-        scene = scene or with_sensor(Scene(), sensor)
+        scene = scene or with_sensor(CoreScene(), sensor)
         try:
             setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
             ring_models(setup, scene.sensor)  # the limits of files hold for names, too
@@ -245,7 +247,7 @@ def resolve(
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
     elif path.suffix.lower() in (".csv", ".json", ".urdf"):
-        scene = scene or with_sensor(Scene(), sensor)
+        scene = scene or with_sensor(CoreScene(), sensor)
         setup = _mounted(path, scene, frames or FramePattern())
     else:
         if not path.suffix and not path.exists():
@@ -268,7 +270,7 @@ def resolve(
     return setup, scene
 
 
-def _mounted(path: Path, scene: Scene, frames: FramePattern) -> Setup:
+def _mounted(path: Path, scene: CoreScene, frames: FramePattern) -> Setup:
     match path.suffix.lower():
         case ".csv":
             return mounted_setup(str(path), _text(path, "CSV"), scene)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..coverage.solids.polyhedra import hull
-from ..objectives.scene import Obstacle, Scene
+from ..objectives.scene import CoreScene, Obstacle
 from .errors import UserError, shown
 from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
@@ -19,7 +19,7 @@ _FACES = 2000  # most faces of a part's convex hull; each adds a plane to the oc
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
-def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any) -> Scene:
+def with_meshes(scene: CoreScene, models: list[ObstacleModel], where: str, read: Any) -> CoreScene:
     """Return ``scene`` with the meshes of its file; each connected part counts by its convex hull.
 
     Args:

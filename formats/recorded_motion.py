@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.robots.robot import Robot
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .errors import UserError, shown
 from .schema.field_types import MOST_DEG_S
@@ -53,8 +53,8 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
 
 
 def with_record(
-    scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False
-) -> Scene:
+    scene: CoreScene, path: Path, how: Thinning | None = None, degrees: bool = False
+) -> CoreScene:
     """Return ``scene`` with poses from a recorded motion in place of its own.
 
     Raises:

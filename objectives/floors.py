@@ -3,19 +3,19 @@
 import numpy as np
 from jaxtyping import Float
 
-from .scene import Scene
+from .scene import CoreScene
 
 MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
 STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
 
 
-def floors(scene: Scene) -> Float[np.ndarray, " G"]:
+def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
     """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
 
 
 def worth(
-    zetas: Float[np.ndarray, "*batch G"], scene: Scene
+    zetas: Float[np.ndarray, "*batch G"], scene: CoreScene
 ) -> Float[np.ndarray, "*batch"] | np.floating:
     """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
 

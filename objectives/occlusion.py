@@ -17,7 +17,7 @@ from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
-from .scene import Scene
+from .scene import CoreScene
 
 _NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
 _SAMPLES = 512  # points sampled in each cone to detect occluded sensors
@@ -27,7 +27,7 @@ class BodilessError(ValueError):
     """A robot without bodies in a scene whose occlusion model needs them."""
 
 
-def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
+def check_bodies(scene: CoreScene, occlusion: Occlusion) -> None:
     """Raise ``BodilessError`` if the occlusion model needs the robot's bodies and it has none."""
     if occlusion != "ignore" and not scene.robot.bodies:
         raise BodilessError(
@@ -37,7 +37,7 @@ def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
 
 
 def occluders(
-    scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
+    scene: CoreScene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
 ) -> Occluders:
     """Return the occluders of a scene at joint angles ``q`` (J,) rad.
 
@@ -52,7 +52,9 @@ def occluders(
     return Occluders(robot_capsules(scene.robot, forward(scene.robot.chain, q)), bodies)
 
 
-def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
+def sight(
+    scene: CoreScene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False
+) -> Parts:
     """Return the visible parts of sensor cones under the scene's occlusion model.
 
     Args:
@@ -70,13 +72,13 @@ def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: boo
 
 
 def setup_sight(
-    scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
+    scene: CoreScene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
 ) -> Parts:
     """Return the visible parts of a setup's beams; see ``sight``."""
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
 
 
-def own_link_fault(scene: Scene, setup: Setup) -> str | None:
+def own_link_fault(scene: CoreScene, setup: Setup) -> str | None:
     """Return a message on the first sensor whose apex lies within the tube of its own link; None if
     there is none.
 
@@ -121,7 +123,7 @@ class Unseeing:
     """Largest depth of the sensor within it, m."""
 
 
-def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
+def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
     """Return the sensors of ``setup`` that see less than a hundredth of their cones at
     some poses.
 

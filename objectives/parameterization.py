@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from ..coverage.arrays import Array, namespace
 from ..coverage.pytrees import tree
 from ..coverage.rings.ring_kinematics import RingArrays
-from .scene import Scene
+from .scene import CoreScene
 
 # share of a link: files round positions to it, so bounds and spacings are rounded to the safe side
 GRAIN = 1e-6
@@ -73,7 +73,7 @@ class Room:
     """Minimum distance of two rings, m."""
 
 
-def segments(scene: Scene, rooms: Mapping[str, Room] | None = None) -> list[Segment]:
+def segments(scene: CoreScene, rooms: Mapping[str, Room] | None = None) -> list[Segment]:
     """Return all segments of all links on which new rings may sit.
 
     Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the

@@ -10,7 +10,7 @@ from ..coverage.sensors.sensor import Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.segments import point_to_segment
 from ..coverage.targets import Target
-from .scene import Scene
+from .scene import CoreScene
 
 _POINTS = 4096  # sampled in the target at each pose
 _POSES = 16  # most poses, evenly spaced among the scene's
@@ -21,7 +21,7 @@ def farthest(sensor: Sensor) -> float:
     return sensor.range_m / math.cos(sensor.circumscribed_half_angle)
 
 
-def reachable_share(scene: Scene, target: Target) -> float:
+def reachable_share(scene: CoreScene, target: Target) -> float:
     """Return about the largest share of ``target`` that rings of ``scene`` could cover, in [0, 1].
 
     A point counts if it is no farther from any allowed place of a ring than that ring's radius and
@@ -41,7 +41,7 @@ def reachable_share(scene: Scene, target: Target) -> float:
 
 
 def _reached(
-    scene: Scene, q: Float[np.ndarray, " J"], points: Float[np.ndarray, "N 3"]
+    scene: CoreScene, q: Float[np.ndarray, " J"], points: Float[np.ndarray, "N 3"]
 ) -> Bool[np.ndarray, " N"]:
     """Return which points lie within reach of a ring at joint angles ``q`` (J,) rad."""
     frames, reached = forward(scene.robot.chain, q), np.zeros(len(points), bool)

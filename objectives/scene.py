@@ -154,7 +154,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Scene:
+class CoreScene:
     """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), and the sensor and
     ring radius of the paper.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.separation_distance import Terms, separation
 from ..coverage.targets import Target
-from .scene import Scene
+from .scene import CoreScene
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Separations:
     """Speed of the fastest part, m/s."""
 
 
-def separations(scene: Scene, target: Target) -> Separations | None:
+def separations(scene: CoreScene, target: Target) -> Separations | None:
     """Return the separation distances of ``target`` at the scene's poses; None unless it is V_P.
 
     Raises:

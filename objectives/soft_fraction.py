@@ -18,7 +18,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import Soft, soft_zeta
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.sensor_beams import BeamShapes
-from .scene import Scene
+from .scene import CoreScene
 from .soft_terms import SoftTerms
 
 
@@ -30,7 +30,7 @@ class SoftFraction:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         clouds: Cloud,
         pose: Int[np.ndarray, " T"],
         weights: Float[np.ndarray, " T"],

@@ -25,7 +25,7 @@ from ..coverage.soft.sampling import Cloud
 from .criterion import Criterion, check_criterion
 from .floors import STEEP, floors
 from .parameterization import Interval, SetupArrays, decode, value_slopes
-from .scene import Scene
+from .scene import CoreScene
 from .soft_terms import Rows, SoftTerms
 from .target_points import TargetPoints
 
@@ -59,7 +59,9 @@ class CoverageObjective:
     One object may be used by many threads.
     """
 
-    def __init__(self, scene: Scene, points: TargetPoints, aim: Criterion | None = None) -> None:
+    def __init__(
+        self, scene: CoreScene, points: TargetPoints, aim: Criterion | None = None
+    ) -> None:
         """Store the scene, the points drawn for its goals, poses and mountings, and the criterion.
 
         Raises:

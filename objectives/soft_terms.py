@@ -20,7 +20,7 @@ from ..coverage.soft.leave_one_out import soft_losses
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import BeamShapes
-from .scene import Scene
+from .scene import CoreScene
 
 # rows per call, and how many of them at once: on a CPU one after the other,
 _ROWS = {"cpu": (16, None)}
@@ -55,7 +55,7 @@ class SoftTerms:
     all widths, links, counts and numbers of rows.
     """
 
-    def __init__(self, scene: Scene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
+    def __init__(self, scene: CoreScene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
         """Store a scene with the robot's ``frames`` at its poses.
 
         A point counts as covered when at least ``seen`` sensors see it.

@@ -19,7 +19,7 @@ from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.volume_tally import Bracket
 from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
-from .scene import Scene
+from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
 
 VOXEL = 0.01  # m, default side of a voxel
@@ -109,7 +109,7 @@ class Verifier:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         voxel: float | None = None,
         rule: Rule = "centre",
         width: float = 0.0,

@@ -8,7 +8,7 @@ from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.occlusion import unseeing
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from ..objectives.verify import Verified, Verifier, by_occlusion
 from ..objectives.verify_targets import verify_targets
 
@@ -28,7 +28,7 @@ PAPER_TARGETS = (
 _FEW_POSES = 4
 
 
-def comparable(scene: Scene) -> tuple[str, ...]:
+def comparable(scene: CoreScene) -> tuple[str, ...]:
     """Return the names of the paper's layouts that fit the scene's robot; empty if it lacks one of
     their links.
     """
@@ -36,7 +36,7 @@ def comparable(scene: Scene) -> tuple[str, ...]:
     return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
 
 
-def papers(scene: Scene) -> dict[str, Setup]:
+def papers(scene: CoreScene) -> dict[str, Setup]:
     """Return these layouts by name, with the scene's sensors."""
     return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
 
@@ -79,7 +79,7 @@ def counted(
                 yield result
 
 
-def compared(scene: Scene) -> list[Target]:
+def compared(scene: CoreScene) -> list[Target]:
     """Return the targets of a comparison: the goals and, for a few poses, the paper's targets."""
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]

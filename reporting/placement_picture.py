@@ -16,7 +16,7 @@ from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Solid
 from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from .plots import GREY, GRID, INK
 from .rendering.canvas import Canvas
 from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, rgb
@@ -124,7 +124,12 @@ def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -
 
 
 def _draw_robot(
-    canvas: Canvas, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any
+    canvas: Canvas,
+    scene: CoreScene,
+    setup: Setup,
+    cones: Cones,
+    colour: dict[str, str],
+    unseen: Any,
 ) -> None:
     """Draw robot, rings, sensors and uncovered points over the cones, with correct mutual
     occlusion.
@@ -146,7 +151,7 @@ def _draw_robot(
 
 
 def placement_picture(
-    path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
+    path: Path, scene: CoreScene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
 ) -> None:
     """Draw a setup in the scene's first pose, with the target of its first goal: a PNG of 1800 x
     900.
@@ -176,7 +181,7 @@ def placement_picture(
 
 def comparison_picture(
     path: Path,
-    scene: Scene,
+    scene: CoreScene,
     before: Setup,
     after: Setup,
     captions: tuple[str, str],
@@ -205,12 +210,12 @@ def comparison_picture(
     _draw(path, scene, views, title, _where(scene), seed)
 
 
-def _where(scene: Scene) -> list[str]:
+def _where(scene: CoreScene) -> list[str]:
     return [scene.robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1))]
 
 
 def _draw(
-    path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int
+    path: Path, scene: CoreScene, views: list[Any], title: str, parts: list[str], seed: int
 ) -> None:
     """Draw two views under a title and a line of ``parts``.
 

@@ -32,7 +32,7 @@ from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.solids.segments import segment_to_segment
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from .human import PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .motion_samples import STEP, Moments
 from .sightings import seen_by
@@ -96,7 +96,7 @@ class Approaches:
         return float(in_time.mean()), float(low), float(high)
 
 
-def floor_of(scene: Scene) -> float:
+def floor_of(scene: CoreScene) -> float:
     """Return the height of the floor on which the person walks, m: the highest of the scene's
     floors, or ``PEDESTAL`` below the base."""
     floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]

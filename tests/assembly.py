@@ -16,7 +16,7 @@ from jaxtyping import Float
 from manifold3d import Manifold, Mesh
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import CoreScene
 
 _ROUND = 32  # facets of a body
 _NEAR = 50.0  # mm, largest gap that is measured
@@ -52,7 +52,7 @@ def capsule(a: Float[np.ndarray, " 3"], b: Float[np.ndarray, " 3"], radius: floa
     return Manifold.batch_hull([ball.translate(tuple(1000 * v)) for v in (a, b)])
 
 
-def judge(scene: Scene, data: Mapping[str, bytes]) -> Verdict:
+def judge(scene: CoreScene, data: Mapping[str, bytes]) -> Verdict:
     """Place the parts of all rings by ``printing.json`` and compare them with each other and with
     the robot's bodies at every pose of the scene."""
     verdict, robot = Verdict(), scene.robot

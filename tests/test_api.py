@@ -18,8 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._placement import Placement
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.objectives.scene import Goal
-from place_rings.objectives.scene import Scene as CoreScene
+from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching

@@ -7,7 +7,7 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.printing.print_files import ring_files
-from place_rings.objectives.scene import Pose, Scene
+from place_rings.objectives.scene import CoreScene, Pose
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
@@ -24,7 +24,7 @@ def drawn_proposal(rng: np.random.Generator, name: str):
     robot, sensor = ROBOTS[name], effective(Use(str(rng.choice(["vl53l4cd", "vl53l5cx"])))).sensor
     turns = [rng.normal(0, 0.3, len(robot.rest)) * i for i in range(rng.integers(1, 4))]
     poses = tuple(Pose(np.clip(robot.rest + turn, *robot.limits.T)) for turn in turns)
-    scene = Scene(robot=robot, poses=poses, occlusion="shadow", sensor=sensor)
+    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", sensor=sensor)
     try:
         space = Space(scene, sensors=int(rng.integers(6, 25)))
         (candidate,) = apart(space, [fresh(space, rng)], rng)

@@ -36,7 +36,7 @@ from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.parameterization import segments
-from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
+from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
@@ -53,7 +53,7 @@ TABLE = Obstacle(
 )
 
 
-def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> Scene:
+def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> CoreScene:
     """A real mount of any robot, at one to four poses about its own."""
     robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
     poses = [
@@ -61,7 +61,7 @@ def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) 
     ]
     if robot.limits is not None:
         poses = [np.clip(q, robot.limits[:, 0], robot.limits[:, 1]) for q in poses]
-    return Scene(
+    return CoreScene(
         robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles
     )
 
@@ -209,7 +209,9 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
         c = vary(space, c, rng)
 
 
-def assert_clear(scene: Scene, frames: np.ndarray, ring: Ring, rng: np.random.Generator) -> None:
+def assert_clear(
+    scene: CoreScene, frames: np.ndarray, ring: Ring, rng: np.random.Generator
+) -> None:
     """Compare points drawn in a ring's envelope with all bodies and obstacles."""
     mount, around = scene.robot.mount(ring.link), envelope(scene, ring)
     at = ring.position * mount.length
@@ -228,7 +230,7 @@ def assert_clear(scene: Scene, frames: np.ndarray, ring: Ring, rng: np.random.Ge
 
 @pytest.mark.parametrize("name", list(ROBOTS))
 def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
-    scene = Scene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="blind")
+    scene = CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="blind")
     space = Space(scene, ring_layout(scene, 1, 8))
     setup = space.setup(fresh(space, np.random.default_rng(0)))
     assert len(setup.rings) >= 2
@@ -236,29 +238,29 @@ def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
 
 
 def test_real_is_what_goes_with_occlusion_unless_something_is_said():
-    assert not Scene().real
-    assert Scene(occlusion="shadow").real
-    assert Scene(occlusion="blind").real
-    assert Scene(rules=Rules(mount="real")).real
-    assert not Scene(occlusion="shadow", rules=Rules(mount="free")).real
-    free = Scene(occlusion="shadow", rules=Rules(mount="free"))
-    assert segments(free) == segments(Scene())
-    assert Space(free, sensors=40).radii == Space(Scene(), sensors=40).radii
+    assert not CoreScene().real
+    assert CoreScene(occlusion="shadow").real
+    assert CoreScene(occlusion="blind").real
+    assert CoreScene(rules=Rules(mount="real")).real
+    assert not CoreScene(occlusion="shadow", rules=Rules(mount="free")).real
+    free = CoreScene(occlusion="shadow", rules=Rules(mount="free"))
+    assert segments(free) == segments(CoreScene())
+    assert Space(free, sensors=40).radii == Space(CoreScene(), sensors=40).radii
 
 
 def test_a_tube_beside_the_axis_makes_the_ring_wider():
-    scene = Scene(occlusion="shadow")
+    scene = CoreScene(occlusion="shadow")
     assert scene.least_radius("upper_arm") == pytest.approx(0.046 + 0.0547 + 0.012, abs=1e-3)
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.113, "forearm": 0.08, "tool": 0.08}
 
 
 def test_what_cannot_be_mounted_is_refused_with_the_reason():
-    stated = Scene(occlusion="shadow", ring_radius=0.08, radius_stated=True)
+    stated = CoreScene(occlusion="shadow", ring_radius=0.08, radius_stated=True)
     with pytest.raises(
         InfeasibleError, match=r"ring_radius: 0.08 m is too small.*upper_arm needs at least 0.113 m"
     ):
         Space(stated, sensors=40)
-    of_link = Scene(
+    of_link = CoreScene(
         occlusion="shadow",
         limits={"upper_arm": Limits(radius=0.09), "forearm": Limits(radius=0.07)},
     )
@@ -273,10 +275,10 @@ def test_what_cannot_be_mounted_is_refused_with_the_reason():
     with pytest.raises(
         InfeasibleError, match=r"rules.mount is real: a ring of radius .* lies in .*wall"
     ):
-        Space(Scene(occlusion="shadow", obstacles=(wall,)), sensors=40)
+        Space(CoreScene(occlusion="shadow", obstacles=(wall,)), sensors=40)
     with pytest.raises(InfeasibleError, match="no room for 1 rings on upper_arm"):
         Space(
-            Scene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.1))}),
+            CoreScene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.1))}),
             Setup((Ring("upper_arm", 0.5, 8),)),
         )
 
@@ -284,19 +286,19 @@ def test_what_cannot_be_mounted_is_refused_with_the_reason():
 def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
     texts = [
         f.text
-        for f in faults(Scene(occlusion="shadow"), named_setup("n2_16_25").rings)
+        for f in faults(CoreScene(occlusion="shadow"), named_setup("n2_16_25").rings)
         if f.rule == "mount"
     ]
     assert any("sits at 0.000, a ring can be closed from" in t for t in texts)
     assert any("lies in" in t and "elbow" in t for t in texts)
-    assert faults(Scene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
+    assert faults(CoreScene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
 
 
 def test_rings_of_two_links_that_meet_are_named():
     robot = ROBOTS["ur3e"]
     # the elbow folds
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in range(-60, 120, 5))
-    scene = Scene(robot=robot, poses=poses, occlusion="shadow")
+    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow")
     rings = (Ring("upper_arm", 0.5, 8, radius=0.2), Ring("forearm", 0.5, 8, radius=0.2))
     assert any(
         "ring 0 (upper_arm) lies in or too near to ring 1 (forearm) at pose" in f.text
@@ -309,7 +311,7 @@ def test_rings_of_two_links_that_meet_are_named():
 
 
 def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
-    scene = Scene(occlusion="shadow")
+    scene = CoreScene(occlusion="shadow")
     work = RedesignProblem(scene, named_setup("n2_16_25"), 1)
     assert {s.link for s in work.segments((0,))} == {"upper_arm", "forearm"}
     assert work.radii["upper_arm"] == 0.113
@@ -366,9 +368,9 @@ def test_wrong_keys_are_one_line(tmp_path, text, says):
 def test_a_real_mount_is_read_back_from_its_file():
     rules = Rules(mount="real", standoff=0.02, clearance=0.003, spacing=0.01)
     for scene in (
-        Scene(rules=rules),
-        Scene(rules=rules, ring_radius=0.12, radius_stated=True),
-        Scene(),
+        CoreScene(rules=rules),
+        CoreScene(rules=rules, ring_radius=0.12, radius_stated=True),
+        CoreScene(),
     ):
         again = SceneModel.from_domain(scene).to_domain()
         assert (again.rules, again.ring_radius, again.radius_stated) == (
@@ -376,15 +378,15 @@ def test_a_real_mount_is_read_back_from_its_file():
             scene.ring_radius,
             scene.radius_stated,
         )
-    assert forward(UR10.chain, Scene().poses[0].q).ndim == 3
+    assert forward(UR10.chain, CoreScene().poses[0].q).ndim == 3
 
 
 @pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
 def test_a_position_on_a_mount_without_length_hides_nothing(position):
-    at = forward(UR10.chain, Scene().poses[0].q)[-1, :3, 3]
+    at = forward(UR10.chain, CoreScene().poses[0].q)[-1, :3, 3]
     wall = Obstacle("wall", box(at, (0.01, 0.5, 0.01)))
     clear, ring = (
-        MountClearance(Scene(occlusion="shadow", obstacles=(wall,))),
+        MountClearance(CoreScene(occlusion="shadow", obstacles=(wall,))),
         Ring("tool", position, 8),
     )
     assert clear.within(ring)
@@ -395,7 +397,7 @@ def folded(limits: dict[str, Limits]) -> Space:
     """Two rings on a UR5 whose elbow folds until they may meet."""
     robot = ROBOTS["ur5"]
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in (0, 90))
-    scene = Scene(robot=robot, poses=poses, occlusion="shadow", limits=limits)
+    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", limits=limits)
     return Space(scene, Setup((Ring("upper_arm", 0.5, 8), Ring("forearm", 0.5, 8))))
 
 

@@ -29,7 +29,7 @@ from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
-from place_rings.objectives.scene import Rules, Scene
+from place_rings.objectives.scene import CoreScene, Rules
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage
@@ -137,8 +137,8 @@ def test_two_floors_for_one_target_are_refused(run):
 
 
 def test_the_worst_of_one_pose_is_its_mean():
-    assert with_motion(Scene(), None, False, worst=True) == Scene()
-    two = replace(Scene(), poses=(*Scene().poses, *Scene().poses))
+    assert with_motion(CoreScene(), None, False, worst=True) == CoreScene()
+    two = replace(CoreScene(), poses=(*CoreScene().poses, *CoreScene().poses))
     assert with_motion(two, None, False, worst=True).over_poses == "worst"
 
 
@@ -216,7 +216,7 @@ def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
 
 
 def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
-    few, usual = Scene(rules=Rules(sensors=(4, 8))), Scene()
+    few, usual = CoreScene(rules=Rules(sensors=(4, 8))), CoreScene()
     assert {ring.count for ring in Rings(rings_per_link=2).space(few).layout.rings} == {8}
     assert {ring.count for ring in Rings(rings_per_link=2).space(usual).layout.rings} == {16}
     assert {
@@ -372,7 +372,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
-    assert comparable(Scene())  # imported before what it imports is replaced
+    assert comparable(CoreScene())  # imported before what it imports is replaced
     monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     real, calls = Verifier.verify, []
 

@@ -33,7 +33,7 @@ from place_rings.formats.loader import resolve
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.formats.sensors.urdf_frames import FramePattern
-from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.objectives.scene import CoreScene, Goal, Pose
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
@@ -46,7 +46,7 @@ ARMS = ("ur10", "panda", "iiwa14")
 few = settings(max_examples=4)
 
 
-def drawn(seed: int, name: str, square: bool = True) -> tuple[Scene, Setup]:
+def drawn(seed: int, name: str, square: bool = True) -> tuple[CoreScene, Setup]:
     """A robot in a drawn pose with drawn rings, of which the first may have square beams."""
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
     setup = drawing.setup(rng)
@@ -54,12 +54,12 @@ def drawn(seed: int, name: str, square: bool = True) -> tuple[Scene, Setup]:
         first = replace(setup.rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
         setup = Setup((first, *setup.rings[1:]))
     return (
-        Scene(robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))),
+        CoreScene(robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))),
         setup,
     )
 
 
-def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
+def written(folder, scene: CoreScene, setup: Setup, *to: str, **keys) -> None:
     """The files of these formats at the scene's last pose."""
     placed = PlacedSetup(scene, setup, len(scene.poses) - 1, folder, **keys)
     for name in to:
@@ -67,7 +67,7 @@ def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
             (folder / file).write_bytes(data)
 
 
-def same(scene: Scene, a: Setup, b: Setup) -> None:
+def same(scene: CoreScene, a: Setup, b: Setup) -> None:
     """The same beams in every pose."""
     assert [r.count for r in a.rings] == [r.count for r in b.rings]
     for pose in scene.poses:
@@ -171,7 +171,7 @@ def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
         Setup(rings),
         [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))],
     )
-    scene = Scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
+    scene = CoreScene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
     written(tmp_path, scene, setup, "mjcf")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     data, hits = mujoco.MjData(model), np.zeros(3, int)
@@ -296,7 +296,7 @@ HOSTILE = (
 )
 
 
-def hostile() -> tuple[Scene, Setup]:
+def hostile() -> tuple[CoreScene, Setup]:
     """A robot whose every name is meant to be taken for something else."""
     robot = ROBOTS["ur10"]
     chain = replace(robot.chain, joints=HOSTILE)
@@ -304,7 +304,7 @@ def hostile() -> tuple[Scene, Setup]:
     mounts = tuple(replace(m, link=HOSTILE[i]) for i, m in enumerate(robot.mounts))
     robot = replace(robot, name=HOSTILE[0] + HOSTILE[4], chain=chain, bodies=bodies, mounts=mounts)
     rings = tuple(Ring(m.link, 0.4, 3, 0.3) for m in mounts)
-    return Scene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
+    return CoreScene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
 
 
 def test_hostile_names_do_nothing(tmp_path):
@@ -412,7 +412,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
     ):
         written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
     with pytest.raises(UserError, match='joint: found none called "shoulder_pan"'):
-        written(out, Scene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
+        written(out, CoreScene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
 
 
 @given(drawing.seeds, st.sampled_from("xyz"))
@@ -420,7 +420,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
 def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam):
     """A URDF of somebody else's: other names, an order of its own, another axis along the beam."""
     rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("any")
-    scene, setup = Scene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
+    scene, setup = CoreScene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
     setup = Setup(tuple(replace(r, phase=float(rng.uniform(0, 6))) for r in setup.rings))
     root = ET.fromstring(chain_text(scene.robot.chain))
     found = sensor_frames(scene.robot, setup)
@@ -475,7 +475,7 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
     if lua is None:
         pytest.skip("no Lua here")
     scene, setup = (
-        Scene(),
+        CoreScene(),
         Setup(
             (
                 *named_setup("n1_4_25").rings[:2],
@@ -522,7 +522,7 @@ def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_fo
         chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"')
     )
     placed = PlacedSetup(
-        Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
+        CoreScene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
     )
     macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
     assert (

@@ -26,7 +26,7 @@ from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
+from place_rings.objectives.scene import CoreScene, Goal, Limits, Motion, Pose, Recorded, Rules
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -162,7 +162,7 @@ PRINTINGS = drawn(
     overhang=SHARES,
 )
 SCENES = drawn(
-    Scene,
+    CoreScene,
     robot=st.sampled_from([UR10, dataclasses.replace(UR10, name="mine")]),
     poses=st.lists(POSES, min_size=1, max_size=2).map(tuple),
     goals=st.lists(GOALS, min_size=1, max_size=2).map(tuple),
@@ -222,7 +222,7 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
 def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, sensor):
     setup, sensor = Setup(tuple(made(rings))), made(sensor)
     path = tmp_path_factory.mktemp("files") / "proposal.toml"
-    file = ProposalFile.of(setup, Scene(sensor=sensor))
+    file = ProposalFile.of(setup, CoreScene(sensor=sensor))
     path.write_text(to_toml(file))
     again, scene, read = read_proposal(path)
     assert (again, scene.sensor, read) == (setup, sensor, file)

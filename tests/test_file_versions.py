@@ -15,7 +15,7 @@ from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.schema.scene_models import SceneFile
 from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import CoreScene
 
 RINGS = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 FILES = {name: model_named(name) for name in MODELS if name not in ("verify", "robustness")}
@@ -31,8 +31,12 @@ def test_each_file_that_a_user_keeps_has_a_version(name):
 
 
 def test_what_is_written_states_its_version_once_and_first():
-    proposal = ProposalFile.of(named_setup("n2_16_25"), Scene())
-    for file in (proposal, SceneFile.from_domain(Scene()), RobotFile.from_domain(Scene().robot)):
+    proposal = ProposalFile.of(named_setup("n2_16_25"), CoreScene())
+    for file in (
+        proposal,
+        SceneFile.from_domain(CoreScene()),
+        RobotFile.from_domain(CoreScene().robot),
+    ):
         text = to_toml(file)
         assert text.startswith(f"version = {FILE_VERSION}\n")
         assert text.count("\nversion") == 0
@@ -119,4 +123,4 @@ def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
 
     found = Holder.model_validate(within, context=FROM_FILE)
     assert found.proposal.scene.rules.mount == "free"
-    assert ProposalFile.of(named_setup("n2_16_25"), Scene()).scene.rules.mount is None
+    assert ProposalFile.of(named_setup("n2_16_25"), CoreScene()).scene.rules.mount is None

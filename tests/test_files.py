@@ -20,7 +20,7 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
-from place_rings.objectives.scene import Goal, Limits, Pose, Scene
+from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose
 
 from . import drawing
 
@@ -127,7 +127,9 @@ def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
     assert (
-        SceneModel.from_domain(read_scene(path)) == SceneModel.from_domain(Scene()) == SceneModel()
+        SceneModel.from_domain(read_scene(path))
+        == SceneModel.from_domain(CoreScene())
+        == SceneModel()
     )
 
 
@@ -141,7 +143,7 @@ def drawn_scene(rng):
         for _ in range(3)
     )
     limits = {"forearm": Limits((0.25, 0.75), (math.radians(-20), math.radians(30)))}
-    return Scene(
+    return CoreScene(
         ROBOTS["ur10_dh"], poses, goals, ring_radius=0.1, shape=Shape(blend=0.3), limits=limits
     )
 
@@ -181,7 +183,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("tilt", [89.99996, -89.99996])
 def test_a_tilt_just_short_of_90_degrees_stays_so(tilt):
-    sensor = Scene().sensor
+    sensor = CoreScene().sensor
     once = rounded(Setup((Ring("tool", 0.0, 8, math.radians(tilt), math.radians(400)),)), sensor)
     assert math.degrees(once.rings[0].tilt) == pytest.approx(math.copysign(89.9999, tilt), abs=1e-9)
     assert once == rounded(once, sensor)
@@ -228,7 +230,7 @@ def test_names_and_files_resolve(tmp_path):
 
 @given(drawing.seeds)
 def test_rounded_rings_are_those_that_a_file_gives_back(seed):
-    scene, rng = Scene(), np.random.default_rng(seed)
+    scene, rng = CoreScene(), np.random.default_rng(seed)
     sensors = (
         scene.sensor,
         Sensor(0.4321, 1.2345),

@@ -36,7 +36,7 @@ from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.ring_solids import assemble, collar, thread
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Pose, Rules, Scene
+from place_rings.objectives.scene import CoreScene, Pose, Rules
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
@@ -50,9 +50,11 @@ L4CD = effective(Use("vl53l4cd")).sensor
 TIGHT = Printing(wall=0.0, clearance=0.0, relief=0.0, gap=0.0)
 
 
-def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> tuple[Scene, Ring]:
+def drawn_ring(
+    rng: np.random.Generator, robot: str, sensor: Sensor = L4CD
+) -> tuple[CoreScene, Ring]:
     """A ring anywhere that can be built, with as many sensors as fit or fewer."""
-    scene = Scene(
+    scene = CoreScene(
         robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),), occlusion="shadow", sensor=sensor
     )
     link, tilt = str(rng.choice(scene.robot.links)), float(rng.uniform(-1.2, 1.2))
@@ -63,7 +65,7 @@ def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> t
 
 
 def test_the_plain_clamp_has_the_volume_of_its_formula():
-    plan = plan_ring(Scene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
+    plan = plan_ring(CoreScene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
     area = FACETS / 2 * math.sin(2 * math.pi / FACETS) * (plan.collar**2 - plan.bore**2)
     assert collar(plan).volume() == pytest.approx(area * (plan.lug[1] - plan.low), rel=1e-6)
 
@@ -168,7 +170,7 @@ def test_drawn_rings_are_closed_and_keep_all_checks(name):
     [(6, 63.163, 22.8933), (4, 44.9135, 71.6007), (24, 31.175334044213997, 10.83020960215625)],
 )
 def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase_deg):
-    scene = Scene(occlusion="blind", sensor=L4CD)
+    scene = CoreScene(occlusion="blind", sensor=L4CD)
     ring = Ring(
         "upper_arm",
         0.2,
@@ -193,7 +195,7 @@ def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
     mm below the cables.
     """
     robot = ROBOTS["iiwa14"]
-    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
     ring = Ring(
         "forearm",
         0.188,
@@ -215,7 +217,7 @@ def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
 
 def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
     robot = ROBOTS["iiwa14"]
-    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
     ring = Ring("upper_arm", 0.5, 15, math.radians(67.254), math.radians(20.074), 0.131, L4CD)
     plan = plan_ring(scene, ring)
     made = assemble(plan)
@@ -234,7 +236,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
     millimetre above it.
     """
     ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
-    plan = plan_ring(Scene(), ring)
+    plan = plan_ring(CoreScene(), ring)
     radius = 0.4 * 1000 * plan.pocket.board.hole
     for x, y in plan.pocket.board.holes:
         deep = thread(plan, 1000 * (y - plan.pocket.board.lens[1]))
@@ -248,7 +250,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
     scene, ring = (
-        Scene(),
+        CoreScene(),
         Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor),
     )
     with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
@@ -273,12 +275,12 @@ def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_cou
 )
 def test_what_cannot_be_printed_is_refused(ring, says):
     with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
-        ring_files(Setup((ring,)), Scene(), ring_pictures)
+        ring_files(Setup((ring,)), CoreScene(), ring_pictures)
 
 
 def test_a_check_can_fail():
     scene, ring = (
-        Scene(),
+        CoreScene(),
         Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172))),
     )
     with pytest.raises(UnbuildableError, match="overlap of beams"):
@@ -302,7 +304,7 @@ def test_files_and_pictures_of_a_proposal():
     )
     result, data = ring_files(
         Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)),
-        Scene(robot=named),
+        CoreScene(robot=named),
         ring_pictures,
     )
     names = {
@@ -321,7 +323,9 @@ def test_files_and_pictures_of_a_proposal():
 @settings(max_examples=5)
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     rng = np.random.default_rng(seed)
-    scene = Scene(sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.05, radius_stated=True)
+    scene = CoreScene(
+        sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.05, radius_stated=True
+    )
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
     for _ in range(5):
@@ -336,7 +340,7 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
 
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
-    scene = Scene(sensor=effective(Use("vl53l5cx")).sensor)
+    scene = CoreScene(sensor=effective(Use("vl53l5cx")).sensor)
     with pytest.raises(
         InfeasibleError,
         match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do",
@@ -355,8 +359,8 @@ def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verif
 
 
 def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
-    scene = Scene(sensor=L4CD, occlusion="shadow")
-    assert scene.radius_of("upper_arm") > Scene(occlusion="shadow").radius_of("upper_arm")
+    scene = CoreScene(sensor=L4CD, occlusion="shadow")
+    assert scene.radius_of("upper_arm") > CoreScene(occlusion="shadow").radius_of("upper_arm")
     ring = Ring("upper_arm", 0.5, 4, math.radians(70), 0.0, scene.radius_of("upper_arm"), L4CD)
     pocket, inner = plan_ring(scene, ring).pocket, plan_ring(scene, ring).inner
     assert 1000 * pocket.innermost(ring.radius, np.array([ring.tilt]))[0] >= inner - 1e-6
@@ -364,12 +368,14 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
 
 def test_boards_and_printing_in_a_scenes_file(tmp_path):
     own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
-    scene = Scene(sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False))
+    scene = CoreScene(
+        sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False)
+    )
     path = tmp_path / "scene.toml"
     path.write_text(to_toml(SceneModel.from_domain(scene)))
     again = read_scene(path)
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
-    named = SceneModel.from_domain(Scene(sensor=L4CD)).to_domain()
+    named = SceneModel.from_domain(CoreScene(sensor=L4CD)).to_domain()
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
     for text, says in (
         ("[printing]\nwall = 0.002", "printing.wall: found 0.002, allowed: at least 0.0024"),

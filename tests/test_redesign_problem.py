@@ -12,7 +12,7 @@ from place_rings._improve import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
-from place_rings.objectives.scene import Limits, Rules, Scene
+from place_rings.objectives.scene import CoreScene, Limits, Rules
 from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem
@@ -38,7 +38,7 @@ def check_changes(
 
 
 def check_rules(
-    scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]
+    scene: CoreScene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]
 ) -> None:
     """All new rings keep all rules against all rings."""
     rules, counts = scene.rules, [r.count for r in before]
@@ -134,7 +134,9 @@ BROKEN = {
     ("rule", "ring", "rules"), [(k, *v) for k, v in BROKEN.items()], ids=BROKEN.keys()
 )
 def test_a_broken_rule_is_named(rule, ring, rules):
-    scene = Scene(limits={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules)
+    scene = CoreScene(
+        limits={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules
+    )
     (fault,) = faults(scene, [Ring("forearm", 0.4, 8), ring])
     assert fault.rule == rule
     assert not faults(scene, [Ring("forearm", 0.4, 8), *rules.fixed])
@@ -160,7 +162,7 @@ def recount(scene, before, after):
 @given(drawing.seeds)
 def test_costs_equal_a_recount(seed):
     rng = np.random.default_rng(seed)
-    rework = RedesignProblem(Scene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(CoreScene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
@@ -182,13 +184,15 @@ def test_kinds_of_changes():
     a, b = Ring("forearm", 0.5, 8, 0.1, 0.2), Ring("upper_arm", 0.5, 8, 0.1, 0.2)
     kinds = [
         c.kind
-        for c in changes(Scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a))
+        for c in changes(
+            CoreScene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
+        )
     ]
     assert kinds == [ChangeKind.SET, ChangeKind.CARRIED, ChangeKind.TAKEN, ChangeKind.ADDED]
 
 
 def test_what_became_as_it_was_is_touched_no_more():
-    rework = RedesignProblem(Scene(), named_setup("n2_16_25"), 1)
+    rework = RedesignProblem(CoreScene(), named_setup("n2_16_25"), 1)
     almost = replace(rework.mounted.rings[1], phase=1e-9)
     rings = (rework.mounted.rings[0], almost, *rework.before[2:])
     assert rework.rounded(Touched(rings, (1,))).free == ()
@@ -198,7 +202,7 @@ def test_what_became_as_it_was_is_touched_no_more():
 def test_every_change_has_an_instruction(seed):
     """In one line, with the ring's name; a new ring has no number."""
     rng = np.random.default_rng(seed)
-    rework = RedesignProblem(Scene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(CoreScene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)

@@ -3,7 +3,6 @@ by rule.
 """
 
 import ast
-import re
 import runpy
 import shutil
 from functools import cache
@@ -165,20 +164,11 @@ def test_arrows_in_a_room_make_no_circle(folder):
     assert circle(folder) == []
 
 
-def private(name):
-    """Is a module or a class none to be imported from elsewhere? The front shows its own classes
-    by itself, whatever the private modules they stand in.
-    """
-    return any(re.match("_(?!_)", part) for part in name.split("."))
-
-
 def test_a_public_class_has_a_name_of_its_own():
     places = {}
     for name, file in modules():
-        if private(name):
-            continue
         for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.ClassDef) and not private(node.name):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(name)
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 

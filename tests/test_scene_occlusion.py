@@ -20,7 +20,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.occlusion import BodilessError, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier, by_occlusion
 
@@ -34,8 +34,8 @@ TABLE = Obstacle(
 
 
 def test_obstacles_are_no_target_and_shadow_under_every_model():
-    setup, bare = named_setup("n1_8_0"), Verifier(Scene(), 0.04)
-    cell = Verifier(Scene(obstacles=(TABLE,)), 0.04)
+    setup, bare = named_setup("n1_8_0"), Verifier(CoreScene(), 0.04)
+    cell = Verifier(CoreScene(obstacles=(TABLE,)), 0.04)
     before, after = bare.verify(setup, NEAR), cell.verify(setup, NEAR)
     assert after.target_voxels < before.target_voxels
     assert after.covered_voxels < before.covered_voxels
@@ -45,11 +45,11 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
         m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each
     }
     assert under == each
-    assert by_occlusion(Verifier(Scene(), 0.04, "certified"), setup, before) == {}
+    assert by_occlusion(Verifier(CoreScene(), 0.04, "certified"), setup, before) == {}
 
 
 def test_certified_holds_the_count_under_every_model():
-    scene = Scene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
+    scene = CoreScene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
         found = Verifier(one, None, "certified", 0.02).verify(named_setup("n1_8_0"), NEAR)
@@ -62,7 +62,7 @@ def test_certified_holds_the_count_under_every_model():
 
 
 def test_redundancy_and_tolerance_count_past_the_robot():
-    verifier = Verifier(Scene(occlusion="shadow"), 0.05)
+    verifier = Verifier(CoreScene(occlusion="shadow"), 0.05)
     setup = named_setup("n1_8_0")
     zeta = verifier.verify(setup, NEAR).zeta
     sure = redundancy(verifier, setup, NEAR, 2)
@@ -73,12 +73,12 @@ def test_redundancy_and_tolerance_count_past_the_robot():
 
 
 def test_sensors_in_housings_and_in_their_own_tube_are_named():
-    scene = Scene(occlusion="shadow")
+    scene = CoreScene(occlusion="shadow")
     setup = named_setup("n2_16_25")
     assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
     assert {u.within for u in found} >= {"shoulder", "elbow"}
-    assert unseeing(Scene(), setup) == found
+    assert unseeing(CoreScene(), setup) == found
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
     fault = own_link_fault(scene, thin)
@@ -112,8 +112,8 @@ def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, 
 def test_a_robot_without_bodies_is_refused():
     bare = replace(UR10, bodies=())
     with pytest.raises(BodilessError, match="has no bodies"):
-        Verifier(Scene(robot=bare, occlusion="blind"), 0.1).verify(named_setup("n1_8_0"), NEAR)
-    verifier = Verifier(Scene(robot=bare), 0.1)
+        Verifier(CoreScene(robot=bare, occlusion="blind"), 0.1).verify(named_setup("n1_8_0"), NEAR)
+    verifier = Verifier(CoreScene(robot=bare), 0.1)
     assert (
         by_occlusion(verifier, named_setup("n1_8_0"), verifier.verify(named_setup("n1_8_0"), NEAR))
         == {}

@@ -30,7 +30,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.occlusion import setup_sight, unseeing
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
@@ -203,7 +203,7 @@ def test_a_sharp_soft_value_is_the_share_of_points_seen():
 def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot(occlusion, within):
     """Under ``blind`` the soft estimator reads bodies as rows of balls."""
     sensor = Sensor(math.radians(45), 1.0, None, math.radians(30))
-    scene = Scene(sensor=sensor, occlusion=occlusion, obstacles=(Obstacle("table", WEDGE),))
+    scene = CoreScene(sensor=sensor, occlusion=occlusion, obstacles=(Obstacle("table", WEDGE),))
     space, points = Space(scene, sensors=12), TargetPoints(scene, 512, 0)
     c = fresh(space, np.random.default_rng(1))
     objective, setup = CoverageObjective(scene, points), space.setup(c)
@@ -225,7 +225,7 @@ def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
     wide one, but for one zone nothing further than the box."""
     narrow, wide = (Sensor(0.1, 0.3, None, up, zones) for up in (0.1, 2.0))
     setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
-    scene = Scene(occlusion="blind")
+    scene = CoreScene(occlusion="blind")
     optics = sensor_cones(scene.robot, setup, scene.poses[0].q)
     boxes = tuple(
         Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3))
@@ -236,7 +236,7 @@ def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
 
 
 def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
-    scene, setup = Scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
+    scene, setup = CoreScene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
     many = replace(
         setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
     )

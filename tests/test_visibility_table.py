@@ -11,7 +11,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.occlusion import occluders, setup_sight
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.placement.search.ring_visibility import around, rings_see
 from place_rings.placement.search.visibility_table import build_visibility_table
 
@@ -26,7 +26,7 @@ RINGS = (("upper_arm", 3, -45.0), ("forearm", 8, 22.5), ("forearm", 6, 0.0))
 
 @pytest.mark.parametrize("occlusion", ["ignore", "shadow", "blind"])
 def test_at_a_place_of_the_grid_the_look_is_the_exact_one(occlusion):
-    scene = Scene(occlusion=occlusion, obstacles=(BOX,))
+    scene = CoreScene(occlusion=occlusion, obstacles=(BOX,))
     (pose,), hidden = scene.poses, 0
     points = np.random.default_rng(5).uniform([-1, -1, -0.5], [1, 1, 1.5], (6000, 3))
     for link, node, tilt_deg in RINGS:

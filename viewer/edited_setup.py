@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.rounding import rounded
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 
 MOST_RINGS, MOST_SENSORS = 50, 64  # rings of an edited setup, sensors of an edited ring
 STEEPEST_DEG = 85.0
@@ -17,7 +17,7 @@ STEEPEST_DEG = 85.0
 class EditedSetup:
     """A setup in a scene that can be edited ring by ring; values are clamped to their bounds."""
 
-    scene: Scene
+    scene: CoreScene
     setup: Setup
 
     def _with(self, rings: list[Ring]) -> "EditedSetup":

@@ -7,7 +7,7 @@ import viser
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..formats.writing import write_bytes
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from .controls import Controls
 from .jobs import Job
 from .long_task import LongTask
@@ -29,7 +29,7 @@ class PageFiles:
     def _path(self, name: str, ending: str = ".toml") -> Path:
         return file_named(self._out, name, bool(self._controls.replace.value), ending)
 
-    def save(self, setup: Setup, scene: Scene) -> None:
+    def save(self, setup: Setup, scene: CoreScene) -> None:
         """Start a job that counts a setup and saves it as a proposal.
 
         Raises:

@@ -9,7 +9,7 @@ from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import to_toml, write_text
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from ..objectives.verify import Verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
@@ -45,7 +45,7 @@ def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".to
     return path
 
 
-def save(path: Path, setup: Setup, scene: Scene, counted: Sequence[Verified]) -> None:
+def save(path: Path, setup: Setup, scene: CoreScene, counted: Sequence[Verified]) -> None:
     """Write a setup as a proposal for ``scene`` with the counted coverage.
 
     Args:

@@ -14,7 +14,7 @@ from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import faults
 from ..objectives.occlusion import own_link_fault
-from ..objectives.scene import Scene
+from ..objectives.scene import CoreScene
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
@@ -27,7 +27,7 @@ _EYE, _EYE_OF_TWO = np.array([0.62, -1.0, 0.42]), np.array([1.0, -0.35, 0.45])
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 
-def shown_targets(scene: Scene) -> tuple[Target, ...]:
+def shown_targets(scene: CoreScene) -> tuple[Target, ...]:
     """Return the targets of a scene; a single target is followed by the paper's targets."""
     own = [goal.target for goal in scene.goals]
     beside = [t for t in _BESIDE if t.radius is None or t.radius > scene.shape.robot_radius]
@@ -42,7 +42,7 @@ class ViewerSession:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         setups: dict[str, Setup],
         out: Path | None = None,
         body: Skin | None = None,

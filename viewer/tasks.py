@@ -15,7 +15,7 @@ from ..coverage.voxels.volume_tally import Bracket
 from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
-from ..objectives.scene import Goal, Scene
+from ..objectives.scene import CoreScene, Goal
 from ..objectives.verify import VOXEL, Verified, Verifier
 from ..placement.search.design import Space
 from ..placement.search.progress import Progress
@@ -40,7 +40,7 @@ class Proof:
 
 
 def prove(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     targets: tuple[Target, ...],
     tell: Tell,
@@ -94,7 +94,7 @@ class SearchAnswer:
 
 
 def search_from(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     tell: Tell,
     stopped: Callable[[], bool],
@@ -158,6 +158,6 @@ def search_from(
     )
 
 
-def seen_under(scene: Scene, occlusion: Occlusion) -> Scene:
+def seen_under(scene: CoreScene, occlusion: Occlusion) -> CoreScene:
     """Return the scene under the model of occlusion that the page has chosen."""
     return scene if occlusion == scene.occlusion else replace(scene, occlusion=occlusion)

@@ -114,13 +114,13 @@ def place(
     """
     from ..._search import InfeasibleError, cap_of, search
     from ...formats.loader import with_sensor
-    from ...objectives.scene import Scene
+    from ...objectives.scene import CoreScene
     from ..options.criterion import resolve_errors
     from ..options.targets import with_floors
     from ..runs.place import place as run
 
     cap_of(time)
-    scene = where.applied(where.given() or Scene())
+    scene = where.applied(where.given() or CoreScene())
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     errors = resolve_errors(

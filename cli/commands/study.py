@@ -81,13 +81,13 @@ def study(
     """
     from ..._study import StudyOptions, check_machines, check_study
     from ...formats.loader import read_scene
-    from ...objectives.scene import Scene
+    from ...objectives.scene import CoreScene
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
     check_machines(workers, scheduler)
     check_study(name, seed, target or None, sensors, scene)
-    where = read_scene(scene) if scene else Scene()
+    where = read_scene(scene) if scene else CoreScene()
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]

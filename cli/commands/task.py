@@ -30,7 +30,7 @@ def task(
     """
     from ...coverage.robots.built_in import PAPER_ROBOTS
     from ...formats.errors import UserError, shown
-    from ...objectives.scene import Scene
+    from ...objectives.scene import CoreScene
     from ..options.scenes import resolve_scene
     from ..runs.task import task as run
 
@@ -39,4 +39,4 @@ def task(
             f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, because the paper"
             " uses a UR10"
         )
-    run(resolve_scene(None, robot) or Scene(), rate)
+    run(resolve_scene(None, robot) or CoreScene(), rate)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # imported when the options are resolved
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
     from ...formats.sensors.urdf_frames import FramePattern
-    from ...objectives.scene import Scene
+    from ...objectives.scene import CoreScene
 
 
 @Parameter(name="*", group=SCENE)
@@ -42,13 +42,13 @@ class SceneOptions:
         ),
     ] = None
 
-    def given(self) -> "Scene | None":
+    def given(self) -> "CoreScene | None":
         """Return the scene that the options state, or None if the proposal's scene applies."""
         from .scenes import resolve_scene
 
         return resolve_scene(self.scene, self.robot, self.target, self.radius)
 
-    def applied(self, scene: "Scene") -> "Scene":
+    def applied(self, scene: "CoreScene") -> "CoreScene":
         """Return ``scene`` with the targets and the occlusion model of the options."""
         from .scenes import with_occlusion
         from .targets import parse_goals, with_goals
@@ -107,8 +107,8 @@ class SensorOptions:
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
     def resolve(
-        self, subject: str, scene: "Scene | None", frames: "FramePattern | None" = None
-    ) -> "tuple[Setup, Scene]":
+        self, subject: str, scene: "CoreScene | None", frames: "FramePattern | None" = None
+    ) -> "tuple[Setup, CoreScene]":
         """Return a setup and its scene, with the sensor of the options."""
         from ...formats.loader import resolve
 
@@ -136,7 +136,7 @@ class MotionOptions:
         bool, Parameter(negative=(), help="Read the angles of --trajectory in degrees.")
     ] = False
 
-    def applied(self, scene: "Scene", worst: bool = False) -> "Scene":
+    def applied(self, scene: "CoreScene", worst: bool = False) -> "CoreScene":
         """Return ``scene`` along the motion; ``worst`` maximises the worst pose."""
         from .scenes import with_motion
 
@@ -189,7 +189,7 @@ class SubjectOptions:
     motion: MotionOptions = NO_MOTION
     mounted: FrameOptions = NO_FRAMES
 
-    def resolve(self, subject: str) -> "tuple[Setup, Scene]":
+    def resolve(self, subject: str) -> "tuple[Setup, CoreScene]":
         """Return the setup of a file or a name, and the scene in which to evaluate it."""
         setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
         return setup, self.motion.applied(self.place.applied(scene))

@@ -10,13 +10,13 @@ from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
 from ...formats.loader import read_robot, read_scene
 from ...formats.recorded_motion import with_record
-from ...objectives.scene import Pose, Scene
+from ...objectives.scene import CoreScene, Pose
 from .targets import parse_goals, with_goals
 
 
 def resolve_scene(
     scene: Path | None, robot: str | None, targets: Sequence[str] = (), radius: float | None = None
-) -> Scene | None:
+) -> CoreScene | None:
     """Return the scene that the options state, or None if the proposal's scene applies.
 
     Raises:
@@ -28,7 +28,7 @@ def resolve_scene(
     if scene is not None:
         stated = read_scene(scene, arm)
     elif arm is not None:
-        stated = Scene(robot=arm, poses=(Pose(arm.rest),))
+        stated = CoreScene(robot=arm, poses=(Pose(arm.rest),))
     else:
         return None
     return with_goals(stated, goals)
@@ -57,7 +57,7 @@ def given_robot(text: str) -> Robot:
         raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
 
 
-def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
+def with_occlusion(scene: CoreScene, occlusion: Occlusion | None) -> CoreScene:
     """Return ``scene`` with the occlusion model of ``--occlusion``, if one is given.
 
     Raises:
@@ -73,7 +73,9 @@ def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
     return replace(scene, occlusion=occlusion)
 
 
-def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
+def with_motion(
+    scene: CoreScene, trajectory: Path | None, degrees: bool, worst: bool = False
+) -> CoreScene:
     """Return ``scene`` with the poses of a recorded motion, if one is given.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...coverage.targets import Target
 from ...formats.errors import UserError, shown
-from ...objectives.scene import Goal, Scene
+from ...objectives.scene import CoreScene, Goal
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -68,7 +68,7 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
     return goals
 
 
-def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") -> Scene:
+def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radius") -> CoreScene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
     for goal in goals:
         inner = scene.shape.robot_radius
@@ -80,7 +80,7 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") 
     return replace(scene, goals=goals) if goals else scene
 
 
-def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
+def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
     """Return ``scene`` with minimum coverages NAME[:RADIUS]=PERCENT.
 
     A target that the scene lacks is added with weight 0.
@@ -117,7 +117,7 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
-def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
+def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:
     """Return the two targets of a front; by default the near and the far shell."""
     goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
     if weighted := [text for text in targets if "=" in text]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError
 from ...formats.writing import output_folder
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
 from ...rig.check.live import LiveCheck
@@ -39,10 +39,10 @@ class TerminalAttendant:
         ranges = [r.sensor.range_m for r in setup.rings]
         return CheckView(session, ring_names(setup), ranges, self._console)
 
-    def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
+    def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
         show_near_stops(stops, setup, scene, self._console)
 
-    def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
+    def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
         confirm(scene, plans, itinerary, self._console)
 
     def alarm(self, text: str) -> None:
@@ -52,7 +52,7 @@ class TerminalAttendant:
 def check_live(
     name: str,
     setup: Setup,
-    scene: Scene,
+    scene: CoreScene,
     options: CheckOptions,
     host: str | None,
     ports: Sequence[PortModel],

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal
 from ...rig.check.models import DISCLAIMER
 from ...rig.check.planned_check import ring_names
@@ -20,7 +20,7 @@ EXEMPT = (
 )
 
 
-def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
+def show_near_stops(stops: NearStops, setup: Setup, scene: CoreScene, console: Terminal) -> None:
     """Print the share of the near stop that each ring keeps along the route, and what reduces
     it.
     """
@@ -54,7 +54,7 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Termi
     console.print(table)
 
 
-def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
+def confirm(scene: CoreScene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
     """Print what will move and what stops it, and ask for confirmation.
 
     Raises:

@@ -10,7 +10,7 @@ from ..._proposal import Proposal, write_proposal
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import made_folder, write_text
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...placement.search.progress import Progress
 from ...placement.search.search import SearchResult
 from ...reporting.comparison import PAPER_TARGETS, papers
@@ -31,7 +31,7 @@ _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 
 def place(
-    find: Callable[..., Proposal], scene: Scene, voxel: float, out: Path, as_json: bool
+    find: Callable[..., Proposal], scene: CoreScene, voxel: float, out: Path, as_json: bool
 ) -> None:
     """Search a placement, compare it with the paper's layouts, and write and print it.
 
@@ -74,7 +74,7 @@ def place(
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Callable[..., Proposal], scene: Scene, console: Terminal) -> Proposal:
+def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal) -> Proposal:
     """Return the result of the search; its progress goes to ``console``, and before it the parts of
     the target that no sensor reaches."""
     with late_progress(console) as bar:
@@ -178,7 +178,7 @@ def _show(
         )
 
 
-def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
+def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: Terminal) -> None:
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""

@@ -17,7 +17,7 @@ from ...formats.escaping import printable
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
-from ...objectives.scene import Rules, Scene
+from ...objectives.scene import CoreScene, Rules
 from ...reporting.robot_picture import robot_picture
 from ...reporting.tables import Explained
 from ...reporting.terminal import Terminal
@@ -37,7 +37,7 @@ def ring_radius(robot: Robot) -> float:
 
     It is rounded up to the next 5 mm.
     """
-    real = Scene(robot=robot, rules=Rules(mount="real"))
+    real = CoreScene(robot=robot, rules=Rules(mount="real"))
     around = max(m.section for m in robot.mounts) + _CLEARANCE
     return (
         math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6)

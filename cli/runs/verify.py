@@ -6,7 +6,7 @@ from ..._verify import verify as count
 from ...coverage.choices import Rule
 from ...coverage.voxels.volume_tally import Bracket
 from ...formats.errors import UserError
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import print_sight
@@ -105,7 +105,7 @@ def _counted(
     return coverage
 
 
-def _place(scene: Scene) -> str:
+def _place(scene: CoreScene) -> str:
     """Return the robot and the occlusion model as text."""
     return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 

@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
@@ -23,7 +23,7 @@ BASE_LINK, TCP_LINK = "base_link", "tcp"
 class PlacedSetup:
     """A setup on the robot of a scene at one pose."""
 
-    scene: Scene
+    scene: CoreScene
     """The scene."""
     setup: Setup
     """The setup."""

@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..errors import UserError
 from ..schema.print_models import PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
@@ -23,7 +23,7 @@ ASSEMBLED = "assembled.png"  # picture of the first ring with boards and bolts
 
 
 def print_ring(
-    scene: Scene, number: int, ring: Ring, printing: Printing | None = None
+    scene: CoreScene, number: int, ring: Ring, printing: Printing | None = None
 ) -> tuple[PrintedRing, tuple[bytes, bytes], PrintPlan, Assembly]:
     """Return a printed ring: its record, its halves as STL, and the plan and solids behind them.
 
@@ -111,7 +111,7 @@ Drawing = Callable[[PrintPlan, Assembly, PrintedRing], Mapping[str, bytes]]
 
 
 def ring_files(
-    setup: Setup, scene: Scene, drawing: Drawing, printing: Printing | None = None
+    setup: Setup, scene: CoreScene, drawing: Drawing, printing: Printing | None = None
 ) -> tuple[PrintResult, dict[str, bytes]]:
     """Return the printed rings of ``setup``: their records, and all files by name.
 

@@ -17,7 +17,7 @@ from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing
 from ...coverage.sensors.boards import Board
 from ...objectives.feasibility.board_fit import unfit
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 
 MM = 1000.0  # millimetres in a metre
 # lengths of a clamp that a plan states in millimetres
@@ -111,7 +111,7 @@ class PrintPlan:
         )
 
 
-def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> PrintPlan:
+def plan_ring(scene: CoreScene, ring: Ring, printing: Printing | None = None) -> PrintPlan:
     """Return the dimensions of a printed ring of ``scene``.
 
     Raises:
@@ -142,7 +142,7 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
     return replace(plan, lean=_lean(plan))
 
 
-def _buildable(scene: Scene, ring: Ring, printing: Printing) -> Board:
+def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
     """Return the board of a ring's sensors.
 
     Raises:
@@ -164,7 +164,7 @@ def _buildable(scene: Scene, ring: Ring, printing: Printing) -> Board:
     return board
 
 
-def _bodiless(scene: Scene) -> str:
+def _bodiless(scene: CoreScene) -> str:
     """Return the remedy for a scene whose rings have no bodies."""
     option = "" if scene.rules.mount == "free" else "--occlusion blind or shadow, or with "
     return f'rings have no bodies in its scene: search with {option}rules.mount = "real"'

@@ -5,7 +5,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
 from .result_models import VerifyResult
@@ -59,7 +59,7 @@ class ProposalFile(VersionedFile):
     found: FoundModel | None = Field(default=None, description="search that produced the setup")
 
     @classmethod
-    def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
+    def of(cls, setup: Setup, scene: CoreScene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with further keys in ``more``."""
         rings = ring_models(setup, scene.sensor)
         return cls(rings=rings, scene=SceneModel.from_domain(scene), **more)

@@ -8,7 +8,7 @@ from pydantic import Field
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.rounding import degrees
 from ...objectives.occlusion import Unseeing
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.verify import PoseZeta, Verified
 from .base_model import StrictModel
 from .field_types import Metres, Percent
@@ -143,7 +143,7 @@ class VerifyResult(MappedModel[Verified]):
     seconds: float = Field(ge=0, description="duration of the count, s")
 
     @classmethod
-    def of(cls, name: str, verified: Verified, scene: Scene | None = None) -> Self:
+    def of(cls, name: str, verified: Verified, scene: CoreScene | None = None) -> Self:
         """Return the record of a verified ζ of the setup ``name``.
 
         With a ``scene``, the record includes the worst pose and the separation distances of V_P.
@@ -169,7 +169,7 @@ class VerifyResult(MappedModel[Verified]):
 
     def with_occlusion(
         self,
-        scene: Scene,
+        scene: CoreScene,
         zetas: dict[Occlusion, float],
         blocked: Iterable[Unseeing] = (),
     ) -> Self:

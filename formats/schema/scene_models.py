@@ -23,7 +23,7 @@ from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
 from ...coverage.targets import NAMES, Shape, Target
-from ...objectives.scene import REFERENCE_POSE_DEG, Goal, Scene
+from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Goal
 from ..errors import IN_LINE, NAMED
 from .base_model import Fault, fault, refuse
 from .field_types import Metres
@@ -105,7 +105,7 @@ RobotKey = Annotated[
 ]
 
 
-class SceneModel(MappedModel[Scene]):
+class SceneModel(MappedModel[CoreScene]):
     """A scene. Every key has a default; without any key it is the reference scene."""
 
     robot: RobotKey = Field(
@@ -241,7 +241,7 @@ class SceneModel(MappedModel[Scene]):
             if link not in robot.links:
                 yield ("mounts", link), link, _links_of(robot)
 
-    def to_domain(self, **given: Any) -> Scene:
+    def to_domain(self, **given: Any) -> CoreScene:
         """Return the scene without the obstacles and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
         return super().to_domain(
@@ -254,7 +254,7 @@ class SceneModel(MappedModel[Scene]):
         )
 
     @classmethod
-    def from_domain(cls, value: Scene, **given: Any) -> Self:
+    def from_domain(cls, value: CoreScene, **given: Any) -> Self:
         """Return the table of a scene."""
         stated = value.radius_stated or value.ring_radius != RING_RADIUS
         return super().from_domain(

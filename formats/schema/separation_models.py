@@ -6,7 +6,7 @@ from pydantic import Field
 
 from ...coverage.robots.separation_distance import Terms
 from ...coverage.targets import Target
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.separation_summary import separations
 from .base_model import StrictModel
 from .field_types import Percent
@@ -41,7 +41,7 @@ class SeparationModel(MappedModel[Terms]):
     stopping_s: Annotated[float, Of("stopping")] = Field(description="stopping time, s")
 
     @classmethod
-    def of(cls, scene: Scene, target: Target) -> Self | None:
+    def of(cls, scene: CoreScene, target: Target) -> Self | None:
         """Return the record of the separation distances of V_P; None for another target."""
         distances = separations(scene, target)
         if distances is None:

@@ -16,7 +16,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import up_of
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..errors import UserError
 from ..schema.ring_models import ConeRow, SquareConeRow
 
@@ -49,7 +49,7 @@ def fitted_setup(
     name: str,
     rows: Sequence[ConeRow],
     frames: Sequence[Float[np.ndarray, "F 4 4"]],
-    scene: Scene,
+    scene: CoreScene,
     links: Mapping[int, str] | None = None,
 ) -> Setup:
     """Return the setup whose sensors ``rows`` list.
@@ -85,7 +85,7 @@ def _ring(
     number: int,
     poses: dict[int, list[ConeRow]],
     frames: Sequence[Any],
-    scene: Scene,
+    scene: CoreScene,
     link: str | None,
 ) -> Ring:
     """Return ring ``number`` from its rows at each pose, on ``link`` if known."""

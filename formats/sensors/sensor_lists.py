@@ -14,7 +14,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import any_square, sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...coverage.solids.sensor_beams import MixedBeams
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
 from ..schema.ring_models import ConeRow, SquareConeRow
 from .ring_fit import fitted_setup
@@ -23,7 +23,7 @@ COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model
 _DIGITS = 9  # decimals of metres and of unit vectors
 
 
-def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:
+def sensor_list(setup: Setup, scene: CoreScene, poses: Sequence[int] | None = None) -> str:
     """Return the beams of all sensors at poses of the scene (by default all) as CSV in the base
     frame.
 
@@ -44,7 +44,7 @@ def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) 
     return text.getvalue()
 
 
-def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
+def mounted_setup(name: str, text: str, scene: CoreScene) -> Setup:
     """Return the setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:

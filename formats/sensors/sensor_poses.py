@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.kinematics import forward
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
 from ..schema.robot_models import TCP_FRAME
 from ..schema.sensor_models import SensorModel
@@ -38,7 +38,7 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
     return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
 
 
-def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
+def poses_file(scene: CoreScene, setup: Setup, pose: int) -> SensorPosesFile:
     """Return the file with a setup's sensors in the frames of their links, and in the base frame at
     a pose of the scene."""
     q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
@@ -75,7 +75,7 @@ def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray,
     return T
 
 
-def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
+def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
     """Return the setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..errors import UserError, shown
 from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot
@@ -56,7 +56,7 @@ class Seat:
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
-def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
+def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
     """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
     sensor determines their beams.
 
@@ -114,7 +114,7 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 
 
-def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> Seat:
+def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat:
     """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
     frame, from whose axis it points away most directly."""
     robot = scene.robot

@@ -11,12 +11,12 @@ from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
 from ...coverage.sensors.boards import NOMINAL, Board
 from ...coverage.sensors.sensor import Sensor
-from ..scene import Scene
+from ..scene import CoreScene
 
 Tilts = tuple[float, float]
 
 
-def board_of(scene: Scene, sensor: Sensor) -> Board | None:
+def board_of(scene: CoreScene, sensor: Sensor) -> Board | None:
     """Return the board to fit; None where nothing has to fit.
 
     Where the scene's rings have bodies, a sensor whose board is unknown has a nominal one.
@@ -26,13 +26,13 @@ def board_of(scene: Scene, sensor: Sensor) -> Board | None:
     return sensor.board or (NOMINAL if scene.real else None)
 
 
-def innermost(scene: Scene, link: str) -> float:
+def innermost(scene: CoreScene, link: str) -> float:
     """Return the minimum distance of a pocket from the axis of ``link``, m; 0 without bodies."""
     around = surrounded(scene.robot, link) if scene.real else 0.0
     return inner_radius(around, scene.printing)
 
 
-def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
+def fitting_tilts(scene: CoreScene, ring: Ring) -> Tilts | None:
     """Return the lowest and highest allowed tilt, rad, at which all boards of a ring fit around it.
 
     Returns None if there is no such tilt.
@@ -49,7 +49,7 @@ def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
     return (low, high) if low <= high else None
 
 
-def most_sensors(scene: Scene, ring: Ring) -> float:
+def most_sensors(scene: CoreScene, ring: Ring) -> float:
     """Return the maximum sensor count of a ring; infinity if no board has to fit."""
     board = board_of(scene, ring.sensor)
     if board is None:
@@ -58,7 +58,7 @@ def most_sensors(scene: Scene, ring: Ring) -> float:
     return float(most_boards(board, scene.printing, ring.radius, np.array([ring.tilt]), inside)[0])
 
 
-def unfit(scene: Scene, ring: Ring) -> str | None:
+def unfit(scene: CoreScene, ring: Ring) -> str | None:
     """Return a message on why a ring's boards do not fit around it; None if they do."""
     board, most = board_of(scene, ring.sensor), most_sensors(scene, ring)
     if board is None or ring.count <= most:

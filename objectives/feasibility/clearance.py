@@ -15,7 +15,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..parameterization import Room
-from ..scene import Scene
+from ..scene import CoreScene
 from .ring_envelopes import envelope, widest_envelope, widest_spacing
 
 _SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
@@ -49,7 +49,7 @@ class _Things:
 class MountClearance:
     """Computes where rings of a scene are clear, and caches the results."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: CoreScene) -> None:
         self.scene = scene
         self.frames = forward(scene.robot.chain, np.array([p.q for p in scene.poses]))
         self._things: dict[str, _Things] = {}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...coverage.rings.ring import Ring
-from ..scene import Scene
+from ..scene import CoreScene
 from .board_fit import unfit
 from .clearance import MountClearance
 from .mounting import standing
@@ -41,7 +41,7 @@ def _same(a: Ring, b: Ring) -> bool:
     )
 
 
-def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
+def held(scene: CoreScene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
     """Return which of ``rings`` are fixed rings of the scene, and which fixed rings are missing."""
     matched: set[int] = set()
     missing = []
@@ -66,7 +66,9 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
-def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
+def faults(
+    scene: CoreScene, rings: Sequence[Ring], clear: MountClearance | None = None
+) -> list[Fault]:
     """Return all violations of the rules of ``scene`` by ``rings``.
 
     Args:
@@ -112,7 +114,7 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.1f}°"
 
 
-def _too_near(scene: Scene, one: Ring, other: Ring) -> str:
+def _too_near(scene: CoreScene, one: Ring, other: Ring) -> str:
     """Return a message if two rings on one link are too near to each other, or ""."""
     length = scene.robot.mount(one.link).length
     if length == 0:
@@ -127,7 +129,7 @@ def _too_near(scene: Scene, one: Ring, other: Ring) -> str:
     return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * allowed:.1f} mm or more"
 
 
-def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
+def _alone(scene: CoreScene, i: int, ring: Ring) -> list[Fault]:
     """Return the violations of ring ``i`` by itself."""
     limits, (least, most) = scene.limits_of(ring.link), scene.rules.sensors
     length, name, broken = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []

@@ -26,7 +26,7 @@ from ...objectives.parameterization import (
     segments,
     stretch,
 )
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .changes import Rings, Touched, turn
 
 Values = Float[np.ndarray, "3 R"]
@@ -57,7 +57,7 @@ class RedesignProblem:
     """A mounted setup in a scene, with places for added rings and a number of additional
     sensors."""
 
-    def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
+    def __init__(self, scene: CoreScene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
         """Round ``mounted`` as a file does, so that unchanged rings are identical before and after.
 
         Args:

@@ -15,7 +15,7 @@ import numpy as np
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...objectives.feasibility.violations import Fault, faults
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.soft_objective import CoverageObjective
 from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
@@ -44,7 +44,7 @@ class Improved:
 
 
 def improve(
-    scene: Scene,
+    scene: CoreScene,
     mounted: Setup,
     most: int = 3,
     add_sensors: int = 0,

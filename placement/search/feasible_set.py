@@ -20,7 +20,7 @@ from ...objectives.parameterization import (
     near_segments,
     segments,
 )
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 
 _ROUNDING = 1e-6  # m, rounding of a radius in files
 _MOST_RINGS = 16  # free rings in a search that chooses counts
@@ -44,7 +44,7 @@ class FeasibleSet:
     sensors in any rings."""
 
     def __init__(
-        self, scene: Scene, layout: Setup | None = None, sensors: int | None = None
+        self, scene: CoreScene, layout: Setup | None = None, sensors: int | None = None
     ) -> None:
         """Pass either ``layout`` or ``sensors``.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from ...coverage.rings.ring import Setup
 from ...objectives.criterion import Criterion
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .design import Space
 from .feasible_set import InfeasibleError
 from .progress import Outcome, Progress
@@ -35,7 +35,7 @@ class Reach:
 
 
 def fewest_sensors(
-    scene: Scene,
+    scene: CoreScene,
     wanted: float,
     seed: int = 0,
     time_cap: float = math.inf,
@@ -168,7 +168,7 @@ class _SensorCounts:
         return min(max(crossing, short + quarter), enough - quarter)
 
 
-def _allowed(scene: Scene) -> Sequence[int]:
+def _allowed(scene: CoreScene) -> Sequence[int]:
     """Return the sensor totals that the rules allow, ascending, up to ``_MOST``."""
     held = sum(ring.count for ring in scene.rules.fixed)
     totals = Space(scene, sensors=held).totals

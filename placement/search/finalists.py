@@ -8,7 +8,7 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...objectives.criterion import Criterion, judge
 from ...objectives.pose_subset import MANY, representative
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.verify import Verified, Verifier
 from .local_search import StopToken
 
@@ -87,7 +87,7 @@ def choose(
     return chosen
 
 
-def _some(scene: Scene, luck: np.random.Generator) -> Scene:
+def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
     """Return the scene with a representative subset of its poses."""
     weights = representative(scene.pose_weights, ROUGH, luck)
     poses = (

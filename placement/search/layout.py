@@ -4,10 +4,10 @@ import numpy as np
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 
 
-def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
+def ring_layout(scene: CoreScene, rings_per_link: int, sensors_per_ring: int) -> Setup:
     """Return a layout with evenly spaced rings without tilt.
 
     Every link with a length carries ``rings_per_link`` rings, each other link one. Fixed rings take

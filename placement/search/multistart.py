@@ -17,7 +17,7 @@ from ...coverage.soft.sampling import Cloud
 from ...objectives.criterion import Criterion
 from ...objectives.parameterization import SetupArrays
 from ...objectives.pose_subset import poses_at_once, representative, with_worst
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.soft_objective import CoverageObjective
 from ...objectives.target_points import TargetPoints
 from .design import Candidate, Space, stacked
@@ -47,7 +47,7 @@ class Pool:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         space: Space,
         aim: Criterion,
         schedule: Schedule,

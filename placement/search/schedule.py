@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ...objectives.criterion import Criterion
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .design import Space
 from .exchange import Round
 
@@ -90,7 +90,7 @@ _CLIMB = (
 _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
-def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
+def usual(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     """Return the default schedule.
 
     It starts with an exchange, which moves sensors between rings where the space leaves counts
@@ -104,7 +104,7 @@ def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     return Schedule(rounds=rounds)
 
 
-def short(scene: Scene, space: Space, aim: Criterion) -> Schedule:
+def short(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     """Return the schedule for a search that starts from good setups: the exchange alone, where it
     evaluates the whole criterion."""
     if exchange_sees_all(scene, space, aim):
@@ -112,13 +112,13 @@ def short(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     return Schedule(8, _CLIMB, draws=256)
 
 
-def exchange_sees_all(scene: Scene, space: Space, aim: Criterion) -> bool:
+def exchange_sees_all(scene: CoreScene, space: Space, aim: Criterion) -> bool:
     """Return whether the exchange evaluates the whole criterion: the mean of ζ, with cones and
     without occluders."""
     return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
 
 
-def exchange_sees(scene: Scene, space: Space, aim: Criterion) -> bool:
+def exchange_sees(scene: CoreScene, space: Space, aim: Criterion) -> bool:
     """Return whether the exchange evaluates the whole criterion, except that it reads occlusion
     from a table."""
     return aim.plain and scene.over_poses == "mean" and not space.square

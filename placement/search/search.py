@@ -20,7 +20,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.voxels.allocation import keep_freed_memory
 from ...objectives.criterion import Criterion
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.verify import Verified, Verifier
 from .collision_repair import apart
 from .design import Space
@@ -60,7 +60,7 @@ class SearchResult:
 
 
 def search(
-    scene: Scene,
+    scene: CoreScene,
     space: Space,
     seed: int = 0,
     time_cap: float = float("inf"),

@@ -3,11 +3,11 @@
 import math
 
 from ...formats.schema.result_models import VerifyResult
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..tables import percent, target_label
 
 
-def record_line(scene: Scene) -> str | None:
+def record_line(scene: CoreScene) -> str | None:
     """Return a line about the recorded motion behind the poses, or None if they come from no
     record.
     """

@@ -11,7 +11,7 @@ from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.mounting import REAL
 from ...objectives.feasibility.violations import faults
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..tables import Explained, target_label
 from ..terminal import Terminal
 
@@ -21,7 +21,7 @@ ADVICE = (
 )
 
 
-def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
+def mounting_lines(scene: CoreScene, setup: Setup) -> list[str]:
     """Return the violated mount rules of a setup if the scene has real mounts, and boards that do
     not fit.
     """
@@ -29,7 +29,7 @@ def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
     return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
 
 
-def without_lines(scene: Scene, setup: Setup) -> list[str]:
+def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
     """Return a line for each link that has no ring because none is clear anywhere on it."""
     if not scene.real:
         return []
@@ -90,7 +90,7 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
     return lines
 
 
-def scene_lines(scene: Scene) -> list[str]:
+def scene_lines(scene: CoreScene) -> list[str]:
     """Return a line for each obstacle whose convex hull replaces it because it is not convex."""
     return [
         f"Obstacle {o.name} is not convex; its convex hull is used."
@@ -103,7 +103,7 @@ def print_sight(
     console: Terminal,
     results: Sequence[VerifyResult],
     blind: Sequence[UnseeingModel],
-    scene: Scene,
+    scene: CoreScene,
     mount: Sequence[str] = (),
 ) -> None:
     """Print ζ under all models of occlusion and what limits the view.

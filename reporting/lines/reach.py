@@ -1,12 +1,12 @@
 """Lines about targets that extend beyond the reach of the sensors."""
 
 from ...objectives.reach import farthest, reachable_share
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 
 _ALL = 0.995  # share of a target from which nothing is said
 
 
-def reach_lines(scene: Scene) -> list[str]:
+def reach_lines(scene: CoreScene) -> list[str]:
     """Return a line for each target of which a part is out of reach of all rings.
 
     Raises:

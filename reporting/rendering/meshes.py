@@ -14,7 +14,7 @@ from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.spheres import Spheres
 from ...objectives.feasibility.ring_envelopes import envelope
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .surface import Surface
 
 _RING_WIDTH = 0.04  # m
@@ -130,7 +130,7 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
     return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
 
 
-def band(scene: Scene, frames: Any, ring: Ring) -> Any:
+def band(scene: CoreScene, frames: Any, ring: Ring) -> Any:
     """Return the two edge circles (2, T, 3) m of a ring, through its sensors.
 
     A real ring is drawn from one end of its envelope to the other, any other one 4 cm wide.

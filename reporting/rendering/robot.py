@@ -8,7 +8,7 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .canvas import Canvas
 from .colours import rgb
 from .meshes import ball, band, body, capsule, circle, closed, loops, rod, tube
@@ -22,7 +22,7 @@ _UP = np.eye(3)[2]
 
 def add_robot(
     canvas: Canvas,
-    scene: Scene,
+    scene: CoreScene,
     frames: Any,
     setup: Setup,
     colour: dict[str, str],

@@ -13,7 +13,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.connected_components import ranges
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
 from ...objectives.blind_spots import Blind, BlindSpot
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..placement_picture import VIEWS, draw_room
 from ..plots import COLOURS, GREY, INK
 from ..rendering.canvas import Canvas
@@ -42,7 +42,7 @@ def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
     return voxel_set(voxels.voxel * (1 << level), decode(key[half]) - (OFFSET >> level))
 
 
-def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: int) -> None:
+def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind, shown: int) -> None:
     """Draw the first ``shown`` blind spots, with their numbers: a PNG of 1800 x 900.
 
     Only those at the pose of the first one are drawn.
@@ -91,7 +91,9 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     write_png(path, figure)
 
 
-def _draw_cell(canvas: Canvas, scene: Scene, setup: Setup, frames: Array, box: np.ndarray) -> None:
+def _draw_cell(
+    canvas: Canvas, scene: CoreScene, setup: Setup, frames: Array, box: np.ndarray
+) -> None:
     """Draw floor, obstacles and the robot with its rings at ``frames``."""
     draw_room(canvas)
     for obstacle in scene.obstacles:

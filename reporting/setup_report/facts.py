@@ -14,7 +14,7 @@ from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RobustnessSettings, robustness
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..lines.occlusion import mounting_lines
@@ -33,7 +33,7 @@ class Facts:
     """Name of the setup."""
     setup: Setup
     """The setup."""
-    scene: Scene
+    scene: CoreScene
     """Its scene."""
     voxel: float
     """Side of a voxel, m."""
@@ -66,7 +66,7 @@ class Facts:
         ]
 
 
-def standing_for(scene: Scene, poses: int) -> Scene:
+def standing_for(scene: CoreScene, poses: int) -> CoreScene:
     """Return ``scene`` with at most ``poses`` representative poses."""
     if len(scene.poses) <= poses:
         return scene
@@ -77,7 +77,7 @@ def standing_for(scene: Scene, poses: int) -> Scene:
     return replace(scene, poses=kept)
 
 
-def looked_at(scene: Scene, worst: int) -> list[int]:
+def looked_at(scene: CoreScene, worst: int) -> list[int]:
     """Return the poses at which blind spots are computed: all, or some spread over the motion and
     the worst.
     """
@@ -90,7 +90,7 @@ def looked_at(scene: Scene, worst: int) -> list[int]:
 def gather(
     name: str,
     setup: Setup,
-    scene: Scene,
+    scene: CoreScene,
     voxel: float,
     draws: int,
     seed: int,

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import Mount
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..pages import table
 from .directions import bearing, heading, plain
 
@@ -35,7 +35,7 @@ class MountPlace:
     """Direction of the first sensor in the base frame, in the scene's first pose."""
 
 
-def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
+def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
     """Return the mounting positions of a setup's rings, in their order."""
     joints, axis = (
         (*scene.robot.chain.joints, TCP),
@@ -61,7 +61,7 @@ def zero_axis(m: Mount) -> str:
     return f"{'+' if m.zero[i] > 0 else '−'}{'xyz'[i]}"
 
 
-def mounting(scene: Scene, setup: Setup) -> list[str]:
+def mounting(scene: CoreScene, setup: Setup) -> list[str]:
     """Return the mounting table and its explanation as lines of Markdown."""
     rows, seats = [], seat_list(scene, setup)
     for i, s in enumerate(seats):

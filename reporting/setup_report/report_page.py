@@ -8,7 +8,7 @@ import numpy as np
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...formats.schema.sensor_records import sensor_records, title
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..detection_page import DISCLAIMER
 from ..lines.motion import record_line
 from ..lines.occlusion import ADVICE, scene_lines, unseeing_lines
@@ -123,7 +123,7 @@ def _asked(f: Facts) -> Iterator[str]:
     yield f"- Rings: {mounts}.\n"
 
 
-def _poses(scene: Scene) -> str:
+def _poses(scene: CoreScene) -> str:
     if (line := record_line(scene)) is not None:
         return f"Poses: {escaped(line)}"
     if len(scene.poses) > 1:
@@ -134,7 +134,7 @@ def _poses(scene: Scene) -> str:
     return f"Pose: {', '.join(f'{v + 0.0:.1f}' for v in np.degrees(scene.poses[0].q).round(1))}°."
 
 
-def _meaning(scene: Scene) -> str:
+def _meaning(scene: CoreScene) -> str:
     words = {
         "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the base",
         "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
@@ -149,7 +149,7 @@ def _meaning(scene: Scene) -> str:
     )
 
 
-def _obstacles(scene: Scene) -> str:
+def _obstacles(scene: CoreScene) -> str:
     names = [escaped(o.name) for o in scene.obstacles]
     return (
         f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}"

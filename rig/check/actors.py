@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
 from ..rings.line_monitor import SILENT
@@ -53,7 +53,7 @@ class MovedRobot:
     def __init__(
         self,
         host: str,
-        scene: Scene,
+        scene: CoreScene,
         session: Session,
         itinerary: Itinerary,
         route: NearStops,
@@ -217,7 +217,7 @@ class RobotAndHelper:
         )
 
 
-def hurried(scene: Scene) -> Scene:
+def hurried(scene: CoreScene) -> CoreScene:
     """Return ``scene`` with the fastest motion allowed, for a simulated robot, which can hurt
     nobody.
     """

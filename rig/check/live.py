@@ -14,7 +14,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import NearStops
 from ..poses.routes import SLACK, Clearance
@@ -72,11 +72,11 @@ class Attendant(Protocol):
         """Return the live view of a session."""
         ...
 
-    def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
+    def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
         """Show how much of the near stop each ring keeps along the route."""
         ...
 
-    def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
+    def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
         """Ask whether a real robot may move; raise UserError unless the answer is yes."""
         ...
 
@@ -117,7 +117,7 @@ class LiveCheck:
     """Name of the setup, for display."""
     setup: Setup
     """The rings, rounded as in the proposal's file."""
-    scene: Scene
+    scene: CoreScene
     """The scene; for a simulated rig with its cell."""
     options: CheckOptions
     """What to do."""
@@ -126,7 +126,7 @@ class LiveCheck:
 
     @staticmethod
     def of(
-        name: str, setup: Setup, scene: Scene, options: CheckOptions, host: str | None
+        name: str, setup: Setup, scene: CoreScene, options: CheckOptions, host: str | None
     ) -> "LiveCheck":
         """Create a check and verify that it may run.
 
@@ -275,7 +275,7 @@ class LiveCheck:
             raise UserError(f"--move: {error}") from error
 
 
-def _started(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+def _started(scene: CoreScene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
     try:
         return simulated_rig(scene, setup, seed, folder)
     except SimulationError as error:

@@ -8,7 +8,7 @@ from ...coverage.rings.ring import Setup
 from ...formats.errors import explain
 from ...formats.schema.ring_models import setup_of
 from ...formats.schema.versions import FROM_FILE
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..rings.line_monitor import Port
 from ..simulated_cell.ground_truth import Injected, injected
 from .models import AboutFile
@@ -22,7 +22,7 @@ class PlannedCheck:
 
     about: AboutFile
     """Header of the recording."""
-    scene: Scene
+    scene: CoreScene
     """Robot, cell and targets."""
     setup: Setup
     """The rings as proposed."""

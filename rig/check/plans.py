@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan, planned
 from ..poses.routes import Clearance
 from ..rod.rod import Rod
@@ -70,7 +70,7 @@ class Plans:
         return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
-def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -> Plans:
+def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: bool) -> Plans:
     """Plan a check. The trials are shared evenly among the targets.
 
     Args:
@@ -99,7 +99,7 @@ def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -
     return Plans(seconds, mount, rods, options.wave)
 
 
-def write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
+def write_plans(scene: CoreScene, plans: Plans, folder: Path) -> list[str]:
     """Write the plans into a folder; return the names of the files."""
     files = []
     if plans.mount is not None:

@@ -3,12 +3,12 @@ robot.
 """
 
 from ...formats.errors import UserError
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
 
 
-def require_known_cell(scene: Scene) -> None:
+def require_known_cell(scene: CoreScene) -> None:
     """Raise UserError that says what to add if the scene does not describe everything a moving
     robot could hit.
     """
@@ -34,7 +34,7 @@ def require_known_cell(scene: Scene) -> None:
         )
 
 
-def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
+def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
     """Raise UserError if too few sensors keep the full near stop, unless ``waived``."""
     least = scene.motion.near_share
     if stops.share >= least or waived:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..sensing.expected import ROBOT, expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Readings, at_stops
@@ -131,7 +131,7 @@ class SelfCheck:
 
 
 def self_check(
-    scene: Scene, setup: Setup, readings: Readings, noise: Noise | None = None
+    scene: CoreScene, setup: Setup, readings: Readings, noise: Noise | None = None
 ) -> SelfCheck:
     """Evaluate readings taken while the robot stood still.
 

@@ -19,7 +19,7 @@ from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
 from .channel_assignment import told
@@ -52,7 +52,7 @@ class Zeta:
 class AsBuilt:
     """The setup as built."""
 
-    scene: Scene
+    scene: CoreScene
     """The scene."""
     proposed: Setup
     """The proposed setup."""

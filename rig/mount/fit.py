@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import stats
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Stops
@@ -96,7 +96,7 @@ class RingFit:
 
 
 def fit_mount(
-    scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = None
+    scene: CoreScene, setup: Setup, stops: Stops, noise: Noise | None = None
 ) -> tuple[RingFit, ...]:
     """Estimate how each ring of ``setup`` is mounted, from the readings at the stops of a mount
     check.
@@ -127,7 +127,7 @@ def fit_mount(
 
 
 def _fit(
-    scene: Scene,
+    scene: CoreScene,
     ring: Ring,
     joints: Float[np.ndarray, "P J"],
     measured: Float[np.ndarray, "P n"],
@@ -174,7 +174,7 @@ def _fit(
 
 
 def _seated(
-    scene: Scene,
+    scene: CoreScene,
     start: Ring,
     read: Read,
     readings: float,

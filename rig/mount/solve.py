@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from scipy.optimize import least_squares
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..sensing.expected import CELL, expected
 from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
@@ -60,7 +60,7 @@ class Solved(NamedTuple):
     """Scale of the residuals."""
 
 
-def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"]) -> Solved:
+def solve(scene: CoreScene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"]) -> Solved:
     """Estimate the errors of ``ring``, starting at ``values`` (4,).
 
     Raises:
@@ -88,7 +88,11 @@ def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"])
 
 
 def _counting(
-    scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"], most: float = math.inf
+    scene: CoreScene,
+    ring: Ring,
+    read: Read,
+    values: Float[np.ndarray, " 4"],
+    most: float = math.inf,
 ) -> tuple[Bool[np.ndarray, "P n"], Float[np.ndarray, " M"], Float[np.ndarray, "M p"]]:
     """Select the usable readings of a ring with errors ``values``: of the cell, within ``most``
     standard deviations, and not grazing. Return the selection, the residuals in standard
@@ -131,7 +135,7 @@ class _Problem:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         ring: Ring,
         read: Read,
         which: np.ndarray,

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..poses.clear import Good, drawn
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import Noise
@@ -50,7 +50,7 @@ class MountPlan:
         deviation: np.ndarray = np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
         return deviation
 
-    def unobservable(self, scene: Scene, setup: Setup) -> list[tuple[int, str]]:
+    def unobservable(self, scene: CoreScene, setup: Setup) -> list[tuple[int, str]]:
         """Return pairs of ring and error that these poses do not determine."""
         sd = self.deviations()
         return [
@@ -60,7 +60,7 @@ class MountPlan:
             if sd[i, k] > OPEN * LIMITS[k]
         ]
 
-    def text(self, scene: Scene, setup: Setup) -> list[str]:
+    def text(self, scene: CoreScene, setup: Setup) -> list[str]:
         """Describe the expected accuracy and the undetermined errors, as lines."""
         scale = np.array([1000, *np.degrees([1, 1]), 1000])
         unit, lines = ("mm", "°", "°", "mm"), []
@@ -78,7 +78,7 @@ class MountPlan:
 
 
 def planned(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     poses: int = POSES,
     frames: int = FRAMES,
@@ -124,7 +124,7 @@ def planned(
 
 
 def _information(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     joints: Float[np.ndarray, "C J"],
     errors: Float[np.ndarray, "R 4"],

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .clear import drawn
 from .near_stops import STEP, NearStops, near_stops
 from .routes import Clearance, Roadmap, straight
@@ -28,7 +28,7 @@ class Itinerary:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CoreScene,
         setup: Setup,
         start: Float[np.ndarray, " J"],
         parts: Sequence[Float[np.ndarray, "_ J"]],

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 from scipy.sparse.csgraph import shortest_path
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..sensing.expected import beams_at
 from .clear import Good, clear, gaps, least_gaps
 from .near_stops import MARGIN
@@ -32,7 +32,7 @@ class Clearance:
     planning and requires ``SLACK`` more.
     """
 
-    scene: Scene
+    scene: CoreScene
     """Robot, cell and limits."""
     setup: Setup
     """The rings as proposed."""

@@ -18,7 +18,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.segments import segment_to_segment
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
 from ..sensing.noise import Noise
@@ -71,7 +71,7 @@ class Detection:
 
 
 def placeable(
-    scene: Scene,
+    scene: CoreScene,
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],
     rod: Rod,
@@ -94,7 +94,7 @@ def placeable(
 
 
 def seen(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],

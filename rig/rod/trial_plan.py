@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...coverage.voxels.octree import voxels
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .rod import Detection, Rod, placeable, seen
 
 TRIALS = 120
@@ -89,7 +89,7 @@ class Places:
     """Share of the target in which the rod can stand."""
 
 
-def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Places:
+def places(scene: CoreScene, target: Target, rod: Rod, voxel: float = VOXEL) -> Places:
     """Return where in ``target`` the rod can stand, at each pose of ``scene``.
 
     Raises:
@@ -110,7 +110,7 @@ def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Plac
 
 
 def rod_zeta(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     where: Places,
     rod: Rod,
@@ -126,7 +126,7 @@ def rod_zeta(
 
 
 def plan_rod(
-    scene: Scene,
+    scene: CoreScene,
     setup: Setup,
     target: Target,
     trials: int = TRIALS,

@@ -21,7 +21,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.polyhedra import Polyhedron
 from ...formats.writing import write_bytes
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .trial_plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches
@@ -31,7 +31,7 @@ _ROBOT, _CELL, _INK = "#b8bec5", "#e9e2d3", "#23272b"
 _TURN = np.linspace(0, 2 * np.pi, 49)
 
 
-def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
+def rod_pages(scene: CoreScene, plan: RodPlan, first: int = 0) -> list[Figure]:
     """Return one or more A4 pages for each pose of the plan; trials are numbered from
     ``first`` on.
     """
@@ -45,7 +45,7 @@ def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
     return pages
 
 
-def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
+def write_rod_pages(path: Path, scene: CoreScene, plans: Sequence[RodPlan]) -> None:
     """Write the pages of all plans, with consecutive trial numbers, as one PDF; raise UserError if
     that fails.
     """
@@ -58,7 +58,7 @@ def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
     write_bytes(path, made.getvalue())
 
 
-def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
+def _page(scene: CoreScene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
     figure, rod, rows = Figure(figsize=_A4), plan.rod, -(-len(trials) // _COLUMNS)
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
     size = (
@@ -121,7 +121,7 @@ def _line(
         )
 
 
-def _floor(scene: Scene) -> float:
+def _floor(scene: CoreScene) -> float:
     """Return the height of the floor, m; 0 if the scene has none."""
     planes = [o.body for o in scene.obstacles if not len(o.body.edges)]
     level = [float(b.offset[0]) for b in planes if np.allclose(np.asarray(b.normal)[0], [0, 0, 1])]
@@ -129,7 +129,13 @@ def _floor(scene: Scene) -> float:
 
 
 def _view(
-    ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int], first: int
+    ax: Axes,
+    scene: CoreScene,
+    plan: RodPlan,
+    pose: int,
+    trials: Any,
+    axes: tuple[int, int],
+    first: int,
 ) -> None:
     """Draw robot, cell and numbered points along two axes of the base frame."""
     which = list(axes)

@@ -22,7 +22,7 @@ from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
 from ...coverage.solids.sensor_beams import BeamShapes, MixedBeams
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .ray_fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
@@ -41,7 +41,7 @@ class Expected(NamedTuple):
 
 
 def expected(
-    scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+    scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
 ) -> Expected:
     """Return the noise-free reading of every sensor of ``setup`` at every joint vector.
 
@@ -70,7 +70,7 @@ def expected(
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
 
-def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
+def beams_at(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
     here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))

@@ -20,7 +20,7 @@ from ...formats.loader import read_proposal
 from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.environment import Measured
@@ -86,7 +86,7 @@ class SimulatedCell:
         return Capsules(near[None, None], far[None, None], np.array([_HAND]))
 
 
-def with_cell(scene: Scene) -> Scene:
+def with_cell(scene: CoreScene) -> CoreScene:
     """Return ``scene`` with a floor, a table and a wall if it has no obstacles."""
     if scene.obstacles:
         return scene
@@ -105,7 +105,7 @@ _CELL: tuple[dict[str, Any], ...] = (
 )
 
 
-def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+def simulated_rig(scene: CoreScene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
     """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``; leave the file
     of its world in ``folder``.
     """

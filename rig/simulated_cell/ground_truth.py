@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..mount.fit import RingFit
 from ..mount.mounting_error_model import LIMITS, free, moved
 from .world import DEAD, World
@@ -39,7 +39,7 @@ class Injected:
     seat: Int[np.ndarray, " K"]
     """As in ``World``."""
 
-    def world(self, scene: Scene) -> World:
+    def world(self, scene: CoreScene) -> World:
         """Return the rig with all errors and faults."""
         rings = list(self.setup.rings)
         if self.flipped and self.reversed_ring is not None:
@@ -76,7 +76,7 @@ class Injected:
         }
 
 
-def injected(scene: Scene, setup: Setup, seed: int) -> Injected:
+def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
     """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
     swapped, one sensor dead.
     """

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...coverage.solids.capsules import Capsules
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, Readings
@@ -21,7 +21,7 @@ DEAD = -1  # the seat of a sensor that never answers
 class World:
     """A scene with rings as they are actually mounted."""
 
-    scene: Scene
+    scene: CoreScene
     """Robot and cell."""
     mounted: Setup
     """The rings as mounted."""

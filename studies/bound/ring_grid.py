@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.soft.sampling import sample
 from ...coverage.targets import Target
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from .max_cover import CoverProblem, greedy, grouped, relaxed, solved
 
 _CLOSE = 1e-9  # m
@@ -31,7 +31,7 @@ class RingGrid:
     phases: int = 2
     """Number of phases within the angle between two sensors."""
 
-    def rings(self, scene: Scene) -> list[Ring]:
+    def rings(self, scene: CoreScene) -> list[Ring]:
         """Return all rings of the grid, ordered by link and position."""
         found = []
         for mount in scene.robot.mounts:
@@ -47,7 +47,7 @@ class RingGrid:
         return found
 
 
-def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
+def limits(scene: CoreScene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
     """Return sets of rings that exclude each other, with the number that may be taken from each.
 
     Of rings closer than the rules' spacing one may be taken; of the rings on a link, as many as the
@@ -74,18 +74,20 @@ def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...
     return tuple(found)
 
 
-def points_in(scene: Scene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+def points_in(scene: CoreScene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """Draw points (N, 3) m in the target at the scene's first pose."""
     return sample(scene.solid(target, 0), count, seed)
 
 
-def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+def covered(
+    scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]
+) -> Bool[np.ndarray, " N"]:
     """Return which ``points`` (N, 3) m a setup covers at the scene's first pose."""
     return np.asarray(sensor_cones(scene.robot, setup, scene.poses[0].q)(points) <= 0)
 
 
 def choice(
-    scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
+    scene: CoreScene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
 ) -> tuple[list[Ring], CoverProblem]:
     """Return the grid's rings, and the problem of choosing among them within a budget of
     sensors.
@@ -98,7 +100,13 @@ def choice(
 
 
 def bounded(
-    scene: Scene, target: Target, budget: int, grid: RingGrid, count: int, seed: int, seconds: float
+    scene: CoreScene,
+    target: Target,
+    budget: int,
+    grid: RingGrid,
+    count: int,
+    seed: int,
+    seconds: float,
 ) -> dict[str, Any]:
     """Solve the problem for random points.
 

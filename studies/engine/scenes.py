@@ -6,19 +6,19 @@ from typing import Any
 from ...coverage.rings.ring import Setup, named_setup
 from ...formats.schema.ring_models import RingModel, setup_of
 from ...formats.schema.scene_models import SceneModel
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 
 Rings = list[dict[str, Any]]
 
 
-def scene_from(scene: Mapping[str, Any]) -> Scene:
+def scene_from(scene: Mapping[str, Any]) -> CoreScene:
     """Return a scene from the keys in which it differs from the reference scene, as in a scene
     file.
     """
     return SceneModel.model_validate(dict(scene)).to_domain()
 
 
-def setup_from(setup: str | Rings, scene: Scene) -> Setup:
+def setup_from(setup: str | Rings, scene: CoreScene) -> Setup:
     """Return a setup from the paper's name, or from rings as in a proposal file."""
     if isinstance(setup, str):
         return named_setup(setup, scene.sensor, scene.ring_radius)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...reporting.plots import GREY
 from ...reporting.rendering.colours import UNSEEN_COLOUR, paler
 from ...reporting.rendering.figures import write_png
@@ -47,7 +47,7 @@ def _key(figure: "Figure", view: OctreeView, *more: tuple[Any, str]) -> None:
 
 
 def four_panels(
-    file: Path, scene: Scene, setup_name: str, radius: float, voxel: float
+    file: Path, scene: CoreScene, setup_name: str, radius: float, voxel: float
 ) -> dict[str, float]:
     """Draw V_S as it is swept, V_FOV, the voxels of both, and the uncovered voxels of V_S.
 
@@ -98,7 +98,7 @@ def four_panels(
 
 
 def shells(
-    file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], voxel: float
+    file: Path, scene: CoreScene, setup_name: str, radii: tuple[float, ...], voxel: float
 ) -> list[dict[str, float]]:
     """Draw the voxels of V_S and V_FOV, cut open, for shells of several radii at one scale.
 

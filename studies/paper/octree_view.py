@@ -14,7 +14,7 @@ from ...coverage.solids.cones import Cones
 from ...coverage.targets import Target, robot_curve
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import VoxelSet
-from ...objectives.scene import Scene
+from ...objectives.scene import CoreScene
 from ...objectives.target_voxels import target_voxels
 from ...reporting.rendering.canvas import Canvas
 from ...reporting.rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, paler, rgb
@@ -36,7 +36,7 @@ _SECTION = 1.25  # light on the faces of a cut, relative to the rest
 class OctreeView:
     """A setup in a scene's first pose and a shell V_S: solids, and the voxels of each."""
 
-    scene: Scene
+    scene: CoreScene
     setup: Setup
     target: Target
     shell: Difference
@@ -45,7 +45,7 @@ class OctreeView:
     seen: VoxelSet
 
     @staticmethod
-    def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
+    def of(scene: CoreScene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
         """Build the view of one of the paper's setups.
 
         Args:
