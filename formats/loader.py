@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
+from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
@@ -240,7 +241,7 @@ def resolve(
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
         scene = scene or with_sensor(CoreScene(), sensor)
         try:
-            setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
+            setup = layout_in(scene, name_or_path)
             ring_models(setup, scene.sensor)  # the limits of files hold for names, too
         except ValidationError as error:
             raise explain(name_or_path, error, RingModel) from error

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
+from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import CoreScene
 from ..objectives.verify import Verified, Verifier, by_occlusion
@@ -38,7 +39,7 @@ def comparable(scene: CoreScene) -> tuple[str, ...]:
 
 def papers(scene: CoreScene) -> dict[str, Setup]:
     """Return these layouts by name, with the scene's sensors."""
-    return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
+    return {name: layout_in(scene, name) for name in comparable(scene)}
 
 
 def counted(

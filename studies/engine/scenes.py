@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ...coverage.rings.ring import Setup, named_setup
+from ...coverage.rings.ring import Setup
 from ...formats.schema.ring_models import RingModel, setup_of
 from ...formats.schema.scene_models import SceneModel
+from ...objectives.named_layouts import layout_in
 from ...objectives.scene import CoreScene
 
 Rings = list[dict[str, Any]]
@@ -21,7 +22,7 @@ def scene_from(scene: Mapping[str, Any]) -> CoreScene:
 def setup_from(setup: str | Rings, scene: CoreScene) -> Setup:
     """Return a setup from the paper's name, or from rings as in a proposal file."""
     if isinstance(setup, str):
-        return named_setup(setup, scene.sensor, scene.ring_radius)
+        return layout_in(scene, setup)
     return setup_of(
         [RingModel.model_validate(ring) for ring in setup], scene.sensor, scene.ring_radius
     )

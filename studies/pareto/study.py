@@ -14,6 +14,7 @@ from typing import Any
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
+from ...objectives.named_layouts import layout_in
 from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
 from ..paper.coverage_cells import SETUPS
@@ -231,7 +232,7 @@ def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Targe
         if {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links)
         else ()
     ):
-        setup = named_setup(name, scene.sensor, scene.ring_radius)
+        setup = layout_in(scene, name)
         rings = [m.model_dump(exclude_none=True) for m in ring_models(setup, scene.sensor)]
         setups.append((setup.sensors, name, rings))
     return _counted(run, where, targets, setups)
