@@ -230,11 +230,11 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
     if workers == 1 and scheduler is None:
         yield run
         return
-    from .studies.engine import cluster
+    from .studies.engine import cluster, distribution
 
     here = scheduler is None
     with cluster.here(workers) if here else cluster.there(str(scheduler)) as client:
-        yield partial(cluster.run, client)
+        yield partial(distribution.run, client)
 
 
 @contextmanager

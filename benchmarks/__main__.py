@@ -24,9 +24,12 @@ NAMES = (
         "fronts",
         "searches",
     ),
-    *("rig", "rig_moving", "rig_checks", "near_stops", "viewer", "start_up", "house"),
+    *("rig", "rig_moving", "rig_checks", "near_stops", "assemblies", "viewer", "start_up", "house"),
 )
-_LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops")
+_LONG = (
+    *("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops"),
+    "assemblies",
+)
 _PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (

@@ -193,8 +193,8 @@ class CoreScene:
     """How rings are printed."""
 
     def __post_init__(self) -> None:
-        """Put the mounts into use that the rules ask for."""
-        object.__setattr__(self, "robot", self.robot.with_mounts(self.real))
+        """Put the links into use that the rules ask for."""
+        object.__setattr__(self, "robot", self.robot.with_links(self.real))
 
     def solid(self, target: Target, pose: int) -> Difference:
         """Return the target volume at a pose, less V_R and the obstacles.

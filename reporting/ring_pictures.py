@@ -76,13 +76,12 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     above = figure.add_axes((0.57, 0.36, 0.43, 0.57))
     _show(above, parts, _ABOVE, 14)
     (left, right), (bottom, _) = above.get_xlim(), above.get_ylim()
-    x, y = (float(v) for v in plan.centre)
     low = bottom + 6
     _dimension(above, (left + 14, low), (right - 14, low), f"{right - left - 28:.1f} mm")
     slant = math.radians(52)
-    for radius, at, label in ((plan.bore, (x, y), "bore"), (plan.radius, (0.0, 0.0), "lenses")):
-        tip = (at[0] + radius * math.cos(slant), at[1] + radius * math.sin(slant))
-        tail = (at[0] - radius * math.cos(slant), at[1] - radius * math.sin(slant))
+    for radius, label in ((plan.bore, "bore"), (plan.radius, "lenses")):
+        tip = (radius * math.cos(slant), radius * math.sin(slant))
+        tail = (-tip[0], -tip[1])
         shift = (
             (0.0, 0.0)
             if label == "bore"

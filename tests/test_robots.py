@@ -195,16 +195,16 @@ def test_what_is_built_in_is_sound():
         assert np.all(robot.limits[:, 0] < robot.limits[:, 1])
         assert np.all((robot.limits[:, 0] <= robot.rest) & (robot.rest <= robot.limits[:, 1]))
         assert {"upper_arm", "forearm", "tool"} <= set(robot.links)
-        for m in (*robot.mounts, *robot.tube_mounts, *robot.joint_mounts):
+        for m in (*robot.mounts, *robot.with_links(True).mounts):
             assert 0 <= m.frame <= n
             assert np.allclose(
                 [m.axis @ m.axis, m.zero @ m.zero, m.axis @ m.zero], [1, 1, 0], atol=1e-9
             )
             assert 0 <= m.usable[0] < m.usable[1] <= 1
             assert m.length == 0 or m.length * (m.usable[1] - m.usable[0]) > 0.07
-        real = robot.with_mounts(True)
+        real = robot.with_links(True)
         assert built_in(real)
-        assert built_in(real.with_mounts(False))
+        assert built_in(real.with_links(False))
         assert not built_in(replace(robot, bodies=()))
         assert all(0.02 < m.section < 0.1 for m in real.mounts)
         assert all(-1 <= b.frame < n and 0.005 < b.capsule.radius < 0.15 for b in robot.bodies)
@@ -272,7 +272,7 @@ def test_both_readings_of_the_ur10_are_one_arm(seed):
     q = np.random.default_rng(seed).uniform(-math.pi, math.pi, 6)
     half_turn, places = np.diag([-1.0, -1.0, 1.0]), []
     for name, turn in (("ur10", np.eye(3)), ("ur10_dh", half_turn)):
-        robot = ROBOTS[name].with_mounts(True)
+        robot = ROBOTS[name].with_links(True)
         frames = forward(robot.chain, q)
         bodies = robot_capsules(robot, frames)
         ends = [bodies.start, bodies.end]
@@ -287,7 +287,7 @@ def test_both_readings_of_the_ur10_are_one_arm(seed):
 def test_a_real_mount_runs_along_its_tube(name):
     """A capsule of the link lies on the axis of each mount with a length, along all of it, and is
     hardly thicker than the section."""
-    robot = ROBOTS[name].with_mounts(True)
+    robot = ROBOTS[name].with_links(True)
     for m in robot.mounts:
         if m.length == 0:
             continue
@@ -310,7 +310,7 @@ def test_a_real_mount_runs_along_its_tube(name):
 def test_a_ring_around_a_mount_is_clear_of_the_robots_bodies(name):
     """A circle 3.5 cm outside the section stands in no body but those that contain the tube's own
     link, in any of the positions; the axis itself runs inside the body."""
-    robot = ROBOTS[name].with_mounts(True)
+    robot = ROBOTS[name].with_links(True)
     frames = forward(robot.chain, robot.rest)
     bodies = robot_capsules(robot, frames)
     turn = np.linspace(0, 2 * math.pi, 48)[:, None]

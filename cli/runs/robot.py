@@ -70,7 +70,7 @@ def robot(
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a built-in robot or a URDF."""
     if what in ROBOTS:
-        fit = RobotFit(ROBOTS[what].with_mounts(True), ())
+        fit = RobotFit(ROBOTS[what].with_links(True), ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:

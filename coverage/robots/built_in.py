@@ -24,13 +24,13 @@ def robot(name: str) -> Robot:
 
 
 def built_in(found: Robot) -> bool:
-    """Return whether this object is a built-in robot, with either of its sets of mounts in use, so
-    that its name identifies it."""
+    """Return whether this object is a built-in robot, with either description of its links in use,
+    so that its name identifies it."""
     known = ROBOTS.get(found.name)
-    if known is None or found is known:
-        return known is not None
-    sets = (known.mounts, known.tube_mounts, known.joint_mounts)
-    kept = (field.name for field in fields(known) if field.name != "mounts")
-    return any(found.mounts is mounts for mounts in sets) and all(
-        getattr(found, name) is getattr(known, name) for name in kept
+    if known is None:
+        return False
+    names = [field.name for field in fields(known)]
+    return any(
+        all(getattr(found, name) is getattr(one, name) for name in names)
+        for one in (known, known.with_links(True), known.with_links(False))
     )

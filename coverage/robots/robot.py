@@ -58,6 +58,16 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Links:
+    """One description of a robot's links."""
+
+    mounts: tuple[Mount, ...]
+    """The links' mounts for rings."""
+    bodies: tuple[Body, ...]
+    """Solid parts of the robot."""
+
+
+@dataclass(frozen=True)
 class Robot:
     """A chain with its mounts."""
 
@@ -70,7 +80,7 @@ class Robot:
     reach: float
     """Radius of V_O, m."""
     bodies: tuple[Body, ...] = ()
-    """Solid parts of the robot; may be empty if no computation needs them."""
+    """Solid parts of the robot, as they are in use; may be empty if no computation needs them."""
     limits: Float[np.ndarray, "J 2"] | None = None
     """Lowest and highest angle of each joint, rad; infinite for continuous joints, None if
     unknown."""
@@ -78,11 +88,11 @@ class Robot:
     """Default pose, rad."""
     source: str = ""
     """Source of the figures."""
-    tube_mounts: tuple[Mount, ...] = ()
-    """Mounts of real rings: along the axes of the links' own tubes; empty: ``mounts``."""
-    joint_mounts: tuple[Mount, ...] = ()
-    """Mounts of rings without bodies: on the lines between the joints, as in the paper; empty:
-    ``mounts``."""
+    tube_links: Links | None = None
+    """Mounts and bodies for real rings: the links' own tubes; None: those in use."""
+    joint_links: Links | None = None
+    """Mounts and bodies for rings without bodies: on the lines between the joints, as in the paper;
+    None: those in use."""
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)
@@ -112,10 +122,12 @@ class Robot:
         )
         return int(over[0]) if len(over) else None
 
-    def with_mounts(self, real: bool) -> "Robot":
-        """Return the robot with the mounts of real rings, or of rings without bodies, in use."""
-        wanted = self.tube_mounts if real else self.joint_mounts
-        return replace(self, mounts=wanted) if wanted and wanted is not self.mounts else self
+    def with_links(self, real: bool) -> "Robot":
+        """Return the robot with the links for real rings, or for rings without bodies, in use."""
+        wanted = self.tube_links if real else self.joint_links
+        if wanted is None or wanted.mounts is self.mounts:
+            return self
+        return replace(self, mounts=wanted.mounts, bodies=wanted.bodies)
 
     def mount(self, link: str) -> Mount:
         """Return the mount of ``link``; raise a ``ValueError`` that lists the links otherwise."""

@@ -150,7 +150,7 @@ def _envelope(placed: PlacedSetup, i: int) -> Any:
         solid = trimesh.creation.annulus(around.bore, band.outer, tall, sections=_SIDES)
         solids.append(solid.apply_translation([0.0, 0.0, middle]))
     T = placed.T_base_frame[mount.frame] @ _T_link_ring(mount, ring.position)
-    made: trimesh.Trimesh = trimesh.util.concatenate(solids)
+    made: Any = trimesh.util.concatenate(solids)
     return made.apply_transform(T)
 
 

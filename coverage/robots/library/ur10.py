@@ -1,12 +1,12 @@
 """The UR10 (CB3) of the paper as two reference robots: from its public URDF, and from its
 Denavit-Hartenberg table.
 
-Each has two sets of mounts. Those between the joints carry the paper's rings, which have no bodies.
-Those along the tubes of the public meshes carry real rings: 0 is where the housing of one joint
-ends, 1 where the next one's begins. The tube of the upper arm lies 45.7 mm beside the line between
-the joints, towards the robot's middle.
-
-Bodies contain the visual meshes, but for a fragment of 1 mm that lies 25 mm beside the upper arm.
+Each has two descriptions of its links. In the paper's, which serves rings without bodies, mounts
+and bodies lie on the lines between the joints. In the other, which serves real rings, mounts run
+along the tubes of the public meshes: 0 is where the housing of one joint ends, 1 where the next
+one's begins. The tube of the upper arm lies 45.7 mm beside the line between the joints, towards the
+robot's middle. Bodies contain the visual meshes, but for a fragment of 1 mm that lies 25 mm beside
+the upper arm.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 
 from ...solids.capsules import Capsules
 from ..kinematics import Chain, dh_transform, forward, transform
-from ..robot import BASE, Body, Mount, Robot
+from ..robot import BASE, Body, Links, Mount, Robot
 
 _X, _Y, _Z = np.eye(3)
 _O = np.zeros(3)
@@ -118,40 +118,65 @@ def _dh_body(body: Body) -> Body:
 
 
 # Joint origins of the public UR10 (CB3) URDF.
-_BETWEEN = (
-    Mount("upper_arm", 1, _O, _Z, _X, 0.612),
-    Mount("forearm", 2, _O, _Z, _X, 0.5723),
-    Mount("tool", 6, _O, _Y, _X, 0.0),
+# The links as lines: radii of the public collision meshes' tubes and housings, on the lines between
+# the joints, and thinner than the paper's rings. The base turns about its own axis, so it may be
+# attached to the first frame.
+_JOINT_LINKS = Links(
+    mounts=(
+        Mount("upper_arm", 1, _O, _Z, _X, 0.612, section=0.0547),
+        Mount("forearm", 2, _O, _Z, _X, 0.5723, section=0.0456),
+        Mount("tool", 6, _O, _Y, _X, 0.0, section=0.045),
+    ),
+    bodies=(
+        Body("base", 0, Capsules(-0.0523 * _Z, _O, 0.075)),
+        Body("shoulder", 0, Capsules(_O, 0.185 * _Y, 0.075)),
+        Body("upper_arm", 1, Capsules(_O, 0.612 * _Z, 0.054)),
+        Body("elbow", 1, Capsules(0.612 * _Z, 0.612 * _Z - 0.1719 * _Y, 0.06)),
+        Body("forearm", 2, Capsules(_O, 0.5723 * _Z, 0.045)),
+        Body("wrist_1", 3, Capsules(_O, 0.1149 * _Y, 0.046)),
+        Body("wrist_2", 4, Capsules(_O, 0.1157 * _Z, 0.046)),
+        Body("wrist_3", 5, Capsules(_O, 0.0472 * _Y, 0.045)),
+    ),
 )
 UR10 = Robot(
     name="ur10",
     chain=_CHAIN,
-    mounts=_BETWEEN,
+    mounts=_JOINT_LINKS.mounts,
     reach=1.3,
-    bodies=_BODIES,
+    bodies=_JOINT_LINKS.bodies,
     limits=_LIMITS,
     home=_HOME,
     source=f"UR10 (CB3): ros-industrial/universal_robot; {_SOURCE}",
-    tube_mounts=_TUBES,
-    joint_mounts=_BETWEEN,
+    tube_links=Links(_TUBES, _BODIES),
+    joint_links=_JOINT_LINKS,
 )
 
 # Frames of the UR10's (CB3) Denavit-Hartenberg table: the link end points P_0 ... P_6 of the paper.
 # The table sums the links' lateral offsets, so that its lines run beside the bodies.
-_BETWEEN_DH = (
-    Mount("upper_arm", 1, _O, -_X, _Y, 0.612),
-    Mount("forearm", 2, _O, -_X, _Y, 0.5723),
-    Mount("tool", 6, _O, _Z, _X, 0.0),
+_DH_JOINT_LINKS = Links(
+    mounts=(
+        Mount("upper_arm", 1, _O, -_X, _Y, 0.612, section=0.0547),
+        Mount("forearm", 2, _O, -_X, _Y, 0.5723, section=0.0456),
+        Mount("tool", 6, _O, _Z, _X, 0.0, section=0.045),
+    ),
+    bodies=(
+        Body("base", 0, Capsules(0.075 * _Z, 0.1273 * _Z, 0.075)),
+        Body("upper_arm", 1, Capsules(_O, -0.612 * _X, 0.054)),
+        Body("forearm", 2, Capsules(_O, -0.5723 * _X, 0.045)),
+        Body("wrist_1", 3, Capsules(_O, 0.163941 * _Z, 0.046)),
+        Body("wrist_2", 4, Capsules(_O, 0.1157 * _Z, 0.046)),
+        Body("wrist_3", 5, Capsules(_O, 0.0472 * _Z, 0.045)),
+    ),
 )
 UR10_DH = Robot(
     name="ur10_dh",
     chain=_DH_CHAIN,
-    mounts=_BETWEEN_DH,
+    mounts=_DH_JOINT_LINKS.mounts,
     reach=1.3,
-    bodies=tuple(map(_dh_body, _BODIES)),
+    bodies=_DH_JOINT_LINKS.bodies,
     limits=_LIMITS,
     home=_HOME,
     source=f"UR10 (CB3): the maker's Denavit-Hartenberg table; {_SOURCE}",
-    tube_mounts=tuple(map(_dh_mount, _TUBES)),
-    joint_mounts=_BETWEEN_DH,
+    tube_links=Links(tuple(map(_dh_mount, _TUBES)), tuple(map(_dh_body, _BODIES))),
+    joint_links=_DH_JOINT_LINKS,
 )
