@@ -3,9 +3,9 @@
 Each proposal has real mounts, 6 to 24 sensors of a VL53L4CD or VL53L5CX, one to three poses about
 the robot's own, and its rings anywhere that the scene's rules allow. The judge reads only the files
 of `place-rings export --to stl`: it places every part by `T_link_print` of `printing.json`, and
-compares the parts of different rings with each other and all parts with the robot's bodies, at every
-pose, by manifold3d. Gaps above 50 mm are reported as 50; watertight is trimesh's verdict on each
-file. Draws without room for a ring at their poses are not counted.
+compares the parts of different rings with each other and all parts with the robot's bodies, at
+every pose, by manifold3d. Gaps above 50 mm are reported as 50; watertight is trimesh's verdict on
+each file. Draws without room for a ring at their poses are not counted.
 
 Run: python benchmarks assemblies            40 proposals of each robot
 """

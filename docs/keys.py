@@ -26,10 +26,9 @@ class KeyTables:
     """
 
     def __init__(self) -> None:
-        self.schemas = {
-            name: _schema(name)
-            for name in get_args(inspect.signature(schema).parameters["name"].annotation)
-        }
+        annotation = inspect.signature(schema).parameters["name"].annotation
+        names = get_args(get_args(annotation)[0])  # Annotated[Literal[...], ...]
+        self.schemas = {name: _schema(name) for name in names}
         self.done = {_title(whole["title"]) for whole in self.schemas.values()}
         self.named: set[str] = set()
 

@@ -248,25 +248,28 @@ def test_real_is_what_goes_with_occlusion_unless_something_is_said():
     assert Space(free, sensors=40).radii == Space(CoreScene(), sensors=40).radii
 
 
-def test_a_tube_beside_the_axis_makes_the_ring_wider():
+def test_a_real_ring_goes_around_the_tube_itself():
+    """The UR10's upper arm is 46 mm beside the line between its joints."""
     scene = CoreScene(occlusion="shadow")
-    assert scene.least_radius("upper_arm") == pytest.approx(0.046 + 0.0547 + 0.012, abs=1e-3)
-    assert Space(scene, sensors=40).radii == {"upper_arm": 0.113, "forearm": 0.08, "tool": 0.08}
+    assert scene.least_radius("upper_arm") == pytest.approx(0.0556 + 0.012, abs=1e-3)
+    assert Space(scene, sensors=40).radii == {"upper_arm": 0.08, "forearm": 0.08, "tool": 0.08}
+    start, joint = scene.robot.mount("upper_arm").start, CoreScene().robot.mount("upper_arm").start
+    assert np.linalg.norm((start - joint)[:2]) == pytest.approx(0.0457, abs=1e-3)
 
 
 def test_what_cannot_be_mounted_is_refused_with_the_reason():
-    stated = CoreScene(occlusion="shadow", ring_radius=0.08, radius_stated=True)
+    stated = CoreScene(occlusion="shadow", ring_radius=0.06, radius_stated=True)
     with pytest.raises(
-        InfeasibleError, match=r"ring_radius: 0.08 m is too small.*upper_arm needs at least 0.113 m"
+        InfeasibleError, match=r"ring_radius: 0.06 m is too small.*upper_arm needs at least 0.068 m"
     ):
         Space(stated, sensors=40)
     of_link = CoreScene(
         occlusion="shadow",
-        limits={"upper_arm": Limits(radius=0.09), "forearm": Limits(radius=0.07)},
+        limits={"upper_arm": Limits(radius=0.06), "forearm": Limits(radius=0.07)},
     )
     with pytest.raises(
         InfeasibleError,
-        match=r"mounts.upper_arm.ring_radius: 0.09 m is too small.* at least 0.113 m",
+        match=r"mounts.upper_arm.ring_radius: 0.06 m is too small.* at least 0.068 m",
     ):
         Space(of_link, sensors=40)
     kept_out = replace(stated, limits={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
@@ -290,7 +293,7 @@ def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
         if f.rule == "mount"
     ]
     assert any("sits at 0.000, a ring can be closed from" in t for t in texts)
-    assert any("lies in" in t and "elbow" in t for t in texts)
+    assert any("lies in" in t and "upper_arm_0" in t for t in texts)
     assert faults(CoreScene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
 
 
@@ -314,7 +317,7 @@ def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
     scene = CoreScene(occlusion="shadow")
     work = RedesignProblem(scene, named_setup("n2_16_25"), 1)
     assert {s.link for s in work.segments((0,))} == {"upper_arm", "forearm"}
-    assert work.radii["upper_arm"] == 0.113
+    assert work.radii["upper_arm"] == 0.08
     for s in work.segments((0, 1, 2, 3)):
         ((low, high),) = work.clear.stretches(s.link, work.radii[s.link])
         assert low <= s.low <= s.high <= high
@@ -331,11 +334,11 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     real = replace(scene, occlusion="shadow", radius_stated=False)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
-    assert Space(real, sensors=40).radii["upper_arm"] == 0.113
+    assert Space(real, sensors=40).radii["upper_arm"] == 0.09
 
 
 def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
-    (tmp_path / "cell.toml").write_text('occlusion = "shadow"\nring_radius = 0.08\n')
+    (tmp_path / "cell.toml").write_text('occlusion = "shadow"\nring_radius = 0.06\n')
     for asked in (["--sensors", "40"], ["--reach", "50"]):
         monkeypatch.setattr(
             sys, "argv", ["place-rings", "--scene", str(tmp_path / "cell.toml"), *asked]
@@ -346,7 +349,7 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
             command_line.main()
         assert stop.value.code == 2
         told = capsys.readouterr().err
-        assert "cell.toml: ring_radius: 0.08 m is too small: a real ring on upper_arm" in told
+        assert "cell.toml: ring_radius: 0.06 m is too small: a real ring on upper_arm" in told
         assert "\n" not in told.strip()
         assert not list((tmp_path / "place-rings-out").glob("*"))
 
@@ -355,7 +358,7 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
     ("text", "says"),
     [
         ("[rules]\nmount = 'glued'", "rules.mount: found"),
-        ("[rules]\nclearance = -1", "rules.clearance: found -1, allowed: a number at least 0"),
+        ("[rules]\nclearance = -1", "rules.clearance: found -1, allowed: a number from 0 to 1"),
     ],
 )
 def test_wrong_keys_are_one_line(tmp_path, text, says):

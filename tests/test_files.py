@@ -26,11 +26,11 @@ from . import drawing
 
 RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 BAD_SCENES = {
-    "version = 2": "version: found 2, allowed: 1; update place-rings",
-    "version = 2\nrobot = 'absent.toml'\nnew = 1": "version: found 2, allowed: 1; update",
-    "version = 0": "version: found 0, allowed: the integer 1",
-    "version = '1'": 'version: found "1", allowed: the integer 1',
-    "version = true": "version: found true, allowed: the integer 1",
+    "version = 3": "version: found 3, allowed: 1 to 2; update place-rings",
+    "version = 3\nrobot = 'absent.toml'\nnew = 1": "version: found 3, allowed: 1 to 2; update",
+    "version = 0": "version: found 0, allowed: an integer from 1 to 2",
+    "version = '1'": 'version: found "1", allowed: an integer from 1 to 2',
+    "version = true": "version: found true, allowed: an integer from 1 to 2",
     "[sensor]\nversion = 1": "sensor.version: found an unknown key",
     "robto = 'ur10'": "robto: found an unknown key",
     "robot = 'ur11'": 'robot: found "ur11", allowed: ur10, ur10_dh',
@@ -77,7 +77,7 @@ BAD_SCENES = {
     "ring_radius = " + "9" * 6000: "not TOML",
 }
 BAD_PROPOSALS = {
-    "version = 99\nnew = 1": "version: found 99, allowed: 1; update place-rings",
+    "version = 99\nnew = 1": "version: found 99, allowed: 1 to 2; update place-rings",
     "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version: found an unknown key",
     "": "rings: missing; give a list of 1 to 1000 tables",
     "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
@@ -164,7 +164,7 @@ def test_what_is_written_reads_back(tmp_path_factory, seed):
         == SceneModel.from_domain(scene)
         == SceneModel.from_domain(SceneModel.from_domain(scene).to_domain())
     )
-    assert path.read_text().startswith("# two\n# lines\nversion = 1\n\n[[rings]]\n")
+    assert path.read_text().startswith("# two\n# lines\nversion = 2\n\n[[rings]]\n")
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):

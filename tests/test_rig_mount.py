@@ -106,7 +106,7 @@ def test_a_plan_of_stops_reads_back(plan, tmp_path):
     np.testing.assert_allclose(back.information, plan.information)
     assert back.frames == plan.frames
     file.write_text(file.read_text().replace("frames = 8", "frames = 0"))
-    with pytest.raises(UserError, match="frames: found 0, allowed: an integer at least 1"):
+    with pytest.raises(UserError, match="frames: found 0, allowed: an integer from 1 to"):
         read_model(file, MountPlanFile)
 
 

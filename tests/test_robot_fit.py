@@ -277,7 +277,7 @@ BAD_FILES = {
     ): 'joints[0].axis: found "[0.0, 0.5, 0.5]", allowed: a vector of length 1',
     ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame: found "knee", allowed: shoulder_pan',
     ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg: found",
-    ("radius = 0.0609", "radius = -1.0"): "bodies[0].radius: found -1.0",
+    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius: found -1.0",
     ("reach = 1.3", "reach = nan"): "reach: found nan",
     ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name: found",
 }
@@ -307,7 +307,7 @@ def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
         keys = f'link = "upper_arm"\naside = {aside}\ntoward_deg = {toward}'
         (tmp_path / "r.toml").write_text(text.replace('link = "upper_arm"', keys))
         if aside == "0.0":
-            assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0
+            assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0.0547
             continue
         with pytest.raises(UserError) as caught:
             read_robot(tmp_path / "r.toml")

@@ -18,9 +18,10 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
+from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.occlusion import BodilessError, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle, Rules
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier, by_occlusion
 
@@ -73,7 +74,7 @@ def test_redundancy_and_tolerance_count_past_the_robot():
 
 
 def test_sensors_in_housings_and_in_their_own_tube_are_named():
-    scene = CoreScene(occlusion="shadow")
+    scene = CoreScene(occlusion="shadow", rules=Rules(mount="free"))
     setup = named_setup("n2_16_25")
     assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
@@ -96,9 +97,10 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
 def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, occlusion):
     """One rule for all robots: sensors in a body, the own link's or another, see nothing."""
     scene = pr.Scene(robot=robot, occlusion=occlusion)
-    counted = pr.verify("n2_16_55", scene, voxel=0.1)
-    assert counted.setup == named_setup("n2_16_55", scene.core.sensor, scene.core.ring_radius)
-    free = pr.verify("n2_16_55", scene.replace(occlusion="ignore"), voxel=0.1)
+    setup = named_setup("n2_16_55", scene.core.sensor, scene.core.ring_radius)
+    counted = pr.verify(setup, scene, voxel=0.1)
+    assert counted.setup == setup
+    free = pr.verify(setup, scene.replace(occlusion="ignore"), voxel=0.1)
     assert 0 < counted.coverage < free.coverage
     (record,) = counted.records
     within = {(u.ring, u.within) for u in record.unseeing if u.within}
@@ -107,6 +109,21 @@ def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, 
     own = own_link_fault(scene.core, counted.setup)
     if own is not None:
         assert any(body and f"within body {body} " in own for _, body in within)
+
+
+@pytest.mark.parametrize("robot", sorted(ROBOTS))
+def test_a_layouts_name_puts_real_rings_where_they_can_be_closed(robot):
+    scene = pr.Scene(robot=robot, occlusion="shadow")
+    counted, rings = pr.verify("n2_16_25", scene, voxel=0.1), named_setup("n2_16_25").rings
+    assert [(r.link, r.count, r.tilt) for r in counted.setup.rings] == [
+        (r.link, r.count, r.tilt) for r in rings
+    ]
+    for ring in counted.setup.rings:
+        assert ring.radius >= scene.core.smallest_radius(ring.link)
+        low, high = MountClearance(scene.core).closed(ring)
+        assert low > high or low - 1e-9 <= ring.position <= high + 1e-9
+    free = pr.verify("n2_16_25", scene.replace(occlusion="ignore"), voxel=0.1)
+    assert free.setup.rings == rings
 
 
 def test_a_robot_without_bodies_is_refused():
@@ -209,10 +226,13 @@ def test_a_bad_cell_is_one_line(tmp_path, text, line):
     assert "scene.toml" in str(error.value) or "none.stl" in str(error.value)
 
 
-def test_verify_prints_all_models_and_json_has_them(run):
+def test_verify_prints_all_models_and_json_has_them(run, tmp_path):
+    (tmp_path / "free.toml").write_text('[rules]\nmount = "free"\n')
     arguments = [
         "verify",
         "n2_16_25",
+        "--scene",
+        str(tmp_path / "free.toml"),
         "--target",
         "V_S:0.5",
         "--voxel",

@@ -13,19 +13,19 @@ from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 
 from . import drawing
+from .strategies.units import GENERATORS
 
 TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
 
 
 @settings(max_examples=6)
 @given(
-    drawing.seeds,
+    GENERATORS,
     st.sampled_from(["ignore", "shadow", "blind"]),
     st.sampled_from([None, 2e7]),
 )
-def test_targets_together_are_targets_one_by_one(seed, occlusion, memory):
+def test_targets_together_are_targets_one_by_one(rng, occlusion, memory):
     """Whatever fits into memory: all targets, one at a time, or parts of one."""
-    rng = np.random.default_rng(seed)
     poses = tuple(Pose(drawing.pose(rng, 6), weight) for weight in (1.0, 2.0))
     scene = replace(CoreScene(), poses=poses, occlusion=occlusion)
     setup, voxel = drawing.setup(rng), 0.08

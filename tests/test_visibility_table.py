@@ -48,6 +48,7 @@ def test_at_a_place_of_the_grid_the_look_is_the_exact_one(occlusion):
         (seen,) = rings_see(ring, near, *(np.array([v]) for v in place), past)
         (in_cones,) = rings_see(ring, near, *(np.array([v]) for v in place))
         exact = setup_sight(scene, Setup((ring,)), pose.q).holds(points)
-        assert np.mean(seen != exact) < 0.002  # bodies are 2 mm thinner in the quick look
+        # bodies are 2 mm thinner in the quick look; a beam that grazes one sees past it, all of it
+        assert np.mean(seen != exact) < (0.005 if blinded else 0.002)
         hidden += in_cones.sum() - exact.sum()
     assert hidden > 10

@@ -158,8 +158,11 @@ class Clamp:
         low = self.top + (self.seat + min(max(under, 0.0), FRONT)) * s + _LIFT
         board = self.pocket.board
         up = self.pocket.high + board.plugs[1]
-        if board.plugs[1] and self.radius - board.lens_height * c - up * s < self.bolted:
-            low = max(low, up * c + self.in_front * s + _PLUG_GAP)
+        inside = self.radius - board.lens_height * c - up * s  # the plugs' distance from the axis
+        if board.plugs[1] and inside < self.bolted:
+            # the slope under an ear must clear them, too
+            slope = max(self.ear - inside, 0.0)
+            low = max(low, up * c + self.in_front * s + slope + _PLUG_GAP)
         return low, low + 2 * self.bolt.widest + self.wall
 
     @property

@@ -123,9 +123,15 @@ class Robot:
         return int(over[0]) if len(over) else None
 
     def with_links(self, real: bool) -> "Robot":
-        """Return the robot with the links for real rings, or for rings without bodies, in use."""
-        wanted = self.tube_links if real else self.joint_links
-        if wanted is None or wanted.mounts is self.mounts:
+        """Return the robot with the links for real rings, or for rings without bodies, in use.
+
+        Links in use that are neither of them stay as they are.
+        """
+        wanted, known = self.tube_links if real else self.joint_links, False
+        for links in (self.tube_links, self.joint_links):
+            if links is not None and links.mounts is self.mounts and links.bodies is self.bodies:
+                known = links is not wanted
+        if wanted is None or not known:
             return self
         return replace(self, mounts=wanted.mounts, bodies=wanted.bodies)
 

@@ -234,9 +234,10 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
         )
     if 0 < space.free < least:
         raise InfeasibleError(
-            f"{requested} leave {space.free}{beside}, fewer than the least of one ring, {least}"
+            f"{requested} leave {space.free}{beside}, too few for a ring, which needs at least"
+            f" {least}"
             if held
-            else f"{requested} are fewer than the least of one ring, {least}"
+            else f"{requested} are too few for a ring, which needs at least {least}"
         )
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
