@@ -76,8 +76,8 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Ambient light on a catalogue sensor, for example dark, 50kcps or 5klx. Default:"
-                " the weakest light in the catalogue."
+                "Ambient light on a catalogue sensor, for example dark, 50kcps (counted by the"
+                " sensor) or 5klx. Default: the weakest light in the catalogue."
             )
         ),
     ] = None
@@ -85,8 +85,8 @@ class SensorOptions:
         float | None,
         Parameter(
             help=(
-                "Reflectance of the target of a catalogue sensor, above 0 up to 1; 0.17 is dark"
-                " cloth. Default: the white target of the manufacturer."
+                "Reflectance of the object that a catalogue sensor detects, above 0 up to 1; 0.17"
+                " is dark cloth. Default: the white target of the manufacturer (safety: 0.17)."
             )
         ),
     ] = None
@@ -94,8 +94,8 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Size of the target of a catalogue sensor: WIDTHxHEIGHT in metres. Default: the"
-                " target fills the beam."
+                "Size of the object that a catalogue sensor detects: WIDTHxHEIGHT in metres."
+                " Default: it fills the beam (safety: 0.45x0.7)."
             )
         ),
     ] = None
