@@ -394,7 +394,7 @@ def test_a_distance_of_nothing_is_refused(tmp_path, monkeypatch, key):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(f"[motion]\n{key} = 0.0\n")
     with pytest.raises(
-        UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number at least"
+        UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number from"
     ):
         call(["check", "n2_16_25", "--rig", "sim", "--scene", "scene.toml"])
 

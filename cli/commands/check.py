@@ -148,7 +148,8 @@ def check(
     if robot_host == "":
         raise UserError('--robot-host: found "", allowed: a host name or an address')
     if robot_host is None and (ring or move):
-        raise UserError(f"--{'ring' if ring else 'move'}: allowed only with --robot-host HOST")
+        option, hint = ("ring", "") if ring else ("move", "; a simulated robot moves without it")
+        raise UserError(f"--{option}: allowed only with --robot-host HOST{hint}")
     if allow_reduced_near_stop and not move:
         raise UserError("--allow-reduced-near-stop: allowed only with --move")
     if replay is not None:

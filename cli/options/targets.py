@@ -126,6 +126,6 @@ def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Targ
             " weights"
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
-        raise UserError(f"--target: given for {len(goals)} targets, allowed: two different targets")
+        raise UserError(f"--target: found {' and '.join(targets)}, allowed: two different targets")
     with_goals(scene, goals)
     return goals[0].target, goals[1].target
