@@ -74,9 +74,9 @@ def export(
     whole("pose", pose, 0)
     whole("points", points, 0)
     if not 0 <= pose < len(core.poses):
-        raise InputError(
-            f"found {pose}, allowed: 0 to {len(core.poses) - 1}, the scene's poses", "pose"
-        )
+        last = len(core.poses) - 1
+        allowed = f"0 to {last}, the scene's poses" if last else "0, the scene's only pose"
+        raise InputError(f"found {pose}, allowed: {allowed}", "pose")
     out = Path(folder)
     with input_errors():
         robot = None if urdf is None else read_urdf(Path(urdf))

@@ -89,7 +89,7 @@ class ReachSphere(TargetVolume):
 
 @dataclass(frozen=True)
 class ToolSphere(TargetVolume):
-    """V_T: the sphere around the TCP with the radius of one sensor range (1.5 m).
+    """V_T: the sphere around the TCP with a radius of 1.5 m, the range of the paper's sensor.
 
     Example:
         >>> import place_rings as pr

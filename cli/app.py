@@ -22,13 +22,14 @@ from .options.panels import ARGUMENTS, COMMANDS, OPTIONS
 _HELP = """Place rings of Time-of-Flight sensors on a robot arm, and prove how much they see.
 
 Without a command, place-rings searches a placement, counts its coverage, and compares it with the
-layouts of the paper (Kumar and Sahin, 2019). It writes a proposal that the commands read.
+layouts of the paper (Kumar and Sahin, 2019). It writes a proposal: a file that the other
+commands read.
 
 These terms are used throughout:
 
 - **Coverage**, or ζ (zeta): the share of a volume that at least one sensor sees, in percent.
-- **Target**: the volume to cover. V_S(0.5) is everything within 0.5 m of the arm. V_O is the sphere
-  of the robot's reach, V_T the sphere of one sensor range around the tool, V_OT both. V_P is the
+- **Target**: the volume to cover. V_S(0.5) is everything within 0.5 m of the arm's centre line. V_O
+  is the sphere of the robot's reach, V_T a sphere of 1.5 m around the tool, V_OT both. V_P is the
   protective volume of ISO/TS 15066. The robot itself is never part of a target.
 - **Ring**: sensors that are evenly spaced around a link. Tilt is the angle of their axes out of the
   plane of the ring.
@@ -39,14 +40,14 @@ These terms are used throughout:
   one pose with conical sensors of 25° and 1.5 m.
 - **Occlusion**: what the robot's body does to the sensors. The option ``--occlusion`` lists the
   models. With ``ignore``, the default, sensors see through the robot, as in the paper. Add
-  ``--occlusion shadow`` to place rings that can be built.
+  ``--occlusion shadow`` to place rings that can be mounted: around the links, clear of everything.
 
 For example:
 
 ```bash
 # near the arm, as in the paper
 place-rings --target V_S --radius 0.5
-# near the arm, with rings that can be built
+# near the arm, with rings that can be mounted
 place-rings --target V_S --radius 0.5 --occlusion shadow
 # with 48 sensors, or with the fewest that cover 95 %
 place-rings --target V_S --radius 0.5 --sensors 48

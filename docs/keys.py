@@ -1,11 +1,10 @@
 """Keys of files as Markdown, from the JSON Schemas that ``place-rings schema`` prints."""
 
-import inspect
 import io
 import json
 import re
 from contextlib import redirect_stdout
-from typing import Any, get_args
+from typing import Any, get_args, get_type_hints
 
 from place_rings.cli.commands.schema import schema
 
@@ -26,9 +25,7 @@ class KeyTables:
     """
 
     def __init__(self) -> None:
-        annotation = inspect.signature(schema).parameters["name"].annotation
-        names = get_args(get_args(annotation)[0])  # Annotated[Literal[...], ...]
-        self.schemas = {name: _schema(name) for name in names}
+        self.schemas = {name: _schema(name) for name in get_args(get_type_hints(schema)["name"])}
         self.done = {_title(whole["title"]) for whole in self.schemas.values()}
         self.named: set[str] = set()
 

@@ -281,6 +281,13 @@ def _mounted(path: Path, scene: CoreScene, frames: FramePattern) -> Setup:
             return setup_of_urdf(read_urdf(path), frames, scene)
 
 
+def is_proposal(name_or_path: str) -> bool:
+    """Return whether ``resolve`` reads this as a proposal, which brings its own scene."""
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
+        return False
+    return Path(name_or_path).suffix.lower() not in (".csv", ".json", ".urdf")
+
+
 def how_found(name_or_path: str) -> FoundModel | None:
     """Return the record of the search in a proposal that ``resolve`` read; None for other
     setups."""

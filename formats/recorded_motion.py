@@ -258,7 +258,7 @@ class _Reader:
             unit, hint = (
                 ("degrees", "")
                 if self.degrees
-                else ("rad", '; if the angles are in degrees, state so (--degrees, unit = "deg")')
+                else ("rad", '; if the angles are in degrees, pass --degrees, or set unit = "deg"')
             )
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)

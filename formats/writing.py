@@ -98,7 +98,9 @@ def output_folder(path: Path, argument: str = "--out ") -> Path:
         with tempfile.TemporaryFile(dir=path):
             return path
     except FileExistsError as error:
-        raise UserError(f"{argument}{path}: cannot be written: a file; choose a folder") from error
+        raise UserError(
+            f"{argument}{path}: cannot be written: it is a file; choose a folder"
+        ) from error
     except OSError as error:
         raise UserError(
             f"{argument}{path}: cannot be written: {error.strerror}; choose a writable folder"

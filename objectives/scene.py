@@ -1,7 +1,7 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -228,6 +228,12 @@ class CoreScene:
     def real(self) -> bool:
         """Whether rings have bodies."""
         return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
+
+    def seen_under(self, occlusion: Occlusion) -> "CoreScene":
+        """Return the scene with another model of occlusion, in which rings are as they are here:
+        real, or without bodies."""
+        mount: Mounting = "real" if self.real else "free"
+        return replace(self, occlusion=occlusion, rules=replace(self.rules, mount=mount))
 
     def least_radius(self, link: str) -> float:
         """Return the minimum radius of a ring on ``link``, m, rounded up to the next mm.

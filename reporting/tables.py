@@ -104,9 +104,9 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
 
 
 _TARGETS = {
-    "V_S": "V_S(r): everything within r m of the arm",
+    "V_S": "V_S(r): everything within r m of the arm's centre line",
     "V_O": "V_O: sphere of the robot's reach",
-    "V_T": "V_T: sphere of one sensor range around the tool",
+    "V_T": "V_T: sphere around the tool, of 1.5 m unless the scene says otherwise",
     "V_OT": "V_OT: V_O and V_T together",
     "V_P": "V_P: protective volume of ISO/TS 15066",
 }

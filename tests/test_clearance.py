@@ -281,7 +281,7 @@ def test_what_cannot_be_mounted_is_refused_with_the_reason():
         Space(CoreScene(occlusion="shadow", obstacles=(wall,)), sensors=40)
     with pytest.raises(InfeasibleError, match="no room for 1 rings on upper_arm"):
         Space(
-            CoreScene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.1))}),
+            CoreScene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.03))}),
             Setup((Ring("upper_arm", 0.5, 8),)),
         )
 
@@ -422,7 +422,7 @@ def test_a_search_moves_rings_that_meet_apart():
 
 
 def test_rings_that_cannot_be_moved_apart_are_refused():
-    space = folded({"upper_arm": Limits((0.85, 0.92)), "forearm": Limits((0.13, 0.25))})
+    space = folded({"upper_arm": Limits((0.75, 0.8)), "forearm": Limits((0.38, 0.42))})
     rng = np.random.default_rng(0)
     with pytest.raises(
         InfeasibleError,

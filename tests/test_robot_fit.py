@@ -220,7 +220,7 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
     (tmp_path / "proposal.toml").write_text(
-        "[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
+        "version = 2\n[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
     assert (

@@ -148,7 +148,10 @@ def test_a_bad_file_is_one_line_and_exit_code_2(run, exported, tmp_path, file, c
 REFUSED = {
     "no format": ((), "--to: found nothing, allowed: urdf, mjcf"),
     "an unknown format": (("--to", "step"), '--to: found "step", allowed: urdf'),
-    "no such pose": (("--to", "csv", "--pose", "1"), "--pose: found 1, allowed: 0 to 0"),
+    "no such pose": (
+        ("--to", "csv", "--pose", "1"),
+        "--pose: found 1, allowed: 0, the scene's only pose",
+    ),
     "no such URDF": (
         ("--to", "urdf", "--urdf", "none.urdf"),
         "none.urdf: cannot be read: No such file or directory",

@@ -56,8 +56,8 @@ def _check_address(host: str, port: int) -> None:
     except (OSError, OverflowError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise UserError(
-            f"--host, --port: found {shown(host)} and {port}, but {why}; give an address of this"
-            " machine and a free port"
+            f"--host {shown(host)}, --port {port}: the page cannot be served there ({why}); give"
+            " an address of this machine and a free port"
         ) from error
 
 

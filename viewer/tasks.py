@@ -160,4 +160,4 @@ def search_from(
 
 def seen_under(scene: CoreScene, occlusion: Occlusion) -> CoreScene:
     """Return the scene under the model of occlusion that the page has chosen."""
-    return scene if occlusion == scene.occlusion else replace(scene, occlusion=occlusion)
+    return scene if occlusion == scene.occlusion else scene.seen_under(occlusion)

@@ -38,7 +38,8 @@ def check(
             negative=(),
             help=(
                 "Serial port of a ring: NAME=PORT[,DECODER[,BAUD]], for example tool=/dev/ttyUSB0."
-                " Repeat it for every ring."
+                " Repeat it for every ring. A ring has the name of its link, or forearm.0,"
+                " forearm.1 where a link carries several."
             ),
         ),
     ] = (),
@@ -120,7 +121,7 @@ def check(
     - coverage: whether a test rod is detected at random points.
 
     Nothing is sent to a real robot unless you pass --move. The exit code is 0 if the rings are as
-    proposed, 1 if they differ, 3 if the check ended without a verdict. **This is no safety
+    proposed, 1 if they differ, 3 if the check is unfinished. **This is no safety
     function.**
 
     For example:
@@ -128,7 +129,7 @@ def check(
     ```bash
     place-rings check n2_16_25 --rig sim
     place-rings check proposal.toml --robot-host 192.0.2.7 \\
-        --ring forearm.0=/dev/ttyUSB0 --ring tool=/dev/ttyUSB1
+        --ring forearm=/dev/ttyUSB0 --ring tool=/dev/ttyUSB1
     place-rings check --replay place-rings-check/recording-1.rig --out again
     ```
 
@@ -147,7 +148,8 @@ def check(
     if robot_host == "":
         raise UserError('--robot-host: found "", allowed: a host name or an address')
     if robot_host is None and (ring or move):
-        raise UserError(f"--{'ring' if ring else 'move'}: allowed only with --robot-host")
+        option, hint = ("ring", "") if ring else ("move", "; a simulated robot moves without it")
+        raise UserError(f"--{option}: allowed only with --robot-host HOST{hint}")
     if allow_reduced_near_stop and not move:
         raise UserError("--allow-reduced-near-stop: allowed only with --move")
     if replay is not None:

@@ -30,7 +30,7 @@ def place(
         int | None,
         Parameter(
             validator=_COUNT,
-            help="Rings on each link that has a length; the tool carries one more. Default: 2.",
+            help="Rings on each link, besides one on the tool. Default: 2.",
         ),
     ] = None,
     sensors_per_ring: Annotated[
@@ -52,7 +52,7 @@ def place(
     ] = None,
     reach: Annotated[
         float | None,
-        Parameter(help="Target coverage in percent; find the fewest sensors that reach it."),
+        Parameter(help="Coverage to reach in percent; find the fewest sensors that reach it."),
     ] = None,
     at_least: Floors = (),
     sensing: SensorOptions = NO_SENSOR,

@@ -17,7 +17,7 @@ def robustness(
     mounted: FrameOptions = NO_FRAMES,
     k: Annotated[
         int,
-        Parameter(name="--k", help="Count the points that at least 1, 2, … up to K sensors see."),
+        Parameter(name="--k", help="Count the shares that at least 1, 2, … up to K sensors cover."),
     ] = 3,
     draws: Annotated[int, Parameter(help="Number of random mountings.")] = 100,
     position_error_mm: Annotated[
@@ -47,8 +47,8 @@ def robustness(
 ) -> None:
     """Compute the coverage that remains after a failure, and with mounting errors.
 
-    It counts the share of the target that at least 1, 2 and 3 sensors see, the coverage without the
-    most important sensor or ring, and the coverage of randomly misplaced rings.
+    It counts the share of the target that at least 1, 2 and 3 sensors cover, the coverage without
+    the most important sensor or ring, and the coverage of randomly misplaced rings.
 
     For example:
 

@@ -29,8 +29,8 @@ def study(
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
-                "pareto: number of sensors of the finest front; 24, 48, 80 and 112 get coarser"
-                " ones. Default: 80."
+                "pareto: number of sensors whose front is computed most finely; those of 24, 48,"
+                " 80 and 112 follow with fewer points. Default: 80."
             ),
         ),
     ] = None,

@@ -9,7 +9,13 @@ from cyclopts.validators import Number
 def task(
     *,
     robot: Annotated[
-        str | None, Parameter(help="Chain of the UR10: ur10 or ur10_dh. Default: ur10.")
+        str | None,
+        Parameter(
+            help=(
+                "UR10 that moves: ur10 (joint frames of its URDF) or ur10_dh (its"
+                " Denavit-Hartenberg table). Default: ur10."
+            )
+        ),
     ] = None,
     rate: Annotated[
         float, Parameter(validator=Number(gte=1, lte=1000), help="Rows per second.")

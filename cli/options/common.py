@@ -16,9 +16,9 @@ Targets = Annotated[
         negative=(),
         help=(
             "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_S:0.5=0.6. V_S: everything"
-            " within RADIUS metres of the arm. V_O: the robot's reach. V_T: one sensor range around"
-            " the tool. V_OT: V_O and V_T together. V_P: the protective volume of ISO/TS 15066."
-            " Repeatable. Default: the targets of the scene."
+            " within RADIUS metres of the arm's centre line. V_O: the robot's reach. V_T: 1.5 m"
+            " around the tool. V_OT: V_O and V_T together. V_P: the protective volume of ISO/TS"
+            " 15066. Repeatable. Default: the targets of the scene (reference scene: V_S:0.5)."
         ),
     ),
 ]
@@ -27,7 +27,7 @@ Radius = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Radius in metres of a V_S that states none: --target V_S --radius 0.5 is --target"
+            "Radius in metres of a --target V_S without one: --target V_S --radius 0.5 is --target"
             " V_S:0.5."
         ),
     ),

@@ -48,14 +48,18 @@ class SceneOptions:
 
         return resolve_scene(self.scene, self.robot, self.target, self.radius)
 
-    def applied(self, scene: "CoreScene") -> "CoreScene":
-        """Return ``scene`` with the targets and the occlusion model of the options."""
+    def applied(self, scene: "CoreScene", rings_stay: bool = False) -> "CoreScene":
+        """Return ``scene`` with the targets and the occlusion model of the options.
+
+        Args:
+            scene: the scene.
+            rings_stay: whether rings stay as they are in ``scene``: real, or without bodies.
+        """
         from .scenes import with_occlusion
         from .targets import parse_goals, with_goals
 
-        return with_occlusion(
-            with_goals(scene, parse_goals(self.target, self.radius)), self.occlusion
-        )
+        scene = with_goals(scene, parse_goals(self.target, self.radius))
+        return with_occlusion(scene, self.occlusion, rings_stay)
 
 
 @Parameter(name="*", group=SENSOR)
@@ -76,8 +80,8 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Ambient light on a catalogue sensor, for example dark, 50kcps or 5klx. Default:"
-                " the weakest light in the catalogue."
+                "Ambient light on a catalogue sensor, for example dark, 50kcps (counted by the"
+                " sensor) or 5klx. Default: the weakest light in the catalogue."
             )
         ),
     ] = None
@@ -85,8 +89,8 @@ class SensorOptions:
         float | None,
         Parameter(
             help=(
-                "Reflectance of the target of a catalogue sensor, above 0 up to 1; 0.17 is dark"
-                " cloth. Default: the white target of the manufacturer."
+                "Reflectance of the object that a catalogue sensor detects, above 0 up to 1; 0.17"
+                " is dark cloth. Default: the white target of the manufacturer (safety: 0.17)."
             )
         ),
     ] = None
@@ -94,8 +98,8 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Size of the target of a catalogue sensor: WIDTHxHEIGHT in metres. Default: the"
-                " target fills the beam."
+                "Size of the object that a catalogue sensor detects: WIDTHxHEIGHT in metres."
+                " Default: it fills the beam (safety: 0.45x0.7)."
             )
         ),
     ] = None
@@ -190,9 +194,22 @@ class SubjectOptions:
     mounted: FrameOptions = NO_FRAMES
 
     def resolve(self, subject: str) -> "tuple[Setup, CoreScene]":
-        """Return the setup of a file or a name, and the scene in which to evaluate it."""
-        setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
-        return setup, self.motion.applied(self.place.applied(scene))
+        """Return the setup of a file or a name, and the scene in which to evaluate it.
+
+        A proposal keeps its rings where they are, on the axes of its own scene. What a name or a
+        list of sensors means depends on the scene with all options.
+        """
+        from ...formats.loader import is_proposal
+        from ...objectives.scene import CoreScene
+
+        scene, own = self.place.given(), is_proposal(subject)
+        if not own:
+            scene = self.place.applied(scene or CoreScene())
+        setup, scene = self.sensing.resolve(subject, scene, self.mounted.resolve())
+        if own:
+            kept = self.place.scene is None and self.place.robot is None
+            scene = self.place.applied(scene, rings_stay=kept)
+        return setup, self.motion.applied(scene)
 
     def resolved(self, subject: str) -> "ResolvedSetup":
         """Return the setup and its scene with the setup's name, for the API."""

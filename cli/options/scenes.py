@@ -57,8 +57,15 @@ def given_robot(text: str) -> Robot:
         raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
 
 
-def with_occlusion(scene: CoreScene, occlusion: Occlusion | None) -> CoreScene:
+def with_occlusion(
+    scene: CoreScene, occlusion: Occlusion | None, rings_stay: bool = False
+) -> CoreScene:
     """Return ``scene`` with the occlusion model of ``--occlusion``, if one is given.
+
+    Args:
+        scene: the scene.
+        occlusion: the model.
+        rings_stay: whether rings stay as they are: real, or without bodies.
 
     Raises:
         UserError: if the model needs bodies that the robot does not have.
@@ -70,7 +77,7 @@ def with_occlusion(scene: CoreScene, occlusion: Occlusion | None) -> CoreScene:
             f"--occlusion: found {occlusion}, allowed: ignore, because robot {scene.robot.name} has"
             " no bodies; place-rings robot fits them to a URDF"
         )
-    return replace(scene, occlusion=occlusion)
+    return scene.seen_under(occlusion) if rings_stay else replace(scene, occlusion=occlusion)
 
 
 def with_motion(

@@ -75,7 +75,7 @@ def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radiu
         if goal.target.radius is not None and goal.target.radius <= inner:
             raise UserError(
                 f"{option}: found {goal.target.radius:g}, allowed: above {inner:g} m, because all"
-                " within that distance of the arm counts as the robot itself"
+                " within that distance of the arm's centre line counts as the robot itself"
             )
     return replace(scene, goals=goals) if goals else scene
 
@@ -126,6 +126,6 @@ def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Targ
             " weights"
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
-        raise UserError(f"--target: found {len(goals)} of them, allowed: two different targets")
+        raise UserError(f"--target: found {' and '.join(targets)}, allowed: two different targets")
     with_goals(scene, goals)
     return goals[0].target, goals[1].target

@@ -193,5 +193,5 @@ def size_of(text: str) -> tuple[float, float]:
     """Return width and height, m, of a text such as ``0.1x0.4``; raise ``ValueError`` otherwise."""
     match = re.fullmatch(r"(\d*\.?\d+)[x×](\d*\.?\d+)", text.strip())
     if match is None or not (float(match[1]) > 0 and float(match[2]) > 0):
-        raise ValueError(f"size must be WIDTHxHEIGHT in metres, such as 0.1x0.4, got {text!r}")
+        raise ValueError(f"target size must be WIDTHxHEIGHT in metres, like 0.1x0.4, got {text!r}")
     return float(match[1]), float(match[2])

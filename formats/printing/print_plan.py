@@ -20,6 +20,7 @@ from ...objectives.feasibility.board_fit import unfit
 from ...objectives.scene import CoreScene
 
 MM = 1000.0  # millimetres in a metre
+_BESIDE = 0.001  # m, largest distance of a ring's axis from that of the link's tube
 # lengths of a clamp that a plan states in millimetres
 _LENGTHS = (
     "radius",
@@ -153,6 +154,13 @@ def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
         raise UnbuildableError(
             "no board is known for its sensor: choose a sensor that has one (vl53l0x, vl53l1x,"
             " vl53l4cd, vl53l5cx) or state the board in the scene's [sensor.board]"
+        )
+    mount, tube = (robot.mount(ring.link) for robot in (scene.robot, scene.robot.with_links(True)))
+    beside = float(np.linalg.norm(np.cross(mount.start - tube.start, tube.axis)))
+    if beside > _BESIDE:
+        raise UnbuildableError(
+            f"it sits on the line between two joints, {MM * beside:.0f} mm beside the axis of the"
+            f" link's tube; {_bodiless(scene)}"
         )
     if surrounded(scene.robot, ring.link) <= 0:
         raise UnbuildableError(

@@ -62,7 +62,7 @@ class ObstacleModel(StrictModel):
         kinds = ("size", "file", "points", "floor")
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
-            raise fault(given or None, f"exactly one of {', '.join(kinds)}")
+            raise fault(given or None, f"exactly one of the keys {', '.join(kinds)}")
         if self.points is not None:
             try:
                 hull(np.array(self.points))

@@ -216,8 +216,8 @@ class SceneModel(MappedModel[CoreScene]):
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
                 allowed = (
-                    f"above {inner:g} m, because all within that distance of the arm counts as"
-                    " the robot itself"
+                    f"above {inner:g} m, because all within that distance of the arm's centre line"
+                    " counts as the robot itself"
                 )
                 yield ("targets", i, "radius"), target.radius, allowed
         for i, ring in enumerate(self.fixed):

@@ -226,7 +226,8 @@ class FeasibleSet:
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
-    requested = f"{space.sensors} sensors"  # the request, which fixed rings are part of
+    one = space.sensors == 1
+    requested = f"{space.sensors} sensor{'' if one else 's'}"  # fixed rings are part of the request
     beside = f" besides the {held} of the fixed rings" if held else ""
     if space.free < 0:
         raise InfeasibleError(
@@ -234,10 +235,12 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
         )
     if 0 < space.free < least:
         raise InfeasibleError(
-            f"{requested} leave {space.free}{beside}, too few for a ring, which needs at least"
-            f" {least}"
-            if held
-            else f"{requested} are too few for a ring, which needs at least {least}"
+            (
+                f"{requested} leave {space.free}{beside},"
+                if held
+                else f"{requested} {'is' if one else 'are'}"
+            )
+            + f" too few for a ring, which needs at least {least}"
         )
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
