@@ -5,7 +5,7 @@ simulated rig's cell of floor, table and wall, and the paths between them. A sen
 robot's own body does not keep the whole near stop there. The share is a mean over the poses of the
 route, as `near_share` under `[motion]` limits it. `rings_as_proposed = true` states that every ring
 is wired and mounted the right way round. The proposal is that of
-`place-rings --target V_S --radius 0.5` on the reference scene, with real mounts.
+`place-rings --target V_S --radius 0.5` on the reference scene.
 
 Run: python benchmarks near_stops
 """
