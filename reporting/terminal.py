@@ -51,6 +51,8 @@ class Terminal(Console):
 
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, emoji=False, **more)
+        if "width" not in more:
+            self._width = None  # ask the terminal, or COLUMNS, whenever something is printed
 
     def render_str(self, text: str, **more: Any) -> Text:
         """Return a string as an escaped Text; rich calls this before it measures widths."""

@@ -324,7 +324,7 @@ REFUSED = [
     ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),
     ('pr.Setup(["n2_16_25"])', "found a str, allowed: Ring"),
     ('pr.Scene().ring("leg", 0, 8)', "no link 'leg'"),
-    ('pr.obstacle("a")', "one of size, file, points, floor"),
+    ('pr.obstacle("a")', "exactly one of the keys size, file, points, floor"),
     ('pr.sensors.under("vl53l1x", ambient="9klx")', "allowed for vl53l1x"),
     ('pr.Trajectory.from_csv("no.csv")', "no.csv: no such file"),
     ("pr.Trajectory([0, 0], [[0], [1]])", "do not ascend"),

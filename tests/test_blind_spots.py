@@ -115,7 +115,8 @@ def test_a_blind_spot_is_where_it_is_said_to_be(verifier):
         points = spot.voxels.centres()
         assert spot.centre == pytest.approx(points.mean(axis=0))
         assert np.all((points > spot.low) & (points < spot.high))
-        bodies = robot_capsules(UR10, forward(UR10.chain, verifier.scene.poses[spot.pose].q))
+        robot = verifier.scene.robot
+        bodies = robot_capsules(robot, forward(robot.chain, verifier.scene.poses[spot.pose].q))
         gap = gap_to_capsules(points, bodies.start, bodies.end, bodies.radius)
         assert spot.beside.gap == pytest.approx(gap.min())
         assert np.linalg.norm(spot.beside.way) <= 1

@@ -13,22 +13,22 @@ from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 
 from . import drawing
-from .strategies.units import GENERATORS
+from .strategies.rings import poses, setups
 
 TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
 
 
 @settings(max_examples=6)
 @given(
-    GENERATORS,
+    st.tuples(poses(), poses()),
+    setups(),
     st.sampled_from(["ignore", "shadow", "blind"]),
     st.sampled_from([None, 2e7]),
 )
-def test_targets_together_are_targets_one_by_one(rng, occlusion, memory):
+def test_targets_together_are_targets_one_by_one(angles, setup, occlusion, memory):
     """Whatever fits into memory: all targets, one at a time, or parts of one."""
-    poses = tuple(Pose(drawing.pose(rng, 6), weight) for weight in (1.0, 2.0))
-    scene = replace(CoreScene(), poses=poses, occlusion=occlusion)
-    setup, voxel = drawing.setup(rng), 0.08
+    weighted = tuple(Pose(q, weight) for q, weight in zip(angles, (1.0, 2.0), strict=True))
+    scene, voxel = replace(CoreScene(), poses=weighted, occlusion=occlusion), 0.08
     alone = [Verifier(scene, voxel).verify(setup, target) for target in TARGETS]
     together = verify_targets(Verifier(scene, voxel, memory=memory), setup, TARGETS)
     assert [replace(v, seconds=0.0) for v in together] == [replace(v, seconds=0.0) for v in alone]
