@@ -4,6 +4,7 @@ refused.
 
 import math
 import sys
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli import app as command_line
+from place_rings.coverage.rings.convex_extents import extents
 from place_rings.coverage.rings.envelope_clearance import (
     blocked_by_capsules,
     blocked_by_polyhedra,
@@ -43,6 +45,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
+from scipy.spatial import ConvexHull
 
 from . import drawing
 
@@ -154,6 +157,55 @@ def test_an_envelope_meets_no_box_where_it_is_not_blocked(seed):
         if len(near) > 1000:
             assert a >= near[:, 0].min() - around.high - 0.03
             assert b <= near[:, 0].max() - around.low + 0.03
+
+
+def drawn_body(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Normals and offsets of a turned box, a hull of few points, or one to three planes."""
+    match rng.integers(3):
+        case 0:
+            turn, centre = np.linalg.qr(rng.normal(size=(3, 3)))[0], rng.uniform(-0.2, 0.2, 3)
+            normal, size = np.concatenate([turn, -turn]), rng.uniform(0.005, 0.2, 3)
+            return normal, normal @ centre + np.tile(size, 2)
+        case 1:
+            some = rng.uniform(-0.2, 0.2, 3) + 0.08 * rng.normal(size=(rng.integers(4, 8), 3))
+            faces = ConvexHull(some).equations
+            return faces[:, :3], -faces[:, 3]
+    normal = rng.normal(size=(rng.integers(1, 4), 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal, rng.uniform(-0.2, 0.2, len(normal))
+
+
+@given(drawing.seeds)
+def test_the_extent_of_a_body_in_a_cylinder_lies_between_those_in_two_polygons(seed):
+    """The polygons are taken as further faces of the body, which many faces leave to programmes."""
+    rng = np.random.default_rng(seed)
+    (normal, offset), outer, within = drawn_body(rng), float(rng.uniform(0.03, 0.15)), (-0.4, 0.5)
+    low, high = extents(normal[None], offset[None], outer, within)
+    angle = np.arange(64) * math.pi / 32
+    sides = np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
+    for share, sign in ((1.0, 1), (math.cos(math.pi / 64), -1)):
+        n = np.concatenate([normal, sides])[None]
+        o = np.concatenate([offset, np.full(64, share * outer)])[None]
+        least, most = extents(n, o, 2 * outer, within)
+        if np.isfinite(least[0] if sign < 0 else low[0]):
+            assert sign * (low[0] - least[0]) >= -1e-5
+            assert sign * (most[0] - high[0]) >= -1e-5
+
+
+def test_boxes_at_many_poses_are_compared_with_a_ring_at_once():
+    """Two linear programmes a box and pose took half a minute to find no radius for a ring."""
+    poses = tuple(Pose(UR10.rest + 0.25 * np.sin(0.0314 * i + np.arange(6))) for i in range(200))
+    around = 0.6 * np.arange(10)
+    boxes = tuple(
+        Obstacle(
+            f"{k}", box((0.9 * math.cos(a), 0.9 * math.sin(a), 0.1 * (k + 1)), (0.3, 0.3, 0.4))
+        )
+        for k, a in enumerate(around)
+    )
+    scene = CoreScene(poses=poses, occlusion="shadow", obstacles=boxes)
+    began = time.process_time()
+    MountClearance(scene).stretches("tool", 0.08)
+    assert time.process_time() - began < 0.7
 
 
 def test_a_floor_blocks_all_below_it():

@@ -29,13 +29,14 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
-from place_rings.formats.printing.primitives import FACETS
+from place_rings.formats.printing.primitives import FACETS, union
 from place_rings.formats.printing.print_checks import least_wall, overhang, read_stl, stl
 from place_rings.formats.printing.print_files import print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
-from place_rings.formats.printing.ring_solids import assemble, collar, thread
+from place_rings.formats.printing.ring_solids import assemble, collar, envelope_solid, thread
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
+from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.scene import CoreScene, Pose, Rules
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
@@ -260,6 +261,27 @@ def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_cou
     assert all(check.holds for check in record.checks)
     with pytest.raises(UnbuildableError, match=f"at most {most} do"):
         plan_ring(scene, replace(ring, count=most + 1))
+
+
+@pytest.mark.parametrize("plugs", [(0.004, 0.0), (0.0, 0.004), (0.009, 0.0001)])
+def test_plugs_of_a_board_narrower_than_they_are_stay_in_the_envelope(plugs):
+    """The room of a plug was 6 mm wide along any edge, so a search's ring could not be printed."""
+    board = Board(0.0264, 0.0037, 0.001, (-0.008, -0.0016), 0.0014, plugs=plugs, plug_height=0.006)
+    sensor = replace(L4CD, board=board)
+    scene = CoreScene(occlusion="shadow", sensor=sensor)
+    for tilt_deg in (0, -40, 73):
+        ring = Ring(
+            "upper_arm",
+            0.5,
+            4,
+            math.radians(tilt_deg),
+            0.3,
+            scene.radius_of("upper_arm") + 0.005,
+            sensor,
+        )
+        plan = plan_ring(scene, ring)
+        outside = union(assemble(plan).plugs) - envelope_solid(plan, envelope(scene, ring))
+        assert outside.volume() < 0.01
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,8 @@ meets the cylinder [low, high] of a ring at position p exactly if p lies between
 x - high - sqrt(r^2 - g^2) and x - low + sqrt(r^2 - g^2). The blocked positions are the union of
 these intervals along the capsule's axis. The axis is divided into pieces, and the interval of a
 piece contains those of all its points, because rho changes by no more than the piece's extent
-across the mount axis. A convex body is grown by moving
-its faces outwards, and the disc of a cylinder becomes a polygon around it; the blocked positions
-then follow from two linear programmes. Every result errs on the safe side.
+across the mount axis. The positions at which a convex body blocks a ring follow from its extent
+within the cylinder. Every result errs on the safe side.
 """
 
 import math
@@ -19,10 +18,10 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
+from .convex_extents import extents
 from .ring_envelope import Envelope
 
 _PIECES = 512  # of a capsule's axis; an end of a blocked interval errs by less than their length
-_SIDES = 64  # of the polygon around a disc; it exceeds the disc by 0.12 % of the radius
 _BEYOND = 0.1  # m beyond the span within which convex bodies are examined
 Blocked = tuple[float, float, int]
 """Lowest and highest blocked position, m along the mount axis, and the index of the body."""
@@ -101,55 +100,14 @@ def blocked_by_polyhedra(
         offset: offsets (P, M) of the faces, m; a point p is inside where normal . p <= offset.
         span: lowest and highest position of interest, m.
     """
-    angle = 2 * math.pi * np.arange(_SIDES) / _SIDES
-    sides = np.stack([np.zeros(_SIDES), np.cos(angle), np.sin(angle)], axis=1)
     within = (span[0] + envelope.low - _BEYOND, span[1] + envelope.high + _BEYOND)
     cuts: list[Blocked] = []
-    for i in range(len(normal)):
-        for band in envelope.bands:
-            faces = np.concatenate([normal[i], sides])
-            limits = np.concatenate([offset[i], np.full(_SIDES, band.outer)])
-            ends = (
-                _extent(faces, limits, within)
-                if _near(normal[i], offset[i], band.outer, within)
-                else None
-            )
-            if ends is not None:
-                cuts.append((ends[0] - band.high, ends[1] - band.low, i))
+    for band in envelope.bands:
+        low, high = extents(normal, offset, band.outer, within)
+        met = np.flatnonzero(low <= high)
+        ends = zip(met.tolist(), low[met].tolist(), high[met].tolist(), strict=True)
+        cuts += [(a - band.high, b - band.low, i) for i, a, b in ends]
     return sorted(cuts)
-
-
-def _near(
-    normal: Float[np.ndarray, "M 3"],
-    offset: Float[np.ndarray, " M"],
-    outer: float,
-    within: tuple[float, float],
-) -> bool:
-    """Return whether no face separates a convex body from the cylinder of radius ``outer`` m."""
-    along = np.minimum(normal[:, 0] * within[0], normal[:, 0] * within[1])
-    least = along - outer * np.hypot(normal[:, 1], normal[:, 2])
-    return bool(np.all(least <= offset))
-
-
-def _extent(
-    faces: Float[np.ndarray, "M 3"],
-    limits: Float[np.ndarray, " M"],
-    within: tuple[float, float],
-) -> tuple[float, float] | None:
-    """Return the least and largest first coordinate of a convex body, clipped to ``within``; None
-    if it is empty there."""
-    from scipy.optimize import linprog
-
-    box = [within, (None, None), (None, None)]
-    ends = []
-    for sign in (1.0, -1.0):
-        least = linprog([sign, 0.0, 0.0], A_ub=faces, b_ub=limits, bounds=box)
-        if least.status == 2:  # no point satisfies all constraints
-            return None
-        if not least.success:
-            return within
-        ends.append(sign * float(least.fun))
-    return ends[0], ends[1]
 
 
 def surface_points(envelope: Envelope, spacing: float) -> Float[np.ndarray, "N 3"]:

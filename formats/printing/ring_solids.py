@@ -19,7 +19,7 @@ _THREAD = 8.0  # largest depth of a screw in the ring
 _BORED = 0.4  # radius of a screw's thread, relative to the diameter of the hole in the board
 _LEFT = 1.5  # material around a screw's hole, and between it and the bore
 _OVER = 0.2  # overlap of a cut beyond the surface
-_PLUG = 3.0  # half the width of a plug along its edge
+_PLUG = 3.0  # half the width of a plug along its edge, or half the edge where that is less
 _PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
@@ -178,14 +178,15 @@ def plugs(plan: PrintPlan, k: int) -> Manifold:
     w, h, (side, up) = MM * b.width / 2, MM * b.height / 2, (MM * v for v in b.plugs)
     front = -MM * b.lens_height
     ends = (front, front + MM * b.plug_height)
+    across, upright = min(_PLUG, w), min(_PLUG, h)
     rooms = []
     for sign in (-1.0, 1.0):
         if up:
             low, high = sorted((y + sign * h, y + sign * (h + up)))
-            rooms.append(box((x - _PLUG, low, ends[0]), (x + _PLUG, high, ends[1])))
+            rooms.append(box((x - across, low, ends[0]), (x + across, high, ends[1])))
         if side:
             low, high = sorted((x + sign * w, x + sign * (w + side)))
-            rooms.append(box((low, y - _PLUG, ends[0]), (high, y + _PLUG, ends[1])))
+            rooms.append(box((low, y - upright, ends[0]), (high, y + upright, ends[1])))
     return union(rooms).transform(plan.frame(k))
 
 

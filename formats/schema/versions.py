@@ -57,20 +57,23 @@ def _with_envelopes(model: type[VersionedFile], keys: dict[str, Any]) -> dict[st
     """Return the keys of a file of version 1, in which a ring's body had two stated sizes.
 
     The scene of such a file states what its defaults were. Rings with bodies on a UR10 sat on the
-    axis between two joints, which today only rings without bodies do.
+    axis between two joints, which today only rings without bodies do: those of a proposal stay
+    there, whatever its scene states.
     """
     if "scene" in keys:
-        return keys | {"scene": _scene_with_envelopes(keys["scene"])}
+        return keys | {"scene": _scene_with_envelopes(keys["scene"], "rings" in keys)}
     return _scene_with_envelopes(keys) if model.is_scene else keys
 
 
-def _scene_with_envelopes(scene: Any) -> Any:
+def _scene_with_envelopes(scene: Any, has_rings: bool = False) -> Any:
     if not isinstance(scene, dict) or not isinstance(scene.get("rules", {}), dict):
         return scene
     rules = {k: v for k, v in scene.get("rules", {}).items() if k not in _SIZES}
     occlusion = scene.get("occlusion", "ignore")
-    between_joints = occlusion == "ignore" or scene.get("robot", "ur10") in ("ur10", "ur10_dh")
-    rules = {"mount": "free" if between_joints else "real"} | rules
+    between_joints = scene.get("robot", "ur10") in ("ur10", "ur10_dh")
+    rules = {"mount": "free" if between_joints or occlusion == "ignore" else "real"} | rules
+    if between_joints and has_rings and rules["mount"] == "real":
+        rules["mount"] = "free"
     return scene | {"occlusion": occlusion, "rules": rules}
 
 
