@@ -27,6 +27,7 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.ring_section import axes_of
+from place_rings.coverage.sensors.boards import VL53L5CX
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.formats.errors import UserError
@@ -231,6 +232,23 @@ def test_points_on_an_envelope_are_as_dense_as_stated(seed):
         last = steps[out[0] - 1, k]
         if np.hypot(*last[1:]) > around.bore + 1e-3:
             assert np.linalg.norm(points - last, axis=1).min() <= spacing + 3e-4
+
+
+def test_rings_of_a_layout_with_another_board_are_clear():
+    """As the viewer searches from them: places were those of the scene's smaller board."""
+    scene = CoreScene(occlusion="shadow")
+    limits = {link: Limits(tilt=(-0.2, 0.2)) for link in scene.robot.links}
+    scene, sensor = replace(scene, limits=limits), replace(scene.sensor, board=VL53L5CX)
+    places = (("upper_arm", 0.2), ("upper_arm", 0.5), ("forearm", 0.3))
+    layout = Setup(tuple(Ring(link, at, 4, 0.0, 0.0, 0.11, sensor) for link, at in places))
+    space, rng = Space(scene, layout), np.random.default_rng(0)
+    c = fresh(space, rng)
+    low, high = (edge[:, : space.places] for edge in space.box(c))
+    for _ in range(5):
+        ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
+        rings = rounded(space.setup(ends), scene.sensor).rings
+        found = faults(scene, rings, space.clear)
+        assert not [f for f in found if len({rings[i].link for i in f.rings}) == 1]
 
 
 @settings(max_examples=6, deadline=None)

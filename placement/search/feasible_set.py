@@ -54,7 +54,7 @@ class FeasibleSet:
             InfeasibleError: if no setup satisfies the rules.
         """
         self.scene, self.layout = scene, layout
-        self.clear = MountClearance(scene) if scene.real else None
+        self.clear = MountClearance(_with_sensors_of(scene, layout)) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._rooms_of_bodies())
@@ -222,6 +222,14 @@ class FeasibleSet:
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
         ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
         return ring if like is None else replace(ring, sensor=like.sensor)
+
+
+def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:
+    """Return the scene in which the new rings of a link have the sensor of the layout there."""
+    limits = dict(scene.limits)
+    for ring in reversed(layout.rings if layout else ()):
+        limits[ring.link] = replace(scene.limits_of(ring.link), sensor=ring.sensor)
+    return replace(scene, limits=limits)
 
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
