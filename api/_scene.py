@@ -176,6 +176,11 @@ class Scene:
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
 
+        Unless ``rules.mount`` is stated, ``occlusion`` also decides whether rings are real. On a
+        UR10, real rings sit on the axes of the links' tubes, and rings without bodies on the lines
+        between the joints. State ``rules=Rules(mount=...)`` to count the same rings under another
+        model of occlusion.
+
         Args:
             changes: arguments of ``Scene``; None restores an argument's default.
 

@@ -4,8 +4,8 @@ refused.
 
 import math
 import sys
-import time
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -46,6 +46,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
+from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from . import drawing
@@ -193,8 +194,9 @@ def test_the_extent_of_a_body_in_a_cylinder_lies_between_those_in_two_polygons(s
             assert sign * (most[0] - high[0]) >= -1e-5
 
 
-def test_boxes_at_many_poses_are_compared_with_a_ring_at_once():
+def test_boxes_at_many_poses_are_compared_with_a_ring_at_once(monkeypatch):
     """Two linear programmes a box and pose took half a minute to find no radius for a ring."""
+    monkeypatch.setattr("scipy.optimize.linprog", Mock(spec=linprog, side_effect=AssertionError))
     poses = tuple(Pose(UR10.rest + 0.25 * np.sin(0.0314 * i + np.arange(6))) for i in range(200))
     around = 0.6 * np.arange(10)
     boxes = tuple(
@@ -204,9 +206,7 @@ def test_boxes_at_many_poses_are_compared_with_a_ring_at_once():
         for k, a in enumerate(around)
     )
     scene = CoreScene(poses=poses, occlusion="shadow", obstacles=boxes)
-    began = time.process_time()
-    MountClearance(scene).stretches("tool", 0.08)
-    assert time.process_time() - began < 0.7
+    assert MountClearance(scene).stretches("tool", 0.08) == []
 
 
 def test_a_floor_blocks_all_below_it():
