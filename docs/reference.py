@@ -29,6 +29,8 @@ app.resolved_commands()  # loads the docstrings that the list of commands shows
 print(generate_markdown_docs(app, heading_level=2, no_root_title=True, generate_toc=False))
 """
 _MARK = r"^<!-- (commands|keys|api)(?:: ([\w ]+))? -->$"
+# examples name files that a user has; tests of the help parse each of them
+_EXAMPLE = "<!-- no-run: examples of the help; a test parses them -->"
 _SECTION = re.compile(
     _MARK + r"(?:(?:(?!^<!-- (?:commands|keys|api)\b).)*?^<!-- end -->$)?",
     re.MULTILINE | re.DOTALL,
@@ -42,7 +44,8 @@ def commands() -> str:
     """
     line = (sys.executable, "-c", _COMMANDS)
     text = subprocess.run(line, check=True, capture_output=True, encoding="utf-8").stdout
-    return re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip()
+    text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip()
+    return text.replace("```bash\n", f"{_EXAMPLE}\n```bash\n")
 
 
 def page(text: str) -> str:
