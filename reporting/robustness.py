@@ -3,7 +3,8 @@
 from rich.table import Table
 
 from ..formats.schema.robustness_models import LossModel, RobustnessResult
-from .tables import Explained, target_label, target_legend
+from .explained import Explained
+from .tables import target_label, target_legend
 
 
 def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:

@@ -2,42 +2,17 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
+from .explained import Explained
 from .text import counted
 
 _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
-
-
-_ENDLESS = 10_000  # columns, wider than any table
-
-
-@dataclass(frozen=True)
-class Explained:
-    """A table with a title above it, and a text below it that explains its columns.
-
-    Title and text wrap at the width of the terminal; rich would wrap them at that of the table. A
-    table that is too wide for the terminal has no blanks beside its cells.
-    """
-
-    title: str
-    """The line above the table."""
-    table: Table
-    """The table, without title and caption."""
-    text: str
-    """What the columns mean."""
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        wanted = self.table.__rich_measure__(console, options.update(width=_ENDLESS)).maximum
-        self.table.padding = (0, 0) if wanted > options.max_width else (0, 1)
-        yield from (self.title, self.table, self.text)
 
 
 def ring_table(setup: Setup, robot: Robot) -> Explained:

@@ -17,8 +17,9 @@ from ...formats.schema.redesign_models import ImproveResult
 from ...formats.writing import made_folder
 from ...placement.redesign.beam_search import WORTH
 from ...placement.search.progress import Outcome, Progress
+from ...reporting.explained import Explained
 from ...reporting.progress import ProgressBar
-from ...reporting.tables import Explained, count_error_line, target_label, target_legend
+from ...reporting.tables import count_error_line, target_label, target_legend
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
 

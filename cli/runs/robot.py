@@ -18,8 +18,8 @@ from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
 from ...objectives.scene import CoreScene, Rules
+from ...reporting.explained import Explained
 from ...reporting.robot_picture import robot_picture
-from ...reporting.tables import Explained
 from ...reporting.terminal import Terminal
 from ..options.urdf_robot import import_urdf
 

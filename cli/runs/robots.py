@@ -4,7 +4,7 @@ from rich.table import Table
 
 from ...coverage.robots.built_in import ROBOTS
 from ...coverage.robots.robot import Robot
-from ...reporting.tables import Explained
+from ...reporting.explained import Explained
 from ...reporting.terminal import Terminal
 
 

@@ -9,7 +9,7 @@ from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Use
 from ...coverage.sensors.sensor_model import Model
 from ...formats.schema.sensor_records import SensorRecord
-from ...reporting.tables import Explained
+from ...reporting.explained import Explained
 from ...reporting.terminal import Terminal, say, say_json
 
 

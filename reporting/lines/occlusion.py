@@ -12,7 +12,8 @@ from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.mounting import REAL
 from ...objectives.feasibility.violations import faults
 from ...objectives.scene import CoreScene
-from ..tables import Explained, target_label
+from ..explained import Explained
+from ..tables import target_label
 from ..terminal import Terminal
 
 ADVICE = (
