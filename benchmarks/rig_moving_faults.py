@@ -164,6 +164,6 @@ FAULTS: dict[str, Fault] = {
         to_child(_LINK, signal.SIGHUP), None, moves=True
     ),
     "the end of input before the next question": Fault(
-        end_of_input, r"ended by who was asked", moves=True
+        end_of_input, r"ended by the user", moves=True
     ),
 }

@@ -272,7 +272,7 @@ def test_a_replay_gives_the_same_files_every_time(taped, tmp_path, capsys):
     assert "small.toml: differs" in out
     assert "no safety function" in out
     assert b"no safety function" in first["check.html"]
-    with pytest.raises(UserError, match="allowed: one of other"):
+    with pytest.raises(UserError, match="allowed: a recording of other"):
         call(["check", "other", "--replay", str(file)])
 
 
