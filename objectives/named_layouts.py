@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from ..coverage.rings.ring import Ring, Setup, named_setup
-from .feasibility.ring_envelopes import envelope
+from .feasibility.ring_envelopes import closable, envelope
 from .scene import CoreScene
 
 
@@ -30,10 +30,6 @@ def _mounted(scene: CoreScene, ring: Ring) -> Ring:
     ring = replace(ring, radius=scene.radius_of(ring.link))
     if mount.length == 0:
         return ring
-    around = envelope(scene, ring)
-    low, high = (
-        end - edge / mount.length
-        for end, edge in zip(mount.usable, (around.low, around.high), strict=True)
-    )
+    low, high = closable(mount, envelope(scene, ring))
     place = low + ring.position * (high - low) if low <= high else sum(mount.usable) / 2
     return replace(ring, position=min(max(place, 0.0), 1.0))

@@ -10,8 +10,6 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from ..robots.ring_section import surrounded
-from ..robots.robot import Robot
 from ..sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
 from ..sensors.boards import Board
 
@@ -195,8 +193,7 @@ class Clamp:
 
 
 def clamp_of(
-    robot: Robot,
-    link: str,
+    around: float,
     radius: float,
     tilt: float,
     board: Board,
@@ -207,14 +204,13 @@ def clamp_of(
     Where the section of the link is unknown, the hole is assumed to end a wall behind the pockets.
 
     Args:
-        robot: the robot.
-        link: link that carries the ring.
+        around: radius that the ring must surround, m, as ``surrounded`` gives it; 0: unknown.
         radius: radius of the ring, m.
         tilt: tilt of the ring, rad.
         board: the board of its sensors.
         printing: printing parameters.
     """
-    around, tilt = surrounded(robot, link), abs(tilt)
+    tilt = abs(tilt)
     inner = inner_radius(around, printing)
     pocket = best_pocket(board, printing, radius, tilt, inner)
     tube = around

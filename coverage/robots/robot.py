@@ -44,6 +44,16 @@ class Mount:
         """Third axis of the ring's plane, ``axis x zero``: phases turn from ``zero`` towards it."""
         return np.cross(self.axis, self.zero)
 
+    def T_link_ring(self, position: float) -> Float[np.ndarray, "4 4"]:
+        """Return the frame (4, 4) m of a ring at ``position``, seen from the link's frame.
+
+        Its z axis points along the mount axis, and its x axis to the sensor of phase 0.
+        """
+        T = np.eye(4)
+        T[:3, :3] = np.stack([self.zero, self.side, self.axis], axis=1)
+        T[:3, 3] = self.start + position * self.length * self.axis
+        return T
+
 
 @dataclass(frozen=True)
 class Body:

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from trimesh.visual.material import PBRMaterial
 
 from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.robots.robot import BASE, Mount
+from ...coverage.robots.robot import BASE
 from ...coverage.soft.sampling import sample
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
@@ -136,7 +136,7 @@ def _capsule(start: Any, end: Any, radius: float) -> Any:
 def _band(placed: PlacedSetup, i: int) -> Any:
     ring, robot = placed.setup.rings[i], placed.scene.robot
     mount = robot.mount(ring.link)
-    T = placed.T_base_frame[mount.frame] @ _T_link_ring(mount, ring.position)
+    T = placed.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
     made = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
     return made.apply_transform(T)
 
@@ -149,16 +149,9 @@ def _envelope(placed: PlacedSetup, i: int) -> Any:
         tall, middle = band.high - band.low, (band.high + band.low) / 2
         solid = trimesh.creation.annulus(around.bore, band.outer, tall, sections=_SIDES)
         solids.append(solid.apply_translation([0.0, 0.0, middle]))
-    T = placed.T_base_frame[mount.frame] @ _T_link_ring(mount, ring.position)
+    T = placed.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
     made: Any = trimesh.util.concatenate(solids)
     return made.apply_transform(T)
-
-
-def _T_link_ring(mount: Mount, position: float) -> Float[np.ndarray, "4 4"]:
-    T = np.eye(4)
-    T[:3, :3] = np.stack([mount.zero, mount.side, mount.axis], axis=1)
-    T[:3, 3] = mount.start + position * mount.length * mount.axis
-    return T
 
 
 def _beam(cones: Any, k: int) -> Any:

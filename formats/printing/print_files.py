@@ -82,14 +82,10 @@ def placed(robot: Robot, plan: PrintPlan, half: Manifold) -> Float[np.ndarray, "
     the link that carries the ring.
     """
     ring, mount = plan.ring, robot.mount(plan.ring.link)
-    # columns: the ring's frame, z along the mount axis, in the frame of the link
-    T_link_ring = np.eye(4)
-    T_link_ring[:3, :3] = np.stack([mount.zero, mount.side, mount.axis], axis=1)
-    T_link_ring[:3, 3] = mount.start + ring.position * mount.length * mount.axis
     T_ring_file = np.eye(4)
     T_ring_file[:3, :3] = plan.T_ring_print
     T_ring_file[:3, 3] = plan.T_ring_print @ np.array(printing_origin(half)) / MM
-    T: np.ndarray = T_link_ring @ T_ring_file
+    T: np.ndarray = mount.T_link_ring(ring.position) @ T_ring_file
     return T
 
 

@@ -121,7 +121,8 @@ def plan_ring(scene: CoreScene, ring: Ring, printing: Printing | None = None) ->
     """
     printing = printing or scene.printing
     board = _buildable(scene, ring, printing)
-    clamp = clamp_of(scene.robot, ring.link, ring.radius, ring.tilt, board, printing)
+    around = surrounded(scene.robot, ring.link)
+    clamp = clamp_of(around, ring.radius, ring.tilt, board, printing)
     flip = -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
     turn = _split(angles)

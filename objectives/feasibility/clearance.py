@@ -16,7 +16,7 @@ from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..parameterization import Room
 from ..scene import CoreScene
-from .ring_envelopes import envelope, widest_envelope, widest_spacing
+from .ring_envelopes import closable, envelope, widest_envelope, widest_spacing
 
 _SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
 # m, by which a radius that is not stated may be changed until the ring is clear
@@ -70,7 +70,7 @@ class MountClearance:
         They are exact up to about a millimetre at each end.
         """
         around = self.widest(link, radius)
-        return _left(self._closed(link, around), self._obstructed(link, around))
+        return _left(closable(self.scene.robot.mount(link), around), self._obstructed(link, around))
 
     def spacing(self, link: str, radius: float, rings: Iterable[Ring] = ()) -> float:
         """Return the least distance, m, that new rings of ``radius`` m on ``link`` keep from each
@@ -119,7 +119,7 @@ class MountClearance:
     def why(self, link: str, radius: float) -> str:
         """Return a message that names what obstructs a ring on ``link``, or ""."""
         around = self.widest(link, radius)
-        low, high = self._closed(link, around)
+        low, high = closable(self.scene.robot.mount(link), around)
         if low > high:
             tall = 1000 * (around.high - around.low)
             return f"no ring {tall:.0f} mm tall can be closed around {link}"
@@ -153,14 +153,7 @@ class MountClearance:
         The whole ring must lie in the usable part. If there is no such position, the first value
         exceeds the second.
         """
-        return self._closed(ring.link, envelope(self.scene, ring))
-
-    def _closed(self, link: str, around: Envelope) -> tuple[float, float]:
-        mount = self.scene.robot.mount(link)
-        if mount.length == 0:
-            return 0.0, 0.0
-        low, high = mount.usable
-        return low - around.low / mount.length, high - around.high / mount.length
+        return closable(self.scene.robot.mount(ring.link), envelope(self.scene, ring))
 
     def _obstructed(self, link: str, around: Envelope) -> Cuts:
         """Return the intervals of position on which an envelope is not clear, with the names of

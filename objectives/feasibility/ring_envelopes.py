@@ -4,42 +4,49 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ...coverage.rings.clamp import Clamp, clamp_of
+from ...coverage.rings.clamp import clamp_of
 from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_envelope import Envelope, envelope_of, hull
-from ...coverage.sensors.boards import NOMINAL, Board
+from ...coverage.robots.ring_section import surrounded
+from ...coverage.robots.robot import Mount
+from ...coverage.sensors.boards import NOMINAL
 from ..scene import CoreScene
 
 _STEP = 0.035  # rad, between the tilts at which the envelope of an undecided ring is computed
 _MARGIN = 0.0005  # m, by which an envelope's ends vary at most between these tilts
 
 
-def clamp_in(scene: CoreScene, ring: Ring) -> Clamp:
-    """Return the clamp of a ring; a sensor whose board is unknown has a nominal one."""
-    board = ring.sensor.board or NOMINAL
-    return _clamp(scene, ring.link, ring.radius, ring.tilt, board)
-
-
 def envelope(scene: CoreScene, ring: Ring) -> Envelope:
-    """Return the envelope of a ring."""
-    return envelope_of(clamp_in(scene, ring), ring.tilt < 0)
+    """Return the envelope of a ring; a sensor whose board is unknown has a nominal one."""
+    around, board = surrounded(scene.robot, ring.link), ring.sensor.board or NOMINAL
+    clamp = clamp_of(around, ring.radius, ring.tilt, board, scene.printing)
+    return envelope_of(clamp, ring.tilt < 0)
 
 
 def widest_envelope(scene: CoreScene, link: str, radius: float) -> Envelope:
     """Return an envelope that contains that of every ring of ``radius`` m that a search may place
     on ``link``, whatever its tilt."""
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
+    around = surrounded(scene.robot, link)
     tilts = np.linspace(low, high, int((high - low) / _STEP) + 2)
     some = [
-        envelope_of(_clamp(scene, link, radius, float(tilt), board), back)
+        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing), back)
         for tilt in tilts
         for back in ((False, True) if abs(tilt) < _STEP else (tilt < 0,))
     ]
     return hull(some, _MARGIN)
 
 
-def _clamp(scene: CoreScene, link: str, radius: float, tilt: float, board: Board) -> Clamp:
-    return clamp_of(scene.robot, link, radius, tilt, board, scene.printing)
+def closable(mount: Mount, around: Envelope) -> tuple[float, float]:
+    """Return the lowest and highest position at which a ring with this envelope can be closed.
+
+    The whole ring must lie in the usable part. If there is no such position, the first value
+    exceeds the second. A mount without length has the one position 0.
+    """
+    if mount.length == 0:
+        return 0.0, 0.0
+    low, high = mount.usable
+    return low - around.low / mount.length, high - around.high / mount.length
 
 
 def spacing(scene: CoreScene, proximal: Envelope, distal: Envelope) -> float:
