@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
+    from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
@@ -53,6 +54,7 @@ __all__ = [
     "InfeasibleError",
     "InputError",
     "Limits",
+    "MountedSensor",
     "Outcome",
     "Pose",
     "Progress",
@@ -110,6 +112,7 @@ _MODULES = {
     "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
+    "coverage.rings.mounted_sensor": ("MountedSensor",),
     "coverage.rings.ring": ("Ring", "Setup"),
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),

@@ -13,6 +13,7 @@ from ._errors import InputError, input_errors
 from ._targets import TargetVolume, volume_of
 from ._trajectory import Trajectory
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
@@ -34,6 +35,7 @@ _KEYS = (
     "mounts",
     "rules",
     "obstacles",
+    "cell_sensors",
     "over_poses",
     "safety",
 )
@@ -61,6 +63,8 @@ class Scene:
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
         obstacles: obstacles of the cell, each made by ``obstacle``.
+        cell_sensors: cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What
+            they see counts as covered with any setup.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
 
@@ -89,6 +93,7 @@ class Scene:
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
+        cell_sensors: Sequence[MountedSensor] | MountedSensor | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
     ) -> None:
@@ -100,10 +105,12 @@ class Scene:
             "mounts": mounts,
             "rules": rules,
             "obstacles": obstacles,
+            "cell_sensors": cell_sensors,
             "over_poses": over_poses,
             "safety": safety,
         }
-        core = replace(CoreScene(robot=_robot(robot)), **_fields(given))
+        with input_errors("scene"):
+            core = replace(CoreScene(robot=_robot(robot)), **_fields(given))
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
 
     @classmethod
@@ -164,6 +171,11 @@ class Scene:
         return self._core.obstacles
 
     @property
+    def cell_sensors(self) -> tuple[MountedSensor, ...]:
+        """Sensors of the cell."""
+        return self._core.cell_sensors
+
+    @property
     def over_poses(self) -> Literal["mean", "worst"]:
         """Whether a search maximises the mean over the poses or the worst pose."""
         return self._core.over_poses
@@ -205,7 +217,8 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
-        core = replace(core, **_fields(changes))
+        with input_errors("scene"):
+            core = replace(core, **_fields(changes))
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
         return Scene.of(_checked(core))
@@ -265,6 +278,8 @@ class Scene:
         parts = [core.robot.name, poses, goals, f"occlusion {core.occlusion}"]
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
+        if core.cell_sensors:
+            parts.append(f"{len(core.cell_sensors)} sensors of the cell")
         return parts
 
 
@@ -366,6 +381,10 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:
         fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
+    if "cell_sensors" in given:
+        allowed = "MountedSensor on the link base"
+        some = given["cell_sensors"]
+        fields["cell_sensors"] = _each(some, MountedSensor, "cell_sensors", allowed)
     if "targets" in given:
         default = given["targets"] is None
         fields["goals"] = CoreScene.goals if default else _goals(given["targets"])

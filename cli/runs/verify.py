@@ -59,6 +59,13 @@ def verify(
     if rule == "centre" and (line := flat_beam_line(setup, voxel or VOXEL, results)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene)
+    for r in results:
+        if parts := [f"{part} {zeta:.2f}" for part, zeta in r.by_part_percent.items()]:
+            console.print(
+                f"{target_label(r)} by each part alone, in percent: {', '.join(parts)}.",
+                highlight=False,
+                soft_wrap=True,
+            )
     for fault in results[0].mounting:
         console.print(f"Not a real mount: {fault}.", highlight=False, soft_wrap=True)
     for r in results:

@@ -30,11 +30,11 @@ class SensorFrame:
     """A sensor's pose in the frame of its link."""
 
     ring: int
-    """Number of the ring."""
+    """Number of the ring; of a single sensor, its own, after those of the rings."""
     sensor: int
     """Number of the sensor on its ring."""
     frame: int
-    """Index of the link's frame among those of ``forward``."""
+    """Index of the link's frame among those of ``forward``, or ``BASE``."""
     T_frame_sensor: Float[np.ndarray, "4 4"]
     """Pose of the sensor; its beam points along z."""
     unit: Sensor
@@ -48,21 +48,21 @@ class SensorFrame:
 
 
 def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
-    """Return the frames of all sensors, ring by ring.
+    """Return the frames of all sensors: ring by ring, then the single ones.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot lacks.
+        ValueError: if a ring or sensor sits on a link that the robot lacks.
     """
-    here, v = ring_arrays(robot, setup.rings), ring_values(setup)
+    groups = setup.groups
+    here, v = ring_arrays(robot, groups), ring_values(groups)
     seat = sensor_poses(here, v.position, v.tilt, v.phase)
     up = up_of(seat.look, seat.along, seat.radial)
     T = np.tile(np.eye(4), (setup.sensors, 1, 1))
     T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)
     T[:, :3, 3] = seat.apex
-    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
     return tuple(
-        SensorFrame(i, k, robot.mount(setup.rings[i].link).frame, T[n], setup.rings[i].sensor)
-        for n, (i, k) in enumerate(labels)
+        SensorFrame(i, k, int(here.frame[i]), T[n], groups[i].sensor)
+        for n, (i, k) in enumerate(setup.labels)
     )
 
 

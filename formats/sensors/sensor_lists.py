@@ -27,16 +27,17 @@ def sensor_list(setup: Setup, scene: CoreScene, poses: Sequence[int] | None = No
     """Return the beams of all sensors at poses of the scene (by default all) as CSV in the base
     frame.
 
+    Each single sensor has a number of its own among those of the rings, after them.
+
     If some beams are square, four columns are added: the full angle along ``up`` (0 for a cone),
     and ``up`` itself.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(SQUARE_COLUMNS if any_square(setup.rings) else COLUMNS)
-    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
+    writer.writerow(SQUARE_COLUMNS if any_square(setup.groups) else COLUMNS)
     for p in range(len(scene.poses)) if poses is None else poses:
         c = sensor_cones(scene.robot, setup, scene.poses[p].q)
-        for n, (i, k) in enumerate(labels):
+        for n, (i, k) in enumerate(setup.labels):
             values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
             if isinstance(c, MixedBeams):
                 values += [2 * np.degrees(c.half_up[n]), *c.up[n]]

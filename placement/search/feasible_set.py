@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring import Group, Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
@@ -48,7 +48,8 @@ class FeasibleSet:
     ) -> None:
         """Pass either ``layout`` or ``sensors``.
 
-        The scene's fixed rings count among ``sensors``, not among the layout's.
+        The scene's fixed rings count among ``sensors``, not among the layout's; its single sensors
+        and those of the cell count in neither.
 
         Raises:
             InfeasibleError: if no setup satisfies the rules.
@@ -60,6 +61,7 @@ class FeasibleSet:
         self.segments = segments(scene, self._rooms_of_bodies())
         self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
+        self.held: tuple[Group, ...] = (*self.fixed, *scene.standing)
         held = sum(ring.count for ring in self.fixed)
         self.free = layout.sensors if layout else (sensors or 0) - held
         self.sensors = self.free + held

@@ -72,7 +72,7 @@ def expected(
 
 def beams_at(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
-    here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
+    here, v = ring_arrays(scene.robot, setup.groups, square=True), ring_values(setup.groups)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
     apex, axis, up = (
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
