@@ -156,6 +156,11 @@ class Setup:
         return [(i, k) for i, group in enumerate(self.groups) for k in range(group.count)]
 
 
+def setup_of_group(group: Group) -> Setup:
+    """Return the setup of one ring or single sensor."""
+    return Setup((), (group,)) if isinstance(group, MountedSensor) else Setup((group,))
+
+
 _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
 
 

@@ -46,9 +46,9 @@ def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
         setup: setup to list.
         length: returns the bytes of a frame for a ring with a given number of sensors.
     """
-    kinds = Counter({ring.sensor: 0 for ring in setup.rings})
-    for ring in setup.rings:
-        kinds[ring.sensor] += ring.count
+    kinds = Counter({group.sensor: 0 for group in setup.groups})
+    for group in setup.groups:
+        kinds[group.sensor] += group.count
     rows = [
         (
             str(n),
