@@ -286,7 +286,9 @@ def _motion(
         options.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
         for r in setup.groups
     ]
-    period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.groups])
+    period = np.repeat(
+        [1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.groups]
+    )
     timing = Timing(period, options.latency)
     late = float(timing.spent.max())
     whole_safety = replace(scene.safety, reaction=max(scene.safety.reaction, late))

@@ -249,9 +249,10 @@ class CoreScene:
 
     @property
     def square(self) -> bool:
-        """Whether rings of the scene may have square beams; single sensors do not matter here."""
+        """Whether rings of the scene may have other beams than cones from the apex on; single
+        sensors do not matter here."""
         new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return any(s.square for s in (*new, *(r.sensor for r in self.rules.fixed)))
+        return not all(s.plain for s in (*new, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def real(self) -> bool:

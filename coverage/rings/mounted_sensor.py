@@ -57,7 +57,7 @@ class MountedSensor:
                 object.__setattr__(self, key, _three(key, getattr(self, key)))
         if not math.hypot(*self.direction) > 0:
             raise _fault("direction", self.direction, "a vector other than 0")
-        if self.up is None and self.sensor.square:
+        if self.up is None and self.sensor.oriented:
             raise _fault("up", None, "the direction of fov_up, because the beam is not round")
         if self.up is not None:
             across = np.linalg.norm(np.cross(self.up, self.direction))

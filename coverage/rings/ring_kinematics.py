@@ -15,7 +15,7 @@ from ..pytrees import tree
 from ..robots.kinematics import forward
 from ..robots.robot import Mount, Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import BeamShapes
+from ..solids.sensor_beams import BeamShapes, SpecialShapes
 from .mounted_sensor import MountedSensor
 from .ring import Group, Setup, ring_values
 
@@ -51,8 +51,8 @@ class RingArrays:
 
 
 def any_square(rings: Iterable[Group]) -> bool:
-    """Return whether a ring or single sensor has a square beam."""
-    return any(r.sensor.square for r in rings)
+    """Return whether a ring or single sensor has another beam than a cone from the apex on."""
+    return not all(r.sensor.plain for r in rings)
 
 
 def mount_of(robot: Robot, group: Group) -> Mount:
@@ -69,7 +69,11 @@ def mount_of(robot: Robot, group: Group) -> Mount:
 
 
 def ring_arrays(
-    robot: Robot, rings: tuple[Group, ...], sensors: int | None = None, square: bool = False
+    robot: Robot,
+    rings: tuple[Group, ...],
+    sensors: int | None = None,
+    square: bool = False,
+    special: bool = False,
 ) -> RingArrays:
     """Return the rings and single sensors of a setup as arrays.
 
@@ -77,7 +81,8 @@ def ring_arrays(
         robot: the robot.
         rings: the rings and single sensors.
         sensors: number of sensors to which the arrays are padded; None: no padding.
-        square: whether setups to be stacked with this one may have square beams.
+        square: whether setups to be stacked with this one may have square or special beams.
+        special: whether they may have special beams: domes, fans, or a least range.
 
     Raises:
         ValueError: if a ring sits on a link that the robot does not have, or the rings have more
@@ -101,7 +106,14 @@ def ring_arrays(
     turn = np.concatenate(
         [np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)]
     )
-    some_square = square or any_square(rings)
+    shapes, some_special = None, special or any(r.sensor.special for r in rings)
+    some_square = square or some_special or any_square(rings)
+    if some_special:
+        shapes = SpecialShapes(
+            each([r.sensor.shape == "dome" for r in rings], 0.0) > 0,
+            each([(r.sensor.thickness or 0.0) / 2 for r in rings], 0.0),
+            each([r.sensor.near_m for r in rings], 0.0),
+        )
     return RingArrays(
         np.array([m.frame for m in mounts], int),
         start,
@@ -117,6 +129,7 @@ def ring_arrays(
             each([r.sensor.range_m for r in rings], -np.inf),
             each([r.sensor.half_angle_up for r in rings], 0.0) if some_square else None,
             each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+            shapes,
         ),
     )
 

@@ -105,7 +105,7 @@ def single_faults(
     for i, one in enumerate(models):
         if one.link not in robot.frames:
             yield (key, i, "link"), one.link, links_text(robot)
-        if one.sensor is None and one.up is None and sensor.to_domain().square:
+        if one.sensor is None and one.up is None and sensor.to_domain().oriented:
             allowed = "the direction of fov_up_deg, because the scene's sensor is not round"
             yield (key, i, "up"), None, allowed
 

@@ -24,7 +24,7 @@ def single_at(
 ) -> MountedSensor:
     """Return the sensor at a pose in a frame (4, 4), T_frame_sensor, rounded as in files."""
     at, look, up = ((T[:3, i].round(_DIGITS) + 0.0).tolist() for i in (3, 2, 1))
-    across = tuple(up) if sensor.square else None
+    across = tuple(up) if sensor.oriented else None
     return MountedSensor(link_name(robot, frame), tuple(at), tuple(look), sensor, across, name)
 
 

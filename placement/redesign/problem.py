@@ -224,7 +224,8 @@ class RedesignProblem:
 
     def _arrays(self, rings: list[Group]) -> RingArrays:
         sensors = self.sensors + len(self.scene.cell_sensors)
-        return ring_arrays(self.scene.robot, tuple(rings), sensors, self.square)
+        special = any(s.special for s in self.scene.sensors)
+        return ring_arrays(self.scene.robot, tuple(rings), sensors, self.square, special)
 
     def read(self, placed: EncodedSetup, values: Values) -> Touched:
         """Decode ``values`` to a touched setup; phases differ from the mounted ones as little as

@@ -77,7 +77,8 @@ class Space(FeasibleSet):
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
         sensors = self.sensors + len(self.scene.standing)
-        arrays = ring_arrays(self.scene.robot, (*rings, *self.held), sensors, self.square)
+        every = (*rings, *self.held)
+        arrays = ring_arrays(self.scene.robot, every, sensors, self.square, self.special)
         return arrays, self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:

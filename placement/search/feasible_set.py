@@ -66,6 +66,8 @@ class FeasibleSet:
         self.free = layout.sensors if layout else (sensors or 0) - held
         self.sensors = self.free + held
         self.square = scene.square or any_square(layout.rings if layout else ())
+        groups = layout.groups if layout else ()
+        self.special = any(s.special for s in (*scene.sensors, *(g.sensor for g in groups)))
         self.least, self.most = scene.rules.sensors
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError(

@@ -13,18 +13,45 @@ from .rings import LINKS, setups
 from .units import FACINGS, builder, directions, metres, points_mm, ups
 
 
+def beam(beam_deg: tuple[int, int], range_mm: int, near_percent: int) -> Sensor:
+    """A sensor with a cone or, where the second angle is above 0, a pyramid of several zones."""
+    (fov, up), range_m = (math.radians(angle) for angle in beam_deg), range_mm / 1000
+    near = range_m * near_percent / 100
+    return Sensor(fov, range_m, None, up or None, 4 if up else 1, near_m=near)
+
+
+def dome(fov_deg: int, range_mm: int) -> Sensor:
+    """A sensor whose field is a dome."""
+    return Sensor(math.radians(fov_deg), range_mm / 1000, shape="dome")
+
+
+def fan(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
+    """A scanner."""
+    fov, thick = math.radians(fov_deg), thickness_mm / 1000
+    return Sensor(fov, range_mm / 1000, shape="fan", thickness=thick)
+
+
+RANGES_MM = st.integers(200, 1600)
+BEAMS = st.builds(
+    beam,
+    st.tuples(st.integers(3, 115), st.sampled_from([0, 20, 70])),
+    RANGES_MM,
+    st.sampled_from([0, 0, 5, 50]),
+)
+DOMES = st.builds(dome, st.integers(20, 180), RANGES_MM)
+FANS = st.builds(fan, st.integers(20, 360), RANGES_MM, st.integers(20, 300))
+SENSORS = BEAMS | DOMES | FANS
+"""Sensors of any shape."""
+
+
 def single(
     link: str,
     place_mm: tuple[int, int, int],
     facing_deg: tuple[int, int],
     roll_deg: int,
-    beam_deg: tuple[int, int],
-    range_mm: int,
+    sensor: Sensor,
 ) -> MountedSensor:
-    """A single sensor of a round beam or, where its second angle is above 0, a pyramid of several
-    zones."""
-    fov, up = (math.radians(angle) for angle in beam_deg)
-    sensor = Sensor(fov, range_mm / 1000, None, up or None, 4 if up else 1)
+    """A single sensor."""
     at, look = tuple(metres(place_mm).tolist()), tuple(directions(facing_deg).tolist())
     return MountedSensor(link, at, look, sensor, tuple(ups(facing_deg, roll_deg).tolist()))
 
@@ -37,8 +64,7 @@ def singles(links: tuple[str, ...] = (*LINKS, "tcp", "base")) -> st.SearchStrate
         points_mm(400),
         FACINGS,
         st.integers(-180, 180),
-        st.tuples(st.integers(3, 115), st.sampled_from([0, 20, 70])),
-        st.integers(200, 1600),
+        SENSORS,
     )
 
 
