@@ -90,6 +90,9 @@ SENSORS = st.one_of(
         zones=st.integers(1, 8),
         board=st.none() | BOARDS,
     ),
+    drawn(Sensor, fov=angles(1, 180), range_m=LENGTHS, shape=st.just("dome")),
+    drawn(Sensor, fov=angles(1, 360), range_m=LENGTHS, shape=st.just("fan"), thickness=LENGTHS),
+    drawn(Sensor, fov=angles(1, 170), range_m=numbers(1, 2), near_m=numbers(0, 0.9)),
     drawn(catalogue_sensor, use=st.sampled_from(USES), board=st.none() | BOARDS),
 )
 RINGS = drawn(

@@ -20,7 +20,7 @@ from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import CoreScene
 from ..errors import UserError
-from ..schema.ring_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .sensor_frames import SensorFrame
 from .single_fit import single_at, single_on_link
 
@@ -113,16 +113,13 @@ def _ring_or_singles(
                     f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose},"
                     " allowed: 1"
                 )
-    kinds = {(row.fov_deg, row.range_m, _fov_up_deg(row)) for rows in some for row in rows}
+    kinds = {_sensor(name, number, row) for rows in some for row in rows}
     if len(kinds) > 1:
         allowed = "one fov_deg, range_m and fov_up_deg per ring"
         raise UserError(
             f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}"
         )
-    ((fov_deg, range_m, up_deg),) = kinds
-    sensor = Sensor(
-        math.radians(fov_deg), range_m, None, math.radians(up_deg) if up_deg > 0 else None
-    )
+    (sensor,) = kinds
 
     def part(key: str) -> Any:
         return np.array(
@@ -139,7 +136,7 @@ def _ring_or_singles(
             )
         return vectors / length
 
-    T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
+    T, up = np.array([frames[pose] for pose in poses]), unit("up") if sensor.oriented else None
     apex, axis = part("apex"), unit("axis")
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)
     fits = [_fit(mount, T[:, mount.frame], apex, axis, up, sensor) for mount in mounts]
@@ -155,8 +152,21 @@ def _ring_or_singles(
     ).ring
 
 
-def _fov_up_deg(row: ConeRow) -> float:
-    return row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
+def _sensor(name: str, number: int, row: ConeRow) -> Sensor:
+    """Return the sensor of a row; raise a UserError for a beam that cannot be."""
+    up = row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
+    shaped = row if isinstance(row, SpecialConeRow) else None
+    try:
+        return Sensor(
+            math.radians(row.fov_deg),
+            row.range_m,
+            fov_up=math.radians(up) if up > 0 else None,
+            shape=shaped.shape if shaped else "beam",
+            thickness=(shaped.thickness_m or None) if shaped else None,
+            near_m=shaped.near_m if shaped else 0.0,
+        )
+    except ValueError as error:
+        raise UserError(f"{name}: ring {number}: {error}") from error
 
 
 def _turned(

@@ -19,7 +19,7 @@ from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.ring_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SpecialConeRow
 
 _TURNS = {"z": 0, "x": 1, "y": 2}
 _POSES = 3  # arbitrary poses: only on its own link do a ring's sensors form a ring in all of them
@@ -103,12 +103,11 @@ def rows_of(
                 values |= {
                     f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)
                 }
-            if s.unit.fov_up is None:
+            if s.unit.plain:
                 rows.append(ConeRow.model_construct(**values))
-            else:
-                rows.append(
-                    SquareConeRow.model_construct(
-                        fov_up_deg=float(np.degrees(s.unit.fov_up)), **values
-                    )
-                )
+                continue
+            values |= {"shape": s.unit.shape, "thickness_m": s.unit.thickness or 0.0}
+            values |= {"near_m": s.unit.near_m}
+            up_deg = float(np.degrees(s.unit.fov_up or 0.0))
+            rows.append(SpecialConeRow.model_construct(fov_up_deg=up_deg, **values))
     return rows, poses
