@@ -37,8 +37,8 @@ from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.link_segments import segments
 from place_rings.objectives.occlusion import occluders
-from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart

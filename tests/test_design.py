@@ -13,7 +13,8 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.objectives.parameterization import GRAIN, decode, segments
+from place_rings.objectives.link_segments import GRAIN, segments
+from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, Limits, Rules
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.diversity import features, unlike_first

@@ -1,6 +1,6 @@
 """Envelopes of the rings of a scene, and the least distance of two of them on one link."""
 
-from collections.abc import Iterable
+import itertools
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ...coverage.rings.ring_envelope import Envelope, envelope_of, hull
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.boards import NOMINAL
+from ..link_segments import TILTS
 from ..scene import CoreScene
 
 _STEP = 0.035  # rad, between the tilts at which the envelope of an undecided ring is computed
@@ -23,18 +24,22 @@ def envelope(scene: CoreScene, ring: Ring) -> Envelope:
     return envelope_of(clamp, ring.tilt < 0)
 
 
-def widest_envelope(scene: CoreScene, link: str, radius: float) -> Envelope:
-    """Return an envelope that contains that of every ring of ``radius`` m that a search may place
-    on ``link``, whatever its tilt."""
+def envelopes_by_tilt(scene: CoreScene, link: str, radius: float) -> list[Envelope]:
+    """Return, for each of ``TILTS``, an envelope that contains that of every ring of ``radius`` m
+    that a search may place on ``link`` with a tilt up to the neighbours in ``TILTS``."""
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
     around = surrounded(scene.robot, link)
     tilts = np.linspace(low, high, int((high - low) / _STEP) + 2)
     some = [
-        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing), back)
+        [
+            envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing), back)
+            for back in ((False, True) if abs(tilt) < _STEP else (tilt < 0,))
+        ]
         for tilt in tilts
-        for back in ((False, True) if abs(tilt) < _STEP else (tilt < 0,))
     ]
-    return hull(some, _MARGIN)
+    reach = float(TILTS[1] - TILTS[0]) + _STEP
+    each = np.abs(np.clip(TILTS, low, high)[:, None] - tilts) <= reach  # (T, tilts)
+    return [hull(itertools.chain(*(some[i] for i in np.flatnonzero(e))), _MARGIN) for e in each]
 
 
 def closable(mount: Mount, around: Envelope) -> tuple[float, float]:
@@ -54,9 +59,3 @@ def spacing(scene: CoreScene, proximal: Envelope, distal: Envelope) -> float:
     if not scene.real:
         return scene.rules.spacing
     return max(scene.rules.spacing, proximal.high - distal.low + scene.rules.clearance)
-
-
-def widest_spacing(scene: CoreScene, envelopes: Iterable[Envelope]) -> float:
-    """Return a distance, m, that every two rings with these envelopes may have in any order."""
-    some = list(envelopes)
-    return max((spacing(scene, a, b) for a in some for b in some), default=scene.rules.spacing)

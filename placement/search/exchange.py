@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
 from ...objectives.floors import worth
-from ...objectives.parameterization import Interval, decode
+from ...objectives.parameterization import Interval, decode, positions
 from .design import Candidate, Space
 from .exchange_points import Field, Fields
 from .feasible_set import Rng
@@ -183,18 +183,15 @@ class Exchange:
     ) -> Float[np.ndarray, "3 K"]:
         """Return position, tilt and phase (3, K) of ring ``i`` for values (K, 3) and signs (K,), as
         ``decode`` computes them."""
-        where = self._stretch(c)
-        beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
-        along = np.delete(self._space.values(c)[0], i)[beside]
-        rank = ((along < values[:, :1]) | ((along == values[:, :1]) & (beside < i))).sum(axis=1)
-        tilt = (
-            sign * c.values[1, where.tilt_of[i]]
-            if self._space.scene.rules.shared_tilt
-            else values[:, 1]
-        )
-        return np.stack(
-            [where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]]
-        )
+        where, others = self._stretch(c), self._space.values(c)
+        if self._space.scene.rules.shared_tilt:
+            own = sign * c.values[1, where.tilt_of[i]]
+        else:
+            own = values[:, 1]
+        along, tilt = (np.tile(row, (len(values), 1)) for row in others[:2])  # (K, R)
+        tilt = where.sign * tilt[:, where.tilt_of]
+        along[:, i], tilt[:, i] = values[:, 0], own
+        return np.stack([positions(where, along, tilt)[:, i], own, values[:, 2]])
 
     def move(self, near: int, scale: float, anywhere: int) -> None:
         """Vary one ring or move sensors between rings, improve the changed rings, and keep the

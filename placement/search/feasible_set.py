@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.parameterization import (
+from ...objectives.link_segments import (
     Room,
     Segment,
     fits,
@@ -215,7 +215,7 @@ class FeasibleSet:
         if self.scene.rules.shared_tilt:
             shared = self._shared_tilt()
             tilt = shared[0], min(shared[1], -tilt[0], tilt[1])
-        return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
+        return np.array([0.0, tilt[0], -turn]), np.array([float(s.loose), tilt[1], turn])
 
     def ring(self, link: str, count: int) -> Ring:
         """Return a new ring of ``count`` sensors at the start of ``link``."""
