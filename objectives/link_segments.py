@@ -20,7 +20,7 @@ from .scene import CoreScene
 
 # share of a link: files round positions to it, so bounds and spacings are rounded to the safe side
 GRAIN = 1e-6
-TILTS = np.radians(np.arange(-90.0, 90.1, 5.0))
+TILTS = np.radians(np.arange(-90.0, 90.1, 2.5))
 """Tilts (T,) at which segments are tabulated, rad, evenly spaced."""
 LOW, HIGH, ABOVE, BELOW = range(4)
 """Rows of a segment's table: its lower and its upper end, and the extents of a ring's envelope from

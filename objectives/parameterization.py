@@ -104,7 +104,7 @@ class _Chain(NamedTuple):
 
 
 def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the table's cell in which each tilt lies, and its place there, 0 to 1."""
+    """Return the cell of the table in which each tilt lies, and its place there, 0 to 1."""
     at = np.clip((tilt - TILTS[0]) / _STEP, 0.0, len(TILTS) - 1.0)
     cell = np.minimum(at.astype(int), len(TILTS) - 2)
     return cell, at - cell

@@ -1,7 +1,5 @@
 """Envelopes of the rings of a scene, and the least distance of two of them on one link."""
 
-import itertools
-
 import numpy as np
 
 from ...coverage.rings.clamp import clamp_of
@@ -13,8 +11,9 @@ from ...coverage.sensors.boards import NOMINAL
 from ..link_segments import TILTS
 from ..scene import CoreScene
 
-_STEP = 0.035  # rad, between the tilts at which the envelope of an undecided ring is computed
-_MARGIN = 0.0005  # m, by which an envelope's ends vary at most between these tilts
+_STEP = 0.0175  # rad, between the tilts at which the envelope of an undecided ring is computed
+_MARGIN = 0.00025  # m, by which an envelope's ends vary at most between these tilts
+_LEVEL = 1e-6  # rad, of a ring whose beams may lean to either side
 
 
 def envelope(scene: CoreScene, ring: Ring) -> Envelope:
@@ -30,16 +29,17 @@ def envelopes_by_tilt(scene: CoreScene, link: str, radius: float) -> list[Envelo
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
     around = surrounded(scene.robot, link)
     tilts = np.linspace(low, high, int((high - low) / _STEP) + 2)
-    some = [
-        [
-            envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing), back)
-            for back in ((False, True) if abs(tilt) < _STEP else (tilt < 0,))
-        ]
-        for tilt in tilts
+    ahead = [
+        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing)) for tilt in tilts
     ]
-    reach = float(TILTS[1] - TILTS[0]) + _STEP
-    each = np.abs(np.clip(TILTS, low, high)[:, None] - tilts) <= reach  # (T, tilts)
-    return [hull(itertools.chain(*(some[i] for i in np.flatnonzero(e))), _MARGIN) for e in each]
+    back = [e.flipped for e in ahead]
+    reach, each = float(TILTS[1] - TILTS[0]) + _STEP, list[Envelope]()
+    for tilt in np.clip(TILTS, low, high):
+        near = np.flatnonzero(np.abs(tilt - tilts) <= reach)
+        backwards, forwards = tilt < _LEVEL, tilt > -_LEVEL
+        some = [back[i] for i in near if backwards] + [ahead[i] for i in near if forwards]
+        each.append(hull(some, _MARGIN))
+    return each
 
 
 def closable(mount: Mount, around: Envelope) -> tuple[float, float]:
