@@ -10,7 +10,7 @@ errs on the safe side.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -49,7 +49,7 @@ class Segment:
     by_tilt: Table = field(compare=False, repr=False)
     """Ends and extents (4, T) by tilt."""
 
-    @property
+    @cached_property
     def loose(self) -> bool:
         """Whether a ring can move on the segment at any tilt."""
         return bool(np.any(self.by_tilt[HIGH] > self.by_tilt[LOW]))

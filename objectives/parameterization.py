@@ -35,7 +35,15 @@ class Interval:
     @property
     def loose(self) -> Bool[np.ndarray, "*batch R"]:
         """Whether each ring can move along its link at any tilt."""
-        return np.any(self.by_tilt[..., HIGH, :] > self.by_tilt[..., LOW, :], axis=-1)
+        loose: np.ndarray = np.any(self.by_tilt[..., HIGH, :] > self.by_tilt[..., LOW, :], axis=-1)
+        return loose
+
+    def some(self, which: Int[np.ndarray, " N"]) -> "Interval":
+        """Return the segments of the rings ``which`` (N,), for ``positions``."""
+        each = np.arange(len(which))
+        return Interval(
+            self.segment[which], self.by_tilt[which], self.least[which], each, self.sign[which]
+        )
 
     def hold(self, some: Sequence[int], positions: Sequence[float]) -> None:
         """Set the positions of the rings ``some``, which have no segment."""
@@ -95,18 +103,21 @@ class _Chain(NamedTuple):
     @property
     def low(self) -> Float[np.ndarray, "*batch R"]:
         """Lowest position of each ring less its offset."""
-        return self.lowest.max(axis=-1)
+        low: np.ndarray = self.lowest.max(axis=-1)
+        return low
 
     @property
     def free(self) -> Float[np.ndarray, "*batch R"]:
         """Length of the range of each ring's position."""
-        return np.maximum(self.highest.min(axis=-1) - self.low, 0.0)
+        free: np.ndarray = np.maximum(self.highest.min(axis=-1) - self.low, 0.0)
+        return free
 
 
 def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]:
     """Return the cell of the table in which each tilt lies, and its place there, 0 to 1."""
-    at = np.clip((tilt - TILTS[0]) / _STEP, 0.0, len(TILTS) - 1.0)
-    cell = np.minimum(at.astype(int), len(TILTS) - 2)
+    at = np.maximum((tilt - TILTS[0]) / _STEP, 0.0)
+    cell = np.minimum(at, len(TILTS) - 2.0).astype(int)
+    at = np.minimum(at, len(TILTS) - 1.0)
     return cell, at - cell
 
 
@@ -118,22 +129,23 @@ def _chain(
     """Return the chains of rings of which each is preceded by the rings ``below`` [k, j]."""
     each = np.arange(tilt.shape[-1])
     cell, place = _cells(tilt)
-    ends = where.by_tilt[each, :, cell], where.by_tilt[each, :, cell + 1]  # (*batch, R, 4)
-    table = np.moveaxis(ends[0] + place[..., None] * (ends[1] - ends[0]), -1, 0)
+    table = where.by_tilt[each, :, cell]  # (*batch, R, 4)
+    table = table + place[..., None] * (where.by_tilt[each, :, cell + 1] - table)
     below = below & (where.segment[:, None] == where.segment)
     rank = below.sum(axis=-1)
-    previous = below & (rank[..., None, :] == rank[..., :, None] - 1)
-    envelopes = (previous * table[ABOVE][..., None, :]).sum(axis=-1) + table[BELOW]
-    spacing = np.where(rank > 0, np.maximum(envelopes, where.least), 0.0)
+    previous = below & (rank[..., None, :] == (rank - 1)[..., None])
+    envelopes = (previous @ table[..., ABOVE, None])[..., 0] + table[..., BELOW]
+    spacing = np.maximum(envelopes, where.least) * (rank > 0)
     upto = below | (each[:, None] == each)
-    offset = (upto * spacing[..., None, :]).sum(axis=-1)
+    offset = (upto @ spacing[..., None])[..., 0]
+    low, high = (table[..., LOW] - offset), (table[..., HIGH] - offset)
     return _Chain(
         upto,
         previous,
         (rank > 0) & (envelopes > where.least),
         offset,
-        np.where(upto, (table[LOW] - offset)[..., None, :], -np.inf),
-        np.where(np.swapaxes(upto, -1, -2), (table[HIGH] - offset)[..., None, :], np.inf),
+        np.where(upto, low[..., None, :], -np.inf),
+        np.where(np.swapaxes(upto, -1, -2), high[..., None, :], np.inf),
     )
 
 
@@ -147,13 +159,15 @@ def positions(
     All rings thus keep the spacing for any values.
     """
     chain = _chain(where, _ranked(along), tilt)
-    return chain.offset + chain.low + along * chain.free
+    position: np.ndarray = chain.offset + chain.low + along * chain.free
+    return position
 
 
 def _ranked(along: Float[np.ndarray, "*batch R"]) -> Bool[np.ndarray, "*batch R R"]:
     """Return whether ring j comes before ring k, [k, j]; of equal values the first one does."""
     one, other, each = along[..., :, None], along[..., None, :], np.arange(along.shape[-1])
-    return (other < one) | ((other == one) & (each < each[:, None]))
+    ranked: np.ndarray = (other < one) | ((other == one) & (each < each[:, None]))
+    return ranked
 
 
 def _tilts(where: Interval, values: Float[np.ndarray, "3 R"]) -> Float[np.ndarray, " R"]:
@@ -210,4 +224,5 @@ def encode(
     along = (position - chain.offset - chain.low) / np.where(free > 0, free, 1.0)
     along = np.clip(np.where(free > 0, along, 0.0), 0.0, 1.0)
     # rings of a segment keep their order
-    return np.where(chain.upto, along, 0.0).max(axis=1)
+    kept: np.ndarray = np.where(chain.upto, along, 0.0).max(axis=1)
+    return kept

@@ -48,9 +48,14 @@ class _Things:
         """Return the capsules and convex bodies of the numbers ``which``, in ascending order."""
         capsules = [i for i in which if i < len(self.thick)]
         bodies = [i - len(self.thick) for i in which if i >= len(self.thick)]
-        of_capsules = (a[capsules] for a in (self.start, self.end, self.thick))
-        of_bodies = (a[bodies] for a in (self.normal, self.offset))
-        return _Things(*of_capsules, *of_bodies, [self.names[i] for i in which])
+        return _Things(
+            self.start[capsules],
+            self.end[capsules],
+            self.thick[capsules],
+            self.normal[bodies],
+            self.offset[bodies],
+            [self.names[i] for i in which],
+        )
 
 
 class MountClearance:
