@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import psutil
@@ -213,7 +213,7 @@ class Verifier:
         """Return a verifier for another occlusion model, with the same cached voxels."""
         other = object.__new__(type(self))
         vars(other).update(vars(self))
-        other.scene = self.scene.seen_under(occlusion)
+        other.scene = replace(self.scene, occlusion=occlusion)
         return other
 
     def seen(self, setup: Setup, pose: int) -> Parts:

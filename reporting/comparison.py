@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
+from ..objectives.feasibility.clearance import MountClearance
+from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import CoreScene
@@ -63,6 +65,7 @@ def counted(
         setup.
     """
     scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
+    clear = MountClearance(scene) if scene.real else None
     others = [target for target in targets if target not in goals]
     for some in [[target] for target in targets if target in goals] + [others] * bool(others):
         if some is others:  # their voxels are not needed any more after the comparison
@@ -75,7 +78,9 @@ def counted(
                 result = VerifyResult.of(name, verified, scene)
                 if target in sighted:
                     result = result.with_occlusion(
-                        scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
+                        by_occlusion(verifier, one, verified),
+                        unseeing(scene, one),
+                        mount_faults(scene, one, clear),
                     )
                 yield result
 

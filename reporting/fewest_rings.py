@@ -37,12 +37,14 @@ def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Expla
 def fewest_rings_line(record: FewestRingsModel) -> str:
     """Return the answer of a search for the fewest rings as a sentence."""
     answer = next(one for one in record.tried if one.within)
-    short = [one for one in record.tried if one.rings == answer.rings - 1]
-    fewer = ""
-    if short:
-        fewer = f"; {short[0].rings} lose more"
+    best = max(one.exact_percent for one in record.tried)
+    fewer = [one for one in record.tried if one.rings == answer.rings - 1]
+    loss = "".join(
+        f"; {counted(one.rings, 'ring')} lose {best - one.exact_percent:.2f} points"
+        for one in fewer
+    )
+    margin = f"{record.within_points:g} point{'s' * (record.within_points != 1)}"
     return (
-        f"The proposal has {counted(answer.rings, 'ring')}, the fewest within"
-        f" {record.within_points:g} points of the best found{fewer}. All searches took"
-        f" {sum(one.seconds for one in record.tried):.0f} s."
+        f"The proposal has {counted(answer.rings, 'ring')}, the fewest within {margin} of the best"
+        f" found{loss}. All searches took {sum(one.seconds for one in record.tried):.0f} s."
     )

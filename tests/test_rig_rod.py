@@ -10,7 +10,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_model
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.channel_assignment import Order
@@ -61,7 +61,7 @@ def test_a_rod_is_seen_where_a_sensor_returns_it_nearer_than_what_it_returned_be
 
 
 def test_a_thick_rod_is_seen_where_its_middle_is_not():
-    bare = CoreScene()
+    bare = paper_scene()
     setup = named_setup("n2_16_25")
     dot, ball = (Rod(r, 1e-6) for r in (1e-4, 0.035))
     where = places(bare, TARGET, ball, 0.12)

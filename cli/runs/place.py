@@ -17,7 +17,12 @@ from ...placement.search.search import SearchResult
 from ...reporting.comparison import PAPER_TARGETS, papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
+from ...reporting.lines.occlusion import (
+    occlusion_table,
+    print_sight,
+    unmounted_lines,
+    without_lines,
+)
 from ...reporting.lines.prices import price_line
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.reach import reach_lines
@@ -161,19 +166,20 @@ def _show(
         f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
     )
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
-    console.print(
-        zeta_table(
-            sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)),
-            sensors,
-            where,
-            prices,
-        )
-    )
+    rest = sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1))
+    if (first := occlusion_table(comparison, sensors, where, prices)) is not None:
+        console.print(first)
+        rest = [r for r in rest if r.worst or not r.by_occlusion_percent]
+        where, prices = "other volumes, counted in the same way", {}
+    if rest:
+        console.print(zeta_table(rest, sensors, where, prices))
     if (error := count_error_line(voxel)) is not None:
         console.print(error, highlight=False, soft_wrap=True)
     own = mine[0].unseeing if mine else []
-    mount = [f"Not a real mount: {line}." for line in mounting_lines(scene, setup)]
-    print_sight(console, comparison, own, scene, [*without_lines(scene, setup), *mount])
+    mount = [*without_lines(scene, setup), *unmounted_lines(mine)]
+    if any(r.unmounted for r in comparison if r not in mine):
+        mount.append("place-rings verify names the rings of a layout that cannot be mounted.")
+    print_sight(console, comparison, own, scene, mount)
     if record.asked_percent:
         each = ", ".join(f"{name} {value:.2f}" for name, value in record.asked_percent.items())
         console.print(
