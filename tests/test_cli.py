@@ -361,7 +361,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
     monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
     assert code == 0
-    for word in ("n3_16_55", "V_OT", "proposal.toml", "Search: coverage", "off by up"):
+    for word in ("n3_16_55", "proposal.toml", "Search: coverage", "off by up"):
         assert word in out
     setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())

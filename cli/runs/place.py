@@ -14,7 +14,7 @@ from ...formats.writing import made_folder, write_text
 from ...objectives.scene import CoreScene
 from ...placement.search.progress import Progress
 from ...placement.search.search import SearchResult
-from ...reporting.comparison import PAPER_TARGETS, papers
+from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
@@ -165,14 +165,11 @@ def _show(
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
         f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
     )
-    order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
-    rest = sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1))
-    if (first := occlusion_table(comparison, sensors, where, prices)) is not None:
-        console.print(first)
-        rest = [r for r in rest if r.worst or not r.by_occlusion_percent]
-        where, prices = "other volumes, counted in the same way", {}
-    if rest:
-        console.print(zeta_table(rest, sensors, where, prices))
+    seen = occlusion_table(comparison, sensors, where, prices)
+    if seen is None or any(r.worst for r in comparison):
+        console.print(zeta_table(comparison, sensors, where, prices))
+    if seen is not None:
+        console.print(seen)
     if (error := count_error_line(voxel)) is not None:
         console.print(error, highlight=False, soft_wrap=True)
     own = mine[0].unseeing if mine else []

@@ -58,7 +58,8 @@ def occlusion_table(
     if not shown:
         return None
     own = shown[0].occlusion
-    models, rings = (own, *(m for m in OCCLUSIONS if m != own)), _unmounted(shown)
+    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion_percent for r in shown)]
+    models, rings = [own, *(m for m in common if m != own)], _unmounted(shown)
     table = Table()
     table.add_column("setup")
     table.add_column("sensors", justify="right")
@@ -80,8 +81,7 @@ def occlusion_table(
         price = [prices.get(name, "")] if prices else []
         table.add_row(name, str(sensors[name]), *price, *faulty, *cells, style=style)
     return Explained(
-        "Coverage ζ in percent: the share of a volume that at least one sensor sees, under each"
-        f" occlusion model ({where})",
+        f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,
         f"{target_legend(shown)[:-1]}; {'; '.join(_MODELS[m] for m in models)}.",
     )
