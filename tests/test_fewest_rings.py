@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.criterion import Criterion
@@ -81,6 +81,7 @@ def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED) -> Se
     return SearchResult(setup, exact, exact, 0.0, outcome, Statistics(1, 1, 0.0, 0.01))
 
 
+@settings(max_examples=40)
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=12),
     st.floats(0, 0.5),
