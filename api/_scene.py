@@ -21,6 +21,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
+from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
@@ -36,6 +37,7 @@ _KEYS = (
     "obstacles",
     "over_poses",
     "safety",
+    "prices",
 )
 
 
@@ -65,6 +67,7 @@ class Scene:
         obstacles: obstacles of the cell, each made by ``obstacle``.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
+        prices: what a ring and a sensor cost; results then have a ``price``.
 
     Raises:
         InputError: for an invalid argument; the message states the value and the allowed ones.
@@ -93,6 +96,7 @@ class Scene:
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
+        prices: Prices | None = None,
     ) -> None:
         given = {
             "targets": targets or None,
@@ -104,6 +108,7 @@ class Scene:
             "obstacles": obstacles,
             "over_poses": over_poses,
             "safety": safety,
+            "prices": prices,
         }
         core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
@@ -192,6 +197,11 @@ class Scene:
     def safety(self) -> Safety:
         """Terms of the separation distance that defines ``ProtectiveVolume``."""
         return self._core.safety
+
+    @property
+    def prices(self) -> Prices | None:
+        """What a ring and a sensor cost; None if unknown."""
+        return self._core.prices
 
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
@@ -398,6 +408,10 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
             fields[name] = value
+    if "prices" in given:
+        if not isinstance(given["prices"], Prices | None):
+            raise InputError(f"found {given['prices']!r}, allowed: Prices", "prices")
+        fields["prices"] = given["prices"]
     if "mounts" in given:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:

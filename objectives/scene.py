@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
-from ..coverage.rings.ring import RING_RADIUS, Ring
+from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
@@ -19,6 +19,7 @@ from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
+from .prices import Prices
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
@@ -193,6 +194,8 @@ class CoreScene:
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
+    prices: Prices | None = None
+    """What rings and sensors cost, if known."""
 
     def __post_init__(self) -> None:
         """Put the links into use that the rules ask for; a robot without bodies has free mounts."""
@@ -274,6 +277,12 @@ class CoreScene:
             )
             / 1000
         )
+
+    def price_of(self, setup: Setup) -> float | None:
+        """Return the price of a setup; None without prices. Fixed rings exist and cost nothing."""
+        if self.prices is None:
+            return None
+        return self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

@@ -31,6 +31,7 @@ from .mapping import PERCENT, MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
 from .obstacle_models import ObstacleModel, obstacles_of
+from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
@@ -160,6 +161,9 @@ class SceneModel(MappedModel[CoreScene]):
     rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
     printing: PrintingModel = Field(
         default=PrintingModel(), description="parameters of printed rings"
+    )
+    prices: PricesModel | None = Field(
+        default=None, description="what a ring and a sensor cost, for the price of a setup"
     )
     fixed: list[RingModel] = Field(
         default=[], max_length=1000, description="rings that are already mounted and stay"

@@ -35,8 +35,8 @@ class Candidate:
 
 
 class Space(FeasibleSet):
-    """All setups that satisfy a scene's rules, with the links and counts of a layout or with a
-    number of sensors in any rings."""
+    """All setups that satisfy a scene's rules, with the links and counts of a layout, or with a
+    number of sensors in any rings or in a number of rings."""
 
     def holds(self, c: Candidate) -> bool:
         """Return whether the boards of all rings fit."""
@@ -117,6 +117,8 @@ class Space(FeasibleSet):
         )
         rings = [ring for ring in setup.rings if ring not in self.fixed]
         if len(rings) > self.places or sum(r.count for r in rings) > self.free:
+            return None
+        if self.rings is not None and len(rings) < self.rings:
             return None
         for i, ring in enumerate(rings):
             free = self.room(segment.tolist(), ring.link, ring.count)

@@ -58,7 +58,12 @@ def page(
     parts = _head(f, versions, created), _asked(f), *results
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
-    lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
+    lines += [
+        "## Bill of materials",
+        "",
+        *materials(f.scene, f.setup, frame_length),
+        *_effective(f),
+    ]
     lines += [*_reproduce(f, words, versions), *_limits(f)]
     return "\n".join(lines) + "\n"
 
