@@ -117,11 +117,11 @@ def _kind(file: Path) -> str:
 
 
 def _robot_of_urdf(file: Path) -> Robot:
+    from .formats.robots.description import read_description
     from .formats.robots.meshes import Meshes
     from .formats.robots.robot_fit import fit_robot
-    from .formats.robots.urdf import read_urdf
     from .formats.robots.urdf_chain import pick_chain
 
-    urdf = read_urdf(file)
+    urdf = read_description(file)
     picked = pick_chain(urdf, None, None)
     return fit_robot(picked, Meshes(file, ()), urdf.name, 3, "collision").robot

@@ -47,7 +47,8 @@ def given_robot(text: str) -> Robot:
     """
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
-    if (urdf := urdf_of(text)) is not None:
+    mjcf = Path(text) if text.lower().endswith(".xml") else None
+    if (urdf := urdf_of(text) or mjcf) is not None:
         from .urdf_robot import import_urdf  # reading meshes takes a while to load
 
         return import_urdf(urdf).robot
