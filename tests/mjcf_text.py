@@ -56,7 +56,8 @@ def drawn_mjcf(rng: np.random.Generator, meshes: tuple[str, ...] = ()) -> ET.Ele
     degrees = bool(rng.integers(2))
     root = ET.Element("mujoco", model="drawn")
     angle = {} if degrees and rng.integers(2) else {"angle": "degree" if degrees else "radian"}
-    ET.SubElement(root, "compiler", angle, eulerseq=str(rng.choice(SEQUENCES)))
+    massive = {"boundmass": "0.1", "boundinertia": "0.01"}
+    ET.SubElement(root, "compiler", angle | massive, eulerseq=str(rng.choice(SEQUENCES)))
     outer = ET.SubElement(root, "default")
     ET.SubElement(outer, "joint", axis="0 1 0")
     ET.SubElement(outer, "geom", contype="1")

@@ -199,6 +199,24 @@ def test_a_lift_becomes_a_robot_file_and_a_scene(lift, tmp_path, capsys, monkeyp
     np.testing.assert_allclose(scene.poses[0].q, robot.rest, atol=1e-5)
 
 
+def test_free_bodies_are_a_robot_or_left_out(tmp_path):
+    """A cube beside an arm belongs to the cell; a base that moves freely stands at its origin."""
+    cube = '<body name="cube" pos="1 0 0"><freejoint/><geom size="0.1"/></body>'
+    arm = '<body name="foot" pos="0 0 1">{}<body name="arm"><joint name="turn"/>{}</body></body>'
+    tool = '<body name="hand" pos="0.5 0 0"><geom size="0.1"/></body>'
+    path = tmp_path / "free.xml"
+    for free, base in (("", "world"), ("<freejoint/>", "foot")):
+        bodies = cube + arm.format(free, tool)
+        path.write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+        description = read_description(path)
+        assert "cube" not in description.links
+        assert description.notes == ('Ignored: body "cube", which no joint moves.',)
+        picked = pick_chain(description)
+        assert (picked.base, picked.tip) == (base, "hand")
+        height = 1.0 if base == "world" else 0.0
+        np.testing.assert_allclose(forward(picked.chain, np.zeros(1))[-1, :3, 3], [0.5, 0, height])
+
+
 REFUSED = {
     '<include file="../other.xml"/>': 'include: file: found "../other.xml", allowed: a file in the',
     '<include file="lift.xml"/>': "allowed: a file that is not included already",

@@ -60,6 +60,26 @@ class _Links:
         unit = np.array([1.0, 0.0, 0.0]) if axis is None else axis
         self.joints[unique] = Joint(unique, kind, parent, child, T, unit, limits)
 
+    def drop_idle(self) -> set[str]:
+        """Remove the trees in which nothing moves, unless there is only one: things to grasp, or a
+        world with shapes alone; return what they are."""
+        above = {joint.child: joint for joint in self.joints.values()}
+        trees: dict[str, list[str]] = {}
+        for name in self.links:
+            root = name
+            while root in above:
+                root = above[root].parent
+            trees.setdefault(root, []).append(name)
+        moved = {root: any(above[n].moves for n in of if n in above) for root, of in trees.items()}
+        if not any(moved.values()):
+            return set()
+        dropped = {root for root, moves in moved.items() if not moves}
+        for name in [name for root in dropped for name in trees[root]]:
+            del self.links[name]
+            if name in above:
+                del self.joints[above[name].name]
+        return {f"body {shown(root)}, which no joint moves" for root in dropped - {WORLD}}
+
 
 class _Reader:
     def __init__(self, text: MjcfText) -> None:
@@ -224,8 +244,7 @@ def read_mjcf(path: Path, root: ET.Element) -> Urdf:
             reader.ignored.add("shapes of the world, which belong to the cell")
         for body, T, of in reader._bodies(world, np.eye(4), inherited, "worldbody"):
             reader.body(body, WORLD, T, of)
-    if not any(joint.parent == WORLD for joint in made.joints.values()):
-        del made.links[WORLD]
+    reader.ignored |= made.drop_idle()
     if not made.links or len(made.links) > MOST_LINKS:
         raise text.fail("body", len(made.links), f"1 to {MOST_LINKS} bodies")
     reader.ignored |= {
