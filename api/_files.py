@@ -16,10 +16,11 @@ from .objectives.scene import CoreScene
 
 
 def load(path: str | Path) -> Proposal | Scene | Robot:
-    """Read a proposal, a scene or a robot (TOML), or a robot's URDF.
+    """Read a proposal, a scene or a robot (TOML), or a robot's URDF or MJCF (.xml).
 
     A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
-    scene. For a URDF, capsules and mounts are fitted to the links, which takes some seconds.
+    scene. For a URDF or MJCF, capsules and mounts are fitted to the links, which takes some
+    seconds.
 
     Args:
         path: path of the file.
@@ -40,7 +41,7 @@ def load(path: str | Path) -> Proposal | Scene | Robot:
     """
     file = Path(path)
     with input_errors():
-        if file.suffix.lower() == ".urdf":
+        if file.suffix.lower() in (".urdf", ".xml"):
             return _robot_of_urdf(file)
         match _kind(file):
             case "rings":

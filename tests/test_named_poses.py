@@ -202,7 +202,7 @@ def test_a_motion_of_a_rail_without_names_is_refused(tmp_path):
         read_record(path, ON_RAIL)
     rows[20, 1] = 50.0
     path.write_text(record_text(JOINTS, rows))
-    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE)
+    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     with pytest.raises(UserError, match=r"rail at 2 s: found a jump of 50\.05 m in 0\.1 s"):
         with_record(scene, path)
     rows[:, 1] = np.linspace(-1, 3, 41)
@@ -229,7 +229,7 @@ def test_every_sample_is_as_near_to_its_pose_as_reported(poses, within_mm):
 def test_what_is_printed_names_joints(tmp_path):
     path = tmp_path / "motion.csv"
     path.write_text(record_text(JOINTS, a_motion()))
-    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE)
+    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     scene = with_record(scene, path, Thinning(3))
     assert "(prismatic joints: " in record_line(scene)
     setup = Setup.named("n1_3_0")
@@ -241,7 +241,7 @@ def test_what_is_printed_names_joints(tmp_path):
 
 
 def test_sensor_poses_name_joints(folder):
-    scene = CoreScene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE)
+    scene = CoreScene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
     setup = Setup.named("n1_3_0")
     text = poses_file(scene, setup, 0).model_dump_json()
     assert json.loads(text)["q"]["rail_m"] == pytest.approx(0.7)
@@ -261,20 +261,22 @@ def test_python_names_joints():
     np.testing.assert_array_equal(scene.poses[0].q, scene.poses[1].q)
     assert scene.poses[0].q[0] == 0.3
     assert scene.poses[1].weight == 2.0
-    assert math.degrees(pr.Scene(ON_RAIL, poses=POSE, rules=FREE).poses[0].q[2]) == pytest.approx(5)
+    assert math.degrees(
+        pr.Scene(ON_RAIL, poses=POSE, rules=FREE, occlusion="ignore").poses[0].q[2]
+    ) == pytest.approx(5)
     for poses, line in (
         ({**POSE, "lift_m": 1.0}, "lift_m is unknown"),
         (without("rail_m"), "rail_m is missing"),
         ({**POSE, "rail_m": "far"}, "a number in the unit of its name"),
     ):
         with pytest.raises(pr.InputError, match=line):
-            pr.Scene(ON_RAIL, poses=poses, rules=FREE)
+            pr.Scene(ON_RAIL, poses=poses, rules=FREE, occlusion="ignore")
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_a_urdf_export_has_the_rail_as_a_prismatic_joint(tmp_path, name):
     robot = carried(ROBOTS[name].with_links(True), (0.0, 1.0, 1.0))
-    scene = CoreScene(robot, (Pose(robot.rest),), rules=FREE)
+    scene = CoreScene(robot, (Pose(robot.rest),), rules=FREE, occlusion="ignore")
     path = tmp_path / "robot.urdf"
     path.write_bytes(urdf(PlacedSetup(scene, Setup.named("n1_3_0"), 0, tmp_path))["robot.urdf"])
     picked = pick_chain(read_urdf(path), None, "tcp")

@@ -174,7 +174,7 @@ def test_coverage_on_a_rail_is_that_of_the_arm_alone():
 def test_gradient_on_a_rail_is_the_central_difference():
     rail = carried(UR10)
     at = (Pose(np.append(0.7, UR10.rest)), Pose(np.append(-0.4, UR10.rest)))
-    scene = CoreScene(rail, at, rules=Rules(mount="free"))
+    scene = CoreScene(rail, at, rules=Rules(mount="free"), occlusion="ignore")
     points, space = TargetPoints(scene, 512, 0), Space(scene, sensors=16)
     objective, clouds = CoverageObjective(scene, points), points.clouds(512)
     c = fresh(space, np.random.default_rng(0))

@@ -40,7 +40,8 @@ def urdf_of(robot: str | None) -> Path | None:
 
 
 def given_robot(text: str) -> Robot:
-    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF.
+    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF or
+    MJCF.
 
     Raises:
         UserError: if it is none of them.
@@ -55,7 +56,9 @@ def given_robot(text: str) -> Robot:
     try:
         return built_in(text)
     except ValueError as error:
-        raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
+        raise UserError(
+            f"--robot: {error}, a robot file (.toml), a URDF (.urdf) or an MJCF (.xml)"
+        ) from error
 
 
 def with_occlusion(

@@ -83,7 +83,8 @@ def robot(
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
         raise UserError(
-            f"robot: found {shown(what)}, allowed: a URDF (.urdf), or one of {', '.join(ROBOTS)}"
+            f"robot: found {shown(what)}, allowed: a URDF (.urdf), an MJCF (.xml), or one of"
+            f" {', '.join(ROBOTS)}"
         )
     fitted = fit.robot
     folder = output_folder(out)
