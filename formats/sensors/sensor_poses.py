@@ -112,6 +112,7 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                     f"{name}: rings[{i}].sensors[{k}]",
                     frames[frame] @ T,
                     _transform(sensor.base_xyz, sensor.base_xyzw),
+                    "q_deg" if file.q is None else "q",
                 )
             sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
@@ -147,8 +148,10 @@ def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.nd
     return None if file.q_deg is None else np.radians(file.q_deg)
 
 
-def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
-    """Check the stated pose of a sensor in the base frame.
+def _check_base(
+    where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"], key: str
+) -> None:
+    """Check the stated pose of a sensor in the base frame at the joint values of ``key``.
 
     Raises:
         UserError: if it contradicts the pose on the link.
@@ -160,5 +163,5 @@ def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarra
     if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:
         raise UserError(
             f"{where}: base_xyz and base_xyzw: found {mm:.3g} mm and {deg:.3g}° off xyz and xyzw at"
-            f" the stated pose, allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
+            f" {key}, allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
         )
