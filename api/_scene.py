@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ValidationError
 
+from ._arguments import number
 from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._targets import TargetVolume, volume_of
@@ -54,8 +55,10 @@ class Scene:
     Args:
         robot: a name in ``robots``, or a ``Robot``.
         targets: one or more target volumes such as ``Shell(0.5, weight=0.6)``.
-        poses: a ``Trajectory``, a list of ``Pose``, or joint angles in rad: (J,) for one pose or
-            (P, J) for P poses of equal weight. The robot's rest pose by default.
+        poses: a ``Trajectory``, a list of ``Pose``, joint values by name and unit such as
+            ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or joint angles in rad (and m
+            for prismatic joints): (J,) for one pose or (P, J) for P poses of equal weight. The
+            robot's rest pose by default.
         sensor: sensor of new rings.
         occlusion: model of occlusion: ``ignore`` (transparent bodies, as in the paper), ``shadow``
             (points behind a body are not covered) or ``blind`` (a one-zone sensor covers nothing
@@ -472,16 +475,24 @@ def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
 def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
     if poses is None:
         return CoreScene.poses if robot.name in PAPER_ROBOTS else (Pose(robot.rest),)
-    if isinstance(poses, Pose):
-        return [poses]
+    if isinstance(poses, Pose | Mapping):
+        poses = [poses]
     if isinstance(poses, Iterable) and not isinstance(poses, np.ndarray):
         poses = list(poses)
-        if poses and all(isinstance(pose, Pose) for pose in poses):
-            return list[Pose](poses)
+        if poses and all(isinstance(pose, Pose | Mapping) for pose in poses):
+            return [_named(robot, one) if isinstance(one, Mapping) else one for one in poses]
     angles = np.atleast_2d(_numbers(poses))
     if np.ndim(poses) == 0 or angles.ndim != 2 or not angles.size:
         raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
     return [Pose(q) for q in angles]
+
+
+def _named(robot: Robot, joints: Mapping[Any, Any]) -> Pose:
+    """Return the pose of joint values by name and unit; raise InputError for a wrong key."""
+    with input_errors("poses"):
+        for key, value in joints.items():
+            number(str(key), value, "a number in the unit of its name")
+        return Pose.of(robot, joints)
 
 
 def _frozen(pose: Pose) -> Pose:
@@ -500,8 +511,8 @@ def _numbers(values: Any) -> np.ndarray:
         return np.asarray(values, float)
     except (TypeError, ValueError) as error:
         raise InputError(
-            "found values that are not numbers, allowed: a Trajectory, Poses, or joint angles in"
-            " rad, (J,) or (P, J)",
+            "found values that are not numbers, allowed: a Trajectory, Poses, joint values by name,"
+            " or joint angles in rad, (J,) or (P, J)",
             "poses",
         ) from error
 

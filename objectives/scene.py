@@ -1,6 +1,7 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ from jaxtyping import Float
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.built_in import UR10
+from ..coverage.robots.joint_values import ordered
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
@@ -31,13 +33,28 @@ class Pose:
     """A pose of the robot."""
 
     q: Float[np.ndarray, " J"]
-    """Joint angles, rad."""
+    """Joint values: angles, rad, and of prismatic joints distances, m."""
     weight: float = 1.0
     """Weight of the pose in the mean."""
     time_s: float | None = None
     """Time in the recorded motion, s; None if the pose is not from a record."""
     rate: Float[np.ndarray, " J"] | None = None
-    """Joint speeds, rad/s; None if unknown."""
+    """Joint speeds, rad/s or m/s; None if unknown."""
+
+    @staticmethod
+    def of(robot: Robot, joints: Mapping[str, float], weight: float = 1.0) -> "Pose":
+        """Return a pose from joint values by name and unit.
+
+        Args:
+            robot: the robot.
+            joints: one value for each joint, in degrees or metres, by the joint's name with the
+                unit: ``{"rail_m": 0.3, "shoulder_deg": 20.0}``.
+            weight: weight of the pose in the mean.
+
+        Raises:
+            ValueError: for a key that is unknown or missing.
+        """
+        return Pose(ordered(robot.chain, joints), weight)
 
 
 @dataclass(frozen=True)
@@ -51,7 +68,10 @@ class Recorded:
     seconds: float
     """Its duration, s."""
     within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad."""
+    """Largest difference in any joint between a recorded sample and its pose, rad.
+
+    Metres of a prismatic joint count as ``radians_of`` weighs them.
+    """
     speed_weight: float
     """Factor by which TCP speed adds to the weights."""
 
