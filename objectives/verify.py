@@ -211,7 +211,7 @@ class Verifier:
 
     def under(self, occlusion: Occlusion) -> "Verifier":
         """Return a verifier for another occlusion model, with the same cached voxels."""
-        return self.in_scene(self.scene.seen_under(occlusion))
+        return self.in_scene(replace(self.scene, occlusion=occlusion))
 
     def in_scene(self, scene: CoreScene) -> "Verifier":
         """Return a verifier for a scene of the same targets and poses, with the same cached
@@ -298,10 +298,15 @@ class Verifier:
         )
 
 
-def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occlusion, float]:
-    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under each occlusion model.
+def by_occlusion(
+    verifier: Verifier,
+    setup: Setup,
+    known: Verified,
+    models: Sequence[Occlusion] = OCCLUSIONS,
+) -> dict[Occlusion, float]:
+    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under occlusion models.
 
-    All models are counted on the same voxels; the result for the scene's own model is taken from
+    All are counted on the same voxels; the result for the scene's own model is taken from
     ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
     interval holds for one model only.
     """
@@ -314,7 +319,7 @@ def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occl
             if occlusion == scene.occlusion
             else verifier.under(occlusion).verify(setup, known.target).zeta
         )
-        for occlusion in OCCLUSIONS
+        for occlusion in models
     }
 
 
