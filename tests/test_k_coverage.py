@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.pytrees import mapped
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target, target_solid
@@ -59,7 +60,7 @@ def test_numbers_of_cones_add_up(scene):
     assert found.at_least[0] == count(cones, wanted.voxel, within=wanted)
     assert np.all(np.diff(found.at_least) <= 0)
     each = [
-        count(Cones(*(a[k : k + 1] for a in vars(cones).values())), wanted.voxel, within=wanted)
+        count(mapped(lambda a, k=k: a[k : k + 1], cones), wanted.voxel, within=wanted)
         for k in range(len(cones))
     ]
     assert found.at_least.sum() == sum(each)
@@ -76,7 +77,7 @@ def test_what_a_cone_holds_alone_is_what_its_loss_takes(scene, number):
     found = tally(cones, group, wanted, 1)
 
     def without(gone):
-        return count(Cones(*(a[~gone] for a in vars(cones).values())), wanted.voxel, within=wanted)
+        return count(mapped(lambda a: a[~gone], cones), wanted.voxel, within=wanted)
 
     whole = int(found.at_least[0])
     k = number % len(cones)
@@ -94,7 +95,7 @@ def test_twins_see_everything_twice(scene):
     """
     wanted, cones, _ = voxels_and_cones(scene)
     one = tally(cones, np.arange(len(cones)), wanted, 3)
-    doubled = Cones(*(np.repeat(a, 2, axis=0) for a in vars(cones).values()))
+    doubled = mapped(lambda a: np.repeat(a, 2, axis=0), cones)
     two = tally(doubled, np.repeat(np.arange(len(cones)), 2), wanted, 6)
     assert np.array_equal(two.at_least[1::2], one.at_least)
     assert np.array_equal(two.at_least[::2], one.at_least)

@@ -36,7 +36,7 @@ class TerminalAttendant:
         return self._console.status(what)
 
     def view(self, session: Session, setup: Setup) -> CheckView:
-        ranges = [r.sensor.range_m for r in setup.rings]
+        ranges = [r.sensor.range_m for r in setup.groups]
         return CheckView(session, ring_names(setup), ranges, self._console)
 
     def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:

@@ -167,7 +167,7 @@ class SimulatedHelper:
         return True
 
     def wave(self, ring: int) -> bool:
-        for seat in [*range(self._setup.rings[ring].count), None]:
+        for seat in [*range(self._setup.groups[ring].count), None]:
             self._tell(hand=None if seat is None else [ring, seat])
             time.sleep(_PASSAGE)
         return True

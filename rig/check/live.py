@@ -194,7 +194,7 @@ class LiveCheck:
                 )
             own = [
                 PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
-                for i, r in enumerate(self.setup.rings)
+                for i, r in enumerate(self.setup.groups)
             ]
             yield _Rig(rig.address, own, rig)
 

@@ -55,7 +55,7 @@ class AboutFile(StrictModel):
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
-        rings = [ring.count for ring in self.proposal.rings]
+        rings = [*(ring.count for ring in self.proposal.rings), *(1 for _ in self.proposal.sensors)]
         if [port.count for port in self.ports] != rings:
             refuse(
                 [

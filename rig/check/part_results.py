@@ -71,11 +71,11 @@ class _Parts:
 
     def __init__(self, check: PlannedCheck, gathered: Gathered) -> None:
         self._check = check
-        self._readings = Readings(*gathered.rows(len(check.setup.rings)))
+        self._readings = Readings(*gathered.rows(len(check.setup.groups)))
         self._steps = spans(gathered.said)
         stops = 0 if check.plans.mount is None else len(check.plans.mount.joints)
         self.stops = self._numbers("mount", stops)
-        self.waved = self._numbers("wave", len(check.setup.rings) if check.plans.wave else 0)
+        self.waved = self._numbers("wave", len(check.setup.groups) if check.plans.wave else 0)
 
     def _numbers(self, what: str, count: int) -> list[int]:
         """Return the numbers below ``count`` of the completed steps ``what``."""

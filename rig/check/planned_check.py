@@ -59,7 +59,7 @@ class PlannedCheck:
 
 def ring_names(setup: Setup) -> list[str]:
     """Name each ring by its link, with its number among that link's rings if there are several."""
-    links = [r.link for r in setup.rings]
+    links = [group.link for group in setup.groups]
     return [
         link if links.count(link) == 1 else f"{link}.{links[:i].count(link)}"
         for i, link in enumerate(links)

@@ -43,7 +43,7 @@ def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Map
     """
     setup = check.setup
     wanted = expected(check.scene, setup, read.joints)
-    first = np.cumsum([0, *(r.count for r in setup.rings)])
+    first = np.cumsum([0, *(r.count for r in setup.groups)])
     ring = setup.ring_of_sensor
     return [
         {
