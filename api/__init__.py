@@ -21,6 +21,16 @@ if TYPE_CHECKING:
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._own_targets import (
+        Box,
+        Cylinder,
+        DifferenceOf,
+        HalfSpace,
+        Implicit,
+        IntersectionOf,
+        Sphere,
+        UnionOf,
+    )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
@@ -33,6 +43,7 @@ if TYPE_CHECKING:
         ProtectiveVolume,
         ReachAndToolSpheres,
         ReachSphere,
+        RobotVolume,
         Shell,
         ToolSphere,
     )
@@ -48,10 +59,16 @@ if TYPE_CHECKING:
     from .placement.search.progress import Outcome, Progress
 
 __all__ = [
+    "Box",
     "Coverage",
+    "Cylinder",
+    "DifferenceOf",
+    "HalfSpace",
+    "Implicit",
     "Improvement",
     "InfeasibleError",
     "InputError",
+    "IntersectionOf",
     "Limits",
     "Outcome",
     "Pose",
@@ -62,6 +79,7 @@ __all__ = [
     "ReachSphere",
     "Ring",
     "Robot",
+    "RobotVolume",
     "RobustnessReport",
     "Rules",
     "Safety",
@@ -70,9 +88,11 @@ __all__ = [
     "Sensor",
     "Setup",
     "Shell",
+    "Sphere",
     "StudyReport",
     "ToolSphere",
     "Trajectory",
+    "UnionOf",
     "certify",
     "coverage_fraction",
     "export",
@@ -107,7 +127,24 @@ _MODULES = {
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
-    "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
+    "_own_targets": (
+        "Box",
+        "Cylinder",
+        "DifferenceOf",
+        "HalfSpace",
+        "Implicit",
+        "IntersectionOf",
+        "Sphere",
+        "UnionOf",
+    ),
+    "_targets": (
+        "ProtectiveVolume",
+        "ReachAndToolSpheres",
+        "ReachSphere",
+        "RobotVolume",
+        "Shell",
+        "ToolSphere",
+    ),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
     "coverage.rings.ring": ("Ring", "Setup"),

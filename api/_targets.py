@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ._arguments import number
 from ._errors import InputError, input_errors
 from .coverage.targets import Target
+from .coverage.volumes import NamedVolume, Volume
 from .objectives.scene import Goal
 
 
@@ -41,6 +42,11 @@ class TargetVolume:
         return Target(self.symbol)
 
     @property
+    def volume(self) -> Volume:
+        """The volume without its weight, as a part of others."""
+        return NamedVolume(self.symbol)
+
+    @property
     def goal(self) -> Goal:
         """The volume with its weight and its minimum coverage."""
         return Goal(self.target, self.weight, self.at_least_percent / 100)
@@ -68,6 +74,11 @@ class Shell(TargetVolume):
         """The shell under its name in files and commands."""
         with input_errors("radius"):
             return Target(self.symbol, float(self.radius))
+
+    @property
+    def volume(self) -> Volume:
+        """The shell without its weight, as a part of others."""
+        return NamedVolume(self.symbol, self.target.radius)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -129,14 +140,18 @@ class ProtectiveVolume(TargetVolume):
     symbol: str = field(init=False, default="V_P", repr=False)
 
 
-_CLASSES: dict[str, type[TargetVolume]] = {
-    one.symbol: one for one in (ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume)
-}
+@dataclass(frozen=True)
+class RobotVolume(TargetVolume):
+    """V_R: the robot's own volume. It is no target, but may be a part of one.
 
+    Example:
+        >>> import place_rings as pr
+        >>> around = pr.Union([pr.Box((1, 1, 1)), pr.RobotVolume()])
+    """
 
-def volume_of(goal: Goal) -> TargetVolume:
-    """Return the target volume of an internal goal."""
-    percent = round(100 * goal.at_least, 9)
-    if goal.target.radius is not None:
-        return Shell(goal.target.radius, weight=goal.weight, at_least_percent=percent)
-    return _CLASSES[goal.target.name](weight=goal.weight, at_least_percent=percent)
+    symbol: str = field(init=False, default="V_R", repr=False)
+
+    @property
+    def target(self) -> Target:
+        """Not available: V_R is no target."""
+        raise InputError("found V_R alone, allowed: as a part of a Union, for example", "targets")

@@ -13,7 +13,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..objectives.named_layouts import layout_in
-from ..objectives.scene import CoreScene
+from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
@@ -22,6 +22,7 @@ from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models, setup_of
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
+from .schema.target_models import TargetModel
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
@@ -184,6 +185,15 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
         return scene
     record = _beside(path, f"{key}trajectory.file", trajectory.file)
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
+
+
+def read_target(path: Path) -> Goal:
+    """Return the target in a TOML file, with its weight and floor.
+
+    Raises:
+        UserError: if it, or a file that it names, cannot be read or is not valid.
+    """
+    return read_model(path, TargetModel).to_domain()
 
 
 def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:

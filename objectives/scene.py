@@ -205,6 +205,17 @@ class CoreScene:
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
 
+    def target_named(self, name: str, radius: float | None) -> Target:
+        """Return the goal's target that records list under this key, or else the named volume.
+
+        Raises:
+            ValueError: if there is neither.
+        """
+        for goal in self.goals:
+            if goal.target.key == (name, radius):
+                return goal.target
+        return Target(name, radius)
+
     def limits_of(self, link: str) -> Limits:
         """Return the limits of ``link``."""
         return self.limits.get(link, Limits())

@@ -143,7 +143,7 @@ def _show(
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
         f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
     )
-    order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
+    order = {t.key: i for i, t in enumerate(PAPER_TARGETS)}
     console.print(
         zeta_table(
             sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, where

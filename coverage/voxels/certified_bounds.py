@@ -204,13 +204,13 @@ def bracket(
     keep_freed_memory()
     box = target.bounds()
     size = float(np.ptp(box, axis=0).max())
-    if not size > 0:
+    volume = float(np.prod(np.ptp(box, axis=0)))
+    if not volume > 0:
         raise ValueError("the target is empty: its box has no volume")
     furthest = float(np.abs(box).max())  # the lattice extends 2^19 units from the origin
     unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
-    volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0
     work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event())
     interval: Bracket | None = None

@@ -14,6 +14,7 @@ from ..arrays import Array, Numbers, cross, dot, rows
 from ..solids.base import Parts
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
+from ..solids.cylinders import Cylinders
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import MixedBeams
 from ..solids.spheres import Spheres
@@ -98,6 +99,17 @@ def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
     """Return voxels in capsules: in the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
+
+
+@words.register
+def _(parts: Cylinders, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in cylinders: |v|^2 - t^2 <= radius^2 and (half - t) (half + t) >= 0, with t
+    along the axis.
+    """
+    axis, v = rows(parts.axis, index), points - rows(parts.centre, index)
+    half, t = parts.half[index], dot(v, axis)
+    round_ = product(t, axis, t, axis) + within(parts.radius[index], v)
+    return grid.words(round_) & grid.words(product(half - t, -axis, half + t, axis))
 
 
 def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:
