@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         IntersectionOf,
         Sphere,
         UnionOf,
+        weight_field,
     )
     from ._proposal import Proposal
     from ._report import report
@@ -110,6 +111,7 @@ __all__ = [
     "study",
     "verify",
     "view",
+    "weight_field",
 ]
 
 _MODULES = {
@@ -136,6 +138,7 @@ _MODULES = {
         "IntersectionOf",
         "Sphere",
         "UnionOf",
+        "weight_field",
     ),
     "_targets": (
         "ProtectiveVolume",

@@ -6,6 +6,7 @@ All exclude the robot's own volume V_R and the scene's obstacles, as the named t
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -34,6 +35,8 @@ from .coverage.volumes import (
     Rule,
     Volume,
 )
+from .coverage.weight_field import WeightField
+from .formats.errors import UserError
 from .objectives.scene import Goal
 
 _ORIGIN = (0.0, 0.0, 0.0)
@@ -56,7 +59,7 @@ class OwnTarget(TargetVolume):
     def target(self) -> Target:
         """The target volume under its name in files and commands."""
         with input_errors("name" if self.volume.bounded else ""):
-            return Target(self.name or self.symbol, None, self.volume)
+            return Target(self.name or self.symbol, None, self.volume, self.importance)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -272,6 +275,7 @@ def volume_of(goal: Goal) -> TargetVolume:
     keys: dict[str, Any] = {
         "weight": goal.weight,
         "at_least_percent": round(100 * goal.at_least, 9),
+        "importance": goal.target.importance,
     }
     if goal.target.volume is None:
         return _made(goal.target.volumes[0], keys)
@@ -324,3 +328,60 @@ def _metres(name: str, value: Any) -> float:
     if not (math.isfinite(value) and value > 0):
         raise InputError(f"found {value:g}, allowed: m, above 0", name)
     return float(value)
+
+
+def weight_field(
+    weights: Any,
+    *,
+    cell: Sequence[float],
+    origin: Sequence[float] = _ORIGIN,
+    outside: float = 0.0,
+) -> WeightField:
+    """Return a weight field: how much each place of a target matters, such as where people walk.
+
+    ζ is then the covered share of the weight. Only ratios of weights count. They are constant on
+    each cell of the grid and rounded to 1/65535 of the largest.
+
+    Args:
+        weights: weights of 0 or more on a grid along the axes of the base frame: an array (X, Y) or
+            (X, Y, Z), or the path of a file: a CSV file, whose rows run along x and follow each
+            other along y, or a NumPy array (.npy, .npz).
+        cell: sides (x, y, z) of a cell, m.
+        origin: lower corner (x, y, z) of the grid in the base frame, m.
+        outside: weight outside the grid.
+
+    Returns:
+        The field, for the argument ``importance`` of a target.
+
+    Raises:
+        InputError: for a file or weights that cannot be used.
+
+    Example:
+        >>> import numpy as np
+        >>> import place_rings as pr
+        >>> busy = pr.weight_field(np.array([[1.0, 0.2]]), cell=(1, 1, 2), origin=(0, -1, 0))
+        >>> pr.Scene(targets=pr.Shell(0.5, importance=busy))
+        <Scene: ur10, 1 pose, V_S(0.5) weighted, occlusion ignore>
+    """
+    corner, sides = _three("origin", origin), _three("cell", cell)
+    if isinstance(weights, str | Path):
+        from .formats.schema.importance_models import weights_of
+        from .formats.weight_grids import weight_rows
+
+        try:
+            rows, layers = weight_rows("weights", Path(weights), Path(weights).read_bytes())
+        except OSError as error:
+            raise InputError(f"cannot be read: {error.strerror}", "weights", weights) from error
+        except UserError as error:
+            raise InputError(str(error)) from error
+        with input_errors("weights"):
+            weights = weights_of(rows, layers or 1)
+    try:
+        grid = np.asarray(weights, float)
+    except (TypeError, ValueError) as error:
+        raise InputError("found no numbers, allowed: (X, Y) or (X, Y, Z)", "weights") from error
+    grid = grid[..., None] if grid.ndim == 2 else grid
+    with input_errors("weights"):
+        if grid.ndim != 3:
+            raise ValueError(f"found shape {grid.shape}, allowed: (X, Y) or (X, Y, Z)")
+        return WeightField.of(grid, corner, sides, outside)

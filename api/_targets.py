@@ -9,6 +9,7 @@ from ._arguments import number
 from ._errors import InputError, input_errors
 from .coverage.targets import Target
 from .coverage.volumes import NamedVolume, Volume
+from .coverage.weight_field import WeightField
 from .objectives.scene import Goal
 
 
@@ -24,6 +25,8 @@ class TargetVolume:
     """Relative weight in the mean over the targets, 0 or more."""
     at_least_percent: float = 0.0
     """Minimum coverage that a search must keep, percent; 0 for none."""
+    importance: WeightField | None = field(default=None, repr=False)
+    """How much each place matters, made by ``weight_field``; None: all the same."""
     symbol: str = field(init=False, default="", repr=False)
     """Name of the volume in files and commands, such as ``V_S``."""
 
@@ -35,11 +38,13 @@ class TargetVolume:
             number(name, value, f"0 to {most:g}")
             if not (math.isfinite(value) and 0 <= value <= most):
                 raise InputError(f"found {value:g}, allowed: 0 to {most:g}", name)
+        if not isinstance(self.importance, WeightField | None):
+            raise InputError(f"found {self.importance!r}, allowed: weight_field(...)", "importance")
 
     @property
     def target(self) -> Target:
         """The target volume under its name in files and commands."""
-        return Target(self.symbol)
+        return Target(self.symbol, importance=self.importance)
 
     @property
     def volume(self) -> Volume:
@@ -73,7 +78,7 @@ class Shell(TargetVolume):
     def target(self) -> Target:
         """The shell under its name in files and commands."""
         with input_errors("radius"):
-            return Target(self.symbol, float(self.radius))
+            return Target(self.symbol, float(self.radius), importance=self.importance)
 
     @property
     def volume(self) -> Volume:

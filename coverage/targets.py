@@ -16,6 +16,7 @@ from .solids.base import Difference, Solid, Union
 from .solids.polyhedra import Polyhedron, polyhedra
 from .solids.spheres import sphere
 from .volumes import OWN, NamedVolume, Volume, within
+from .weight_field import WeightField
 
 NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
@@ -53,6 +54,8 @@ class Target:
     """Radius of V_S, m."""
     volume: Volume | None = field(default=None, repr=False)
     """A volume of one's own; None for the one of this name."""
+    importance: WeightField | None = field(default=None, repr=False)
+    """How much each place matters; None: all the same."""
 
     def __post_init__(self) -> None:
         if self.volume is not None:
@@ -85,12 +88,22 @@ class Target:
         return tuple(r for r in radii if r is not None)
 
     @property
+    def plain(self) -> bool:
+        """Whether the target is a named volume as it is."""
+        return self.volume is None and self.importance is None
+
+    @property
     def key(self) -> tuple[str, float | None]:
-        """Name and radius under which records list the target."""
-        return self.name, self.radius
+        """Name and radius under which records list the target.
+
+        A named volume with a weight field has another name than without, and no radius.
+        """
+        return (self.name, self.radius) if self.plain else (str(self), None)
 
     def __str__(self) -> str:
-        return self.name if self.radius is None else f"{self.name}({self.radius:g})"
+        name = self.name if self.radius is None else f"{self.name}({self.radius:g})"
+        weighted = " weighted" if self.volume is None and self.importance is not None else ""
+        return name + weighted
 
 
 def own_name(name: str) -> bool:

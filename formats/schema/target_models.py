@@ -23,6 +23,7 @@ from ...objectives.scene import CoreScene, Goal
 from ..errors import UserError
 from .base_model import StrictModel, fault
 from .field_types import FARTHEST, LONGEST_NAME, Metres
+from .importance_models import ImportanceModel
 from .mapping import PERCENT, MappedModel, Of
 
 _Coordinate = Annotated[
@@ -175,6 +176,10 @@ class TargetModel(MappedModel[Goal]):
     volume: VolumeModel | None = Field(
         default=None, description="a volume of one's own, for a name of one's own"
     )
+    importance: ImportanceModel | None = Field(
+        default=None,
+        description="weight field: how much each place matters; all the same if absent",
+    )
     name: str = Field(
         max_length=LONGEST_NAME,
         description=f"name of the target volume: {', '.join(NAMES)}, or that of one's own",
@@ -223,7 +228,8 @@ class TargetModel(MappedModel[Goal]):
     def target(self) -> Target:
         """The target without its weight and floor."""
         own = None if self.volume is None else self.volume.volume()
-        return Target(self.name, self.radius, own)
+        weights = None if self.importance is None else self.importance.field()
+        return Target(self.name, self.radius, own, weights)
 
     def to_domain(self, **given: Any) -> Goal:
         """Return the target with its weight and floor."""
@@ -236,11 +242,12 @@ class TargetModel(MappedModel[Goal]):
         Raises:
             UserError: if no file can hold the target.
         """
-        own = value.target.volume
+        own, weights = value.target.volume, value.target.importance
         keys = {
             "name": value.target.name,
             "radius": value.target.radius,
             "volume": None if own is None else VolumeModel.of_volume(own),
+            "importance": None if weights is None else ImportanceModel.of_field(weights),
         }
         return super().from_domain(value, **keys, **given)
 
@@ -273,4 +280,4 @@ def own_keys(target: Target) -> dict[str, Any]:
         UserError: if no file can hold the target.
     """
     table = TargetModel.from_domain(Goal(target))
-    return table.model_dump(mode="json", exclude_none=True, include={"volume"})
+    return table.model_dump(mode="json", exclude_none=True, include={"volume", "importance"})

@@ -147,6 +147,11 @@ def _meaning(scene: CoreScene) -> str:
         words.get(g.target.name) or f"{g.target} is {described(g.target)}"
         for g in {g.target.name: g for g in scene.goals}.values()
     ]
+    names += [
+        f"places in {g.target} count by its weight field"
+        for g in scene.goals
+        if g.target.importance
+    ]
     return (
         f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
         " curve, is excluded."
@@ -249,7 +254,7 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
     yield code(shlex.join(["place-rings", *words]))
     yield "To prove a ζ, as a guaranteed interval:\n"
     target, say = f.scene.goals[0].target, ["place-rings", "verify"]
-    if target.volume is None:
+    if target.plain:
         radius = "" if target.radius is None else f":{target.radius:g}"
         say += [*_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
     else:
