@@ -10,13 +10,10 @@ from jaxtyping import Float, Int
 
 from .arrays import Vector
 from .solids.volume_fraction import VolumeFraction
-from .voxels.voxel_set import VoxelSet, centre, decode, runs_of
 
 LEVELS = 65_535  # weights are whole multiples of the largest over this
 MOST_CELLS = 200_000  # of a field
-_DISTINCT = 16  # weights up to which each has a set of voxels of its own; above, each bit has one
 _SPAN = 4  # cells along an axis up to which the mean over a cube is computed
-_CHUNK = 1 << 20  # voxels processed at once
 
 
 @dataclass(frozen=True)
@@ -142,41 +139,6 @@ class WeightField:
         x, y, z = np.clip(index, 0, shape - 1).T
         return np.where(within, self.level[x, y, z], self.outside)
 
-    def within(self, voxels: VoxelSet) -> VoxelSet:
-        """Return the voxels of a set at whose centres the weight is above 0."""
-        if self.outside and (self.level > 0).all():
-            return voxels
-        runs = [
-            runs_of(key[self.levels_at(centre(decode(key), 0, voxels.voxel)) > 0])
-            for key in _keys(voxels)
-        ]
-        if not runs:
-            return voxels
-        start, length = (np.concatenate(ends) for ends in zip(*runs, strict=True))
-        return VoxelSet.of_cells(voxels.voxel, start, length)
-
-    def layers(self, wanted: VoxelSet) -> list[tuple[int, VoxelSet]]:
-        """Return sets of the voxels of ``wanted``, each with an integer weight.
-
-        The weight of a voxel is that at its centre, and the sum of the weights of all sets that
-        contain it: a set for each weight where these are few, else for each of their binary digits.
-        """
-        values = np.unique(np.append(self.level, self.outside))
-        few = len(values) <= _DISTINCT
-        weights = [int(v) for v in values if v] if few else [1 << bit for bit in range(16)]
-        found: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in weights]
-        for key in _keys(wanted):
-            level = self.levels_at(centre(decode(key), 0, wanted.voxel))
-            for weight, each in zip(weights, found, strict=True):
-                each.append(runs_of(key[level == weight if few else (level & weight) > 0]))
-        sets = []
-        for weight, each in zip(weights, found, strict=True):
-            if not each:
-                continue
-            start, length = (np.concatenate(ends) for ends in zip(*each, strict=True))
-            sets.append((weight, VoxelSet.of_cells(wanted.voxel, start, length)))
-        return [(weight, some) for weight, some in sets if len(some)]
-
     def in_cubes(self, points: Float[np.ndarray, "N 3"], side: float, slack: float) -> MeanWeight:
         """Return bounds of the weight in cubes of ``side`` m about ``points`` (N, 3) m.
 
@@ -220,16 +182,3 @@ class WeightField:
             lowest = np.where(met, np.minimum(lowest, weight), lowest)
             highest = np.where(met, np.maximum(highest, weight), highest)
         return total, lowest, highest
-
-
-def _keys(wanted: VoxelSet) -> list[np.ndarray]:
-    """Return the keys of a set's voxels, ascending, in parts of bounded size."""
-    length = wanted.stop - wanted.start
-    pieces: list[np.ndarray] = []
-    group = np.cumsum(length) // _CHUNK
-    for number in np.unique(group):
-        some = group == number
-        start, count = wanted.start[some], length[some]
-        before = np.cumsum(count) - count
-        pieces.append(np.arange(count.sum()) + np.repeat(start - before, count))
-    return pieces

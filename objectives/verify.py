@@ -19,6 +19,8 @@ from ..coverage.voxels.octree import count, count_each, regions
 from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.volume_tally import Bracket
 from ..coverage.voxels.voxel_set import VoxelSet
+from ..coverage.voxels.weighted_voxels import important
+from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
 from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
@@ -107,7 +109,7 @@ def _silent(_: object) -> None:
 
 def _important(target: Target, voxels: VoxelSet) -> VoxelSet:
     """Return the voxels at which the target's weight field, if it has one, is above 0."""
-    return voxels if target.importance is None else target.importance.within(voxels)
+    return voxels if target.importance is None else important(target.importance, voxels)
 
 
 class Verifier:
@@ -282,7 +284,7 @@ class Verifier:
             return [(1, wanted)]
         if region is None and (kept := self._layers.get((target, pose))) is not None:
             return kept
-        layers = target.importance.layers(wanted)
+        layers = weighted_layers(target.importance, wanted)
         size = sum(some.nbytes for _, some in layers)
         if region is None and size <= self.memory / 4:
             self._layers = {(target, pose): layers, **self._layers}
