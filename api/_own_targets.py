@@ -59,7 +59,8 @@ class OwnTarget(TargetVolume):
     def target(self) -> Target:
         """The target volume under its name in files and commands."""
         with input_errors("name" if self.volume.bounded else ""):
-            return Target(self.name or self.symbol, None, self.volume, self.importance)
+            name = self.name or self.symbol
+            return Target(name, None, self.volume, self.importance, self.reachable)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -276,6 +277,7 @@ def volume_of(goal: Goal) -> TargetVolume:
         "weight": goal.weight,
         "at_least_percent": round(100 * goal.at_least, 9),
         "importance": goal.target.importance,
+        "reachable": goal.target.reachable,
     }
     if goal.target.volume is None:
         return _made(goal.target.volumes[0], keys)

@@ -27,6 +27,8 @@ class TargetVolume:
     """Minimum coverage that a search must keep, percent; 0 for none."""
     importance: WeightField | None = field(default=None, repr=False)
     """How much each place matters, made by ``weight_field``; None: all the same."""
+    reachable: bool = field(default=False, repr=False)
+    """Whether only what is connected to the robot past the obstacles belongs to the target."""
     symbol: str = field(init=False, default="", repr=False)
     """Name of the volume in files and commands, such as ``V_S``."""
 
@@ -44,7 +46,7 @@ class TargetVolume:
     @property
     def target(self) -> Target:
         """The target volume under its name in files and commands."""
-        return Target(self.symbol, importance=self.importance)
+        return Target(self.symbol, None, None, self.importance, self.reachable)
 
     @property
     def volume(self) -> Volume:
@@ -78,7 +80,7 @@ class Shell(TargetVolume):
     def target(self) -> Target:
         """The shell under its name in files and commands."""
         with input_errors("radius"):
-            return Target(self.symbol, float(self.radius), importance=self.importance)
+            return Target(self.symbol, float(self.radius), None, self.importance, self.reachable)
 
     @property
     def volume(self) -> Volume:

@@ -7,12 +7,13 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from .reachable import reachable
 from .robots.kinematics import forward, joint_origins
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
 from .robots.separation_distance import Safety
-from .solids.base import Difference, Solid, Union
+from .solids.base import Difference, Intersection, Solid, Union
 from .solids.polyhedra import Polyhedron, polyhedra
 from .solids.spheres import sphere
 from .volumes import OWN, NamedVolume, Volume, within
@@ -56,6 +57,8 @@ class Target:
     """A volume of one's own; None for the one of this name."""
     importance: WeightField | None = field(default=None, repr=False)
     """How much each place matters; None: all the same."""
+    reachable: bool = field(default=False, repr=False)
+    """Whether only what is connected to the robot past the obstacles belongs to the target."""
 
     def __post_init__(self) -> None:
         if self.volume is not None:
@@ -90,20 +93,22 @@ class Target:
     @property
     def plain(self) -> bool:
         """Whether the target is a named volume as it is."""
-        return self.volume is None and self.importance is None
+        return self.volume is None and self.importance is None and not self.reachable
 
     @property
     def key(self) -> tuple[str, float | None]:
         """Name and radius under which records list the target.
 
-        A named volume with a weight field has another name than without, and no radius.
+        A named volume with a weight field, or cut by obstacles, has another name and no radius.
         """
         return (self.name, self.radius) if self.plain else (str(self), None)
 
     def __str__(self) -> str:
         name = self.name if self.radius is None else f"{self.name}({self.radius:g})"
-        weighted = " weighted" if self.volume is None and self.importance is not None else ""
-        return name + weighted
+        if self.volume is not None:
+            return name
+        weighted = " weighted" if self.importance is not None else ""
+        return name + (" reachable" if self.reachable else "") + weighted
 
 
 def own_name(name: str) -> bool:
@@ -164,6 +169,11 @@ def target_solid(
             )
     outer = target.volumes[0].solid(place.named)
     outer = within(outer, outer.bounds())
+    if target.reachable and obstacles:
+        centres = place.curve.discs(place.shape.points_per_bend)[0]
+        box = np.concatenate([outer.bounds(), centres])
+        box = np.stack([box.min(axis=0), box.max(axis=0)])
+        outer = Intersection(outer, reachable(obstacles, centres, box))
     body = place.named(OWN, None)
     if any(isinstance(v, NamedVolume) and v.name == "V_P" for v in target.volumes):
         body = Union(body, place.protective[1])

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.arrays import Array
+from ..coverage.cube_region import CubeRegion
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Difference, Intersection, Solid, Union
@@ -100,6 +101,8 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     """
     if isinstance(outer, Union | Intersection | Difference):
         return np.concatenate([outline(outer.a), outline(outer.b)])
+    if isinstance(outer, CubeRegion):
+        return np.zeros((0, 2, 3))
     if isinstance(outer, Polyhedra):
         return polyhedra_edges(outer)
     if isinstance(outer, Cylinders):

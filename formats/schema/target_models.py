@@ -180,6 +180,10 @@ class TargetModel(MappedModel[Goal]):
         default=None,
         description="weight field: how much each place matters; all the same if absent",
     )
+    reachable: bool = Field(
+        default=False,
+        description="whether only what is connected to the robot past the obstacles counts",
+    )
     name: str = Field(
         max_length=LONGEST_NAME,
         description=f"name of the target volume: {', '.join(NAMES)}, or that of one's own",
@@ -229,7 +233,7 @@ class TargetModel(MappedModel[Goal]):
         """The target without its weight and floor."""
         own = None if self.volume is None else self.volume.volume()
         weights = None if self.importance is None else self.importance.field()
-        return Target(self.name, self.radius, own, weights)
+        return Target(self.name, self.radius, own, weights, self.reachable)
 
     def to_domain(self, **given: Any) -> Goal:
         """Return the target with its weight and floor."""
@@ -246,6 +250,7 @@ class TargetModel(MappedModel[Goal]):
         keys = {
             "name": value.target.name,
             "radius": value.target.radius,
+            "reachable": value.target.reachable,
             "volume": None if own is None else VolumeModel.of_volume(own),
             "importance": None if weights is None else ImportanceModel.of_field(weights),
         }
@@ -280,4 +285,5 @@ def own_keys(target: Target) -> dict[str, Any]:
         UserError: if no file can hold the target.
     """
     table = TargetModel.from_domain(Goal(target))
-    return table.model_dump(mode="json", exclude_none=True, include={"volume", "importance"})
+    own = {"volume", "importance", "reachable"}
+    return table.model_dump(mode="json", exclude_none=True, exclude_defaults=True, include=own)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ...coverage.arrays import cross
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.robot import Robot
-from ...coverage.solids.base import Difference, Solid, Union
+from ...coverage.solids.base import Difference, Intersection, Solid, Union
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedra, Polyhedron
@@ -235,7 +235,7 @@ def convex_pieces(outer: Any) -> list[Any]:
     """
     if isinstance(outer, Union):
         return convex_pieces(outer.a) + convex_pieces(outer.b)
-    if isinstance(outer, Difference):
+    if isinstance(outer, Difference | Intersection):
         return convex_pieces(outer.a)
     if not isinstance(outer, Spheres | Capsules | Tube):
         return [box_corners(outer.bounds())]

@@ -152,6 +152,11 @@ def _meaning(scene: CoreScene) -> str:
         for g in scene.goals
         if g.target.importance
     ]
+    names += [
+        f"only what is connected to the robot past the obstacles belongs to {g.target}"
+        for g in scene.goals
+        if g.target.reachable
+    ]
     return (
         f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
         " curve, is excluded."
