@@ -22,6 +22,7 @@ from ._targets import (
     TargetVolume,
     ToolSphere,
 )
+from .coverage.robots.kinematics import transform
 from .coverage.targets import Target
 from .coverage.volumes import (
     BallVolume,
@@ -31,6 +32,7 @@ from .coverage.volumes import (
     CylinderVolume,
     FunctionVolume,
     HalfSpaceVolume,
+    MeshVolume,
     NamedVolume,
     Rule,
     Volume,
@@ -169,6 +171,68 @@ class HalfSpace(OwnTarget):
 
 
 @dataclass(frozen=True)
+class Mesh(OwnTarget):
+    """The inside of a closed mesh.
+
+    Example:
+        >>> import place_rings as pr
+        >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        >>> wedge = pr.Mesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], name="wedge")
+    """
+
+    vertices: Any = field(repr=False)
+    """Corners (V, 3) m in the base frame."""
+    faces: Any = field(repr=False)
+    """Corners of each triangle (T, 3), counted from 0."""
+    symbol: str = field(init=False, default="mesh", repr=False)
+
+    @staticmethod
+    def load(
+        file: str | Path,
+        *,
+        scale: float = 1.0,
+        centre: Sequence[float] = _ORIGIN,
+        rpy_deg: Sequence[float] = _ORIGIN,
+        **keys: Any,
+    ) -> "Mesh":
+        """Return the closed mesh in a file (.stl, .ply, .off, .obj).
+
+        Args:
+            file: path of the file.
+            scale: length of one unit of the mesh, m.
+            centre: origin of the mesh (x, y, z) in the base frame, m.
+            rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
+            keys: further arguments of a target, such as ``name`` and ``weight``.
+
+        Returns:
+            The target.
+
+        Raises:
+            InputError: if the file cannot be read or the mesh is not closed.
+        """
+        from .formats.target_meshes import closed_mesh
+
+        T = transform(np.array(_three("centre", centre)), np.array(_turn(rpy_deg)))
+        try:
+            mesh = closed_mesh("file", Path(file), Path(file).read_bytes(), float(scale), T)
+        except OSError as error:
+            raise InputError(f"cannot be read: {error.strerror}", "file", file) from error
+        except UserError as error:
+            raise InputError(str(error)) from error
+        return Mesh(mesh.vertices, mesh.faces, **keys)
+
+    @property
+    def volume(self) -> Volume:
+        """The mesh without its weight and name."""
+        with input_errors("faces"):
+            vertices = np.array(self.vertices, float)
+            faces = np.array(self.faces, np.int64)
+            if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+                raise ValueError("found other shapes, allowed: vertices (V, 3) and faces (T, 3)")
+            return MeshVolume(vertices, faces)
+
+
+@dataclass(frozen=True)
 class _Combination(OwnTarget):
     """Targets combined by a rule, which is the class's symbol."""
 
@@ -297,6 +361,8 @@ def _made(volume: Volume, keys: Mapping[str, Any]) -> TargetVolume:
             return Sphere(length, centre, **keys)
         case HalfSpaceVolume(normal, point):
             return HalfSpace(normal, point, **keys)
+        case MeshVolume(vertices, faces):
+            return Mesh(vertices, faces, **keys)
         case FunctionVolume(function, box):
             return Implicit(function, box, **keys)
         case CombinedVolume(rule, of):

@@ -45,7 +45,8 @@ class CubeRegion(Parts):
         shape = np.array(self.inside.shape)
         within = ((index >= 0) & (index < shape)).all(axis=1)
         x, y, z = np.clip(index, 0, shape - 1).T
-        return within & self.inside[x, y, z]
+        state: np.ndarray = within & self.inside[x, y, z]
+        return state
 
     def part(self, points: Array, index: Index) -> Any:
         place = (np.asarray(points).reshape(-1, 3) - self.origin) / self.side

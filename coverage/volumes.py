@@ -8,7 +8,7 @@ supplies the named volumes there. All coordinates are in the base frame.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -17,6 +17,7 @@ from jaxtyping import Float, Int
 from .arrays import Array, Index
 from .robots.kinematics import transform
 from .solids.base import Difference, Intersection, Parts, Solid, Union
+from .solids.closed_mesh import ClosedMesh
 from .solids.cylinders import Cylinders
 from .solids.polyhedra import Polyhedra, Polyhedron, box, polyhedra
 from .solids.spheres import sphere
@@ -28,6 +29,7 @@ NamedSolid: TypeAlias = Callable[[str, float | None], Solid]
 """Returns a named volume, such as V_S with its radius in m, at a pose."""
 Rule = Literal["union", "difference", "intersection"]
 RULES: tuple[Rule, ...] = get_args(Rule)
+MOST_FACES = 50_000  # triangles of a mesh
 OWN = "V_R"
 """Name of the robot's own volume, which may be a part of a volume but is no target."""
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
@@ -208,6 +210,54 @@ class CombinedVolume(Volume):
     def bounded(self) -> bool:
         ends = [volume.bounded for volume in self.of]
         return {"union": all(ends), "difference": ends[0], "intersection": any(ends)}[self.rule]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshVolume(Volume):
+    """The inside of a closed mesh.
+
+    Raises:
+        ValueError: if the mesh has too many triangles or none, names a corner that it does not
+            have, or is not closed: each edge must belong to an even number of triangles.
+    """
+
+    vertices: Float[np.ndarray, "V 3"]
+    """Corners in the base frame, m."""
+    faces: Int[np.ndarray, "T 3"]
+    """Corners of each triangle."""
+
+    def __post_init__(self) -> None:
+        faces, corners = self.faces, len(self.vertices)
+        if not 4 <= len(faces) <= MOST_FACES:
+            raise ValueError(
+                f"the mesh has {len(faces)} triangles, allowed: 4 to {MOST_FACES}; simplify it"
+            )
+        if not (np.isfinite(self.vertices).all() and faces.min() >= 0 and faces.max() < corners):
+            raise ValueError(f"the mesh has corners that are not finite or not among its {corners}")
+        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), 1)
+        _, count = np.unique(edges, axis=0, return_counts=True)
+        if (odd := int((count % 2).sum())) > 0:
+            raise ValueError(
+                f"the mesh is not closed: {odd} of its {len(count)} edges belong to an odd number"
+                " of triangles; close its holes"
+            )
+
+    @cached_property
+    def _key(self) -> tuple[bytes, bytes]:
+        return self.vertices.tobytes(), self.faces.tobytes()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, MeshVolume) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @cached_property
+    def _solid(self) -> ClosedMesh:
+        return ClosedMesh(self.vertices, self.faces)
+
+    def solid(self, named: NamedSolid) -> Solid:
+        return self._solid
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
-from .target_files import names_files, with_contents
+from .target_files import with_contents
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -178,7 +178,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     below ``key``."""
 
     read = _reader(path)
-    if any(names_files(target) for target in file.targets):
+    if any(target.files for target in file.targets):
         targets = [
             with_contents(target, f"{path}: {key}targets[{i}]", read)
             for i, target in enumerate(file.targets)

@@ -1,22 +1,20 @@
-"""Contents of the files that a target names: its weight field."""
+"""Contents of the files that a target names: its weight field and its meshes."""
 
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from pydantic import ValidationError
 
+from ..coverage.robots.kinematics import transform
 from .errors import UserError, explain
 from .schema.importance_models import ImportanceModel
-from .schema.target_models import TargetModel
+from .schema.target_models import TargetModel, VolumeModel
+from .target_meshes import closed_mesh
 from .weight_grids import weight_rows
 
 Read = Callable[[str, str], tuple[Path, bytes]]
 """Returns path and content of a file, from the key and the name."""
-
-
-def names_files(target: TargetModel) -> bool:
-    """Return whether a target names files."""
-    return target.importance is not None and target.importance.file is not None
 
 
 def with_contents(target: TargetModel, where: str, read: Read) -> TargetModel:
@@ -30,15 +28,31 @@ def with_contents(target: TargetModel, where: str, read: Read) -> TargetModel:
     Raises:
         UserError: if a file cannot be used.
     """
+    stem = f"{where}{'.' if ': ' in where else ': '}"
+    if target.volume is not None and target.volume.files:
+        volume = _with_meshes(target.volume, f"{stem}volume", read)
+        if not volume.volume().bounded:
+            raise UserError(f"{stem}volume: found no end, allowed: a volume with an end")
+        target = target.model_copy(update={"volume": volume})
     importance = target.importance
     if importance is not None and importance.file is not None:
-        filled = _filled(importance, importance.file, where, read)
+        filled = _filled(importance, importance.file, f"{stem}importance", read)
         target = target.model_copy(update={"importance": filled})
     return target
 
 
-def _filled(model: ImportanceModel, file: str, where: str, read: Read) -> ImportanceModel:
-    key = f"{where}{'.' if ': ' in where else ': '}importance"
+def _with_meshes(volume: VolumeModel, key: str, read: Read) -> VolumeModel:
+    if volume.of is not None:
+        of = [_with_meshes(v, f"{key}.of[{i}]", read) for i, v in enumerate(volume.of)]
+        return volume.model_copy(update={"of": of})
+    if volume.file is None:
+        return volume
+    path, data = read(f"{key}.file", volume.file)
+    T = transform(volume.centre or [0.0] * 3, np.radians(volume.rpy_deg or [0.0] * 3))
+    return VolumeModel.of_volume(closed_mesh(f"{key}.file", path, data, volume.scale or 1.0, T))
+
+
+def _filled(model: ImportanceModel, file: str, key: str, read: Read) -> ImportanceModel:
     path, data = read(f"{key}.file", file)
     rows, layers = weight_rows(f"{key}.file", path, data)
     keys = {"rows": rows, "layers": model.layers if layers is None else layers, "file": None}

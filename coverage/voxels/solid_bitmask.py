@@ -13,13 +13,14 @@ import numpy as np
 from ..arrays import Array, Numbers, cross, dot, rows
 from ..solids.base import Parts
 from ..solids.capsules import Capsules
+from ..solids.closed_mesh import ClosedMesh
 from ..solids.cones import Cones
 from ..solids.cylinders import Cylinders
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import MixedBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import Bitmask, BlockGrid, product, within
+from .voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, product, within
 
 
 @singledispatch
@@ -110,6 +111,14 @@ def _(parts: Cylinders, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
     half, t = parts.half[index], dot(v, axis)
     round_ = product(t, axis, t, axis) + within(parts.radius[index], v)
     return grid.words(round_) & grid.words(product(half - t, -axis, half + t, axis))
+
+
+@words.register
+def _(parts: ClosedMesh, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in a closed mesh, whose centres are tested one by one."""
+    centres = points[:, None] + (CORNER - 1.5) * grid.voxel
+    word = packed(parts.holds(centres.reshape(-1, 3)).reshape(-1, VOXELS))
+    return Bitmask(word, word.copy())
 
 
 def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:

@@ -187,8 +187,8 @@ class SceneModel(MappedModel[CoreScene]):
         """Yield shells within the robot's own volume, and different targets of one name."""
         inner, first = self.curve.robot_radius, dict[tuple[str, float | None], Target]()
         for i, model in enumerate(self.targets):
-            if model.importance is not None and model.importance.rows is None:
-                continue  # the loader reads the weights first
+            if model.files:
+                continue  # the loader reads them first
             target, where = model.target, "radius" if model.volume is None else "volume"
             for radius in target.radii:
                 if radius <= inner:

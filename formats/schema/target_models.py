@@ -4,10 +4,12 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from ...coverage.targets import NAMES, OWN_NAME, Target, own_name
 from ...coverage.volumes import (
+    MOST_FACES,
     OWN,
     RULES,
     BallVolume,
@@ -16,6 +18,7 @@ from ...coverage.volumes import (
     CylinderVolume,
     FunctionVolume,
     HalfSpaceVolume,
+    MeshVolume,
     NamedVolume,
     Volume,
 )
@@ -38,6 +41,7 @@ Kind = Literal[
     "cylinder",
     "sphere",
     "half_space",
+    "mesh",
     "union",
     "difference",
     "intersection",
@@ -55,6 +59,7 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "cylinder": (("radius", "height"), _PLACED),
     "sphere": (("radius",), ("centre",)),
     "half_space": (("normal",), ("point",)),
+    "mesh": ((), ("file", "scale", *_PLACED, "vertices", "faces")),
     **dict.fromkeys(RULES, (("of",), ())),
     **{name: (("radius",) if name == "V_S" else (), ()) for name in (*NAMES, OWN)},
 }
@@ -90,6 +95,24 @@ class VolumeModel(StrictModel):
     point: Annotated[list[_Coordinate], _Three] | None = Field(
         default=None, description="point of a half-space's plane, m; default the origin"
     )
+    file: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="file of a closed mesh (.stl, .ply, .off, .obj) in the file's folder or below",
+    )
+    scale: Annotated[float, Field(gt=0, le=1000)] | None = Field(
+        default=None, description="length of one unit of the mesh in the file, m; default 1"
+    )
+    vertices: list[Annotated[list[_Coordinate], _Three]] | None = Field(
+        default=None, min_length=4, max_length=3 * MOST_FACES, description="corners of a mesh, m"
+    )
+    faces: list[Annotated[list[Annotated[int, Field(ge=0)]], _Three]] | None = Field(
+        default=None,
+        min_length=4,
+        max_length=MOST_FACES,
+        description="corners of each triangle of a mesh, counted from 0",
+    )
     of: list["VolumeModel"] | None = Field(
         default=None,
         min_length=2,
@@ -108,12 +131,33 @@ class VolumeModel(StrictModel):
             if key not in ("kind", *needed, *possible):
                 keys = ", ".join((*needed, *possible)) or "no other key"
                 raise fault(key, f"{keys}, because the kind is {self.kind}")
+        if self.kind == "mesh":
+            self._check_mesh()
         if self.normal is not None and not math.hypot(*self.normal) > 1e-9:
             raise fault(self.normal, "a direction of a length above 0")
         return self
 
+    def _check_mesh(self) -> None:
+        inline, place = (self.vertices, self.faces), (self.scale, self.centre, self.rpy_deg)
+        whole = all(keys is not None for keys in inline)
+        if self.file is None and not whole:
+            raise fault(None, "the key file, or the keys vertices and faces")
+        if self.file is not None and inline != (None, None):
+            raise fault(self.file, "no file, because the vertices and faces are given")
+        if whole and any(keys is not None for keys in place):
+            raise fault(None, "no scale, centre or rpy_deg, because the vertices are given")
+        if whole:
+            try:
+                self.volume()
+            except ValueError as error:
+                raise fault(self.faces, f"other triangles: {error}") from error
+
     def volume(self) -> Volume:
-        """Return the volume."""
+        """Return the volume.
+
+        Raises:
+            UserError: if a file still holds a mesh.
+        """
         centre, rpy = _three(self.centre), _three(self.rpy_deg, math.radians)
         match self.kind:
             case "box":
@@ -124,10 +168,19 @@ class VolumeModel(StrictModel):
                 return BallVolume(self.radius or 0.0, centre)
             case "half_space":
                 return HalfSpaceVolume(_three(self.normal), _three(self.point))
+            case "mesh":
+                if self.vertices is None or self.faces is None:
+                    raise UserError(f"{self.file}: the mesh in this file is not read yet")
+                return MeshVolume(np.array(self.vertices, float), np.array(self.faces, np.int64))
             case "union" | "difference" | "intersection":
                 return CombinedVolume(self.kind, tuple(v.volume() for v in self.of or ()))
             case _:
                 return NamedVolume(self.kind, self.radius)
+
+    @property
+    def files(self) -> bool:
+        """Whether files still hold meshes."""
+        return self.file is not None or any(volume.files for volume in self.of or ())
 
     @classmethod
     def of_volume(cls, volume: Volume) -> Self:
@@ -147,6 +200,8 @@ class VolumeModel(StrictModel):
                 keys = {"kind": "sphere", "radius": radius, **_placed(centre)}
             case HalfSpaceVolume(normal, point):
                 keys = {"kind": "half_space", "normal": list(normal), "point": list(point)}
+            case MeshVolume(vertices, faces):
+                keys = {"kind": "mesh", "vertices": vertices.tolist(), "faces": faces.tolist()}
             case CombinedVolume(rule, of):
                 keys = {"kind": rule, "of": [cls.of_volume(v) for v in of]}
             case NamedVolume(name, named):
@@ -204,7 +259,7 @@ class TargetModel(MappedModel[Goal]):
     @field_validator("volume")
     @classmethod
     def _with_an_end(cls, volume: VolumeModel | None) -> VolumeModel | None:
-        if volume is not None and not volume.volume().bounded:
+        if volume is not None and not volume.files and not volume.volume().bounded:
             raise fault(volume.kind, "a volume with an end; intersect a half-space with another")
         return volume
 
@@ -227,6 +282,12 @@ class TargetModel(MappedModel[Goal]):
         if name is not None and name != "V_S" and radius is not None:
             raise fault(radius, f"no radius, because the target is {name}")
         return radius
+
+    @property
+    def files(self) -> bool:
+        """Whether files still hold meshes or weights."""
+        meshes = self.volume is not None and self.volume.files
+        return meshes or (self.importance is not None and self.importance.file is not None)
 
     @property
     def target(self) -> Target:

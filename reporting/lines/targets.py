@@ -7,6 +7,7 @@ from ...coverage.volumes import (
     CombinedVolume,
     CylinderVolume,
     HalfSpaceVolume,
+    MeshVolume,
     NamedVolume,
     Volume,
 )
@@ -26,6 +27,8 @@ def _of(volume: Volume) -> str:
             return f"a cylinder of radius {radius:g} m and height {height:g} m"
         case BallVolume(radius):
             return f"a sphere of radius {radius:g} m"
+        case MeshVolume(_, faces):
+            return f"a closed mesh of {len(faces)} triangles"
         case HalfSpaceVolume():
             return "a half-space"
         case NamedVolume(name, radius):
