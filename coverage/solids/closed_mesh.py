@@ -292,4 +292,5 @@ def _above(
     with np.errstate(over="ignore"):
         height = corner[:, 2] - fall / up
     height = np.clip(height, triangles[..., 2].min(axis=1), triangles[..., 2].max(axis=1))
-    return met & (height > points[:, 2])
+    above: np.ndarray = met & (height > points[:, 2])
+    return above
