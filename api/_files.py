@@ -16,10 +16,11 @@ from .objectives.scene import CoreScene
 
 
 def load(path: str | Path) -> Proposal | Scene | Robot:
-    """Read a proposal, a scene or a robot (TOML), or a robot's URDF.
+    """Read a proposal, a scene or a robot (TOML), or a robot's URDF or MJCF (.xml).
 
     A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
-    scene. For a URDF, capsules and mounts are fitted to the links, which takes some seconds.
+    scene. For a URDF or MJCF, capsules and mounts are fitted to the links, which takes some
+    seconds.
 
     Args:
         path: path of the file.
@@ -36,11 +37,11 @@ def load(path: str | Path) -> Proposal | Scene | Robot:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = pr.save(pr.Scene(robot="ur5e"), pathlib.Path(folder) / "scene.toml")
         ...     print(pr.load(path))
-        <Scene: ur5e, 1 pose, V_S(0.5), occlusion ignore>
+        <Scene: ur5e, 1 pose, V_S(0.5), occlusion shadow>
     """
     file = Path(path)
     with input_errors():
-        if file.suffix.lower() == ".urdf":
+        if file.suffix.lower() in (".urdf", ".xml"):
             return _robot_of_urdf(file)
         match _kind(file):
             case "rings":
@@ -117,11 +118,11 @@ def _kind(file: Path) -> str:
 
 
 def _robot_of_urdf(file: Path) -> Robot:
+    from .formats.robots.description import read_description
     from .formats.robots.meshes import Meshes
     from .formats.robots.robot_fit import fit_robot
-    from .formats.robots.urdf import read_urdf
     from .formats.robots.urdf_chain import pick_chain
 
-    urdf = read_urdf(file)
+    urdf = read_description(file)
     picked = pick_chain(urdf, None, None)
     return fit_robot(picked, Meshes(file, ()), urdf.name, 3, "collision").robot

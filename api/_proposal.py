@@ -12,12 +12,15 @@ from ._placement import Placement
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
+from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
+    FewestRingsModel,
     FoundModel,
     ProposalFile,
     ReachedModel,
     ReachModel,
     SearchFile,
+    TriedRingsModel,
 )
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.robustness_models import ErrorsModel
@@ -26,6 +29,7 @@ from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
 from .objectives.verify import Verified, Verifier
+from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
 from .placement.search.search import SearchResult
@@ -60,6 +64,8 @@ class Proposal(Placement):
     """Coverage reached with each number of sensors, if the search minimised the sensors."""
     wanted_percent: float | None = None
     """Coverage to reach with the fewest sensors, percent."""
+    fewest: FewestRings | None = None
+    """Results with each number of rings, if the search minimised the rings."""
     command: str = ""
     """The call or the command that ran the search."""
     found: FoundModel | None = None
@@ -90,6 +96,12 @@ class Proposal(Placement):
         return {str(v.target): v.zeta for v in self.each}
 
     @property
+    def rings_tried(self) -> dict[int, float]:
+        """Exact value of the criterion in [0, 1] by the number of rings, for a search with
+        ``fewest_rings``; empty otherwise."""
+        return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
+
+    @property
     def value(self) -> float | None:
         """Exact value of the search's criterion in [0, 1]; None for a proposal from a file."""
         return None if self.search is None else self.search.exact
@@ -114,7 +126,8 @@ class Proposal(Placement):
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
     def compare(self, progress: Callable[[int, int], None] | None = None) -> list[VerifyResult]:
-        """Count ζ of the proposal and of the paper's layouts for all targets, by the same verifier.
+        """Count ζ of the proposal and of the paper's layouts for the scene's targets, by the same
+        verifier.
 
         Ctrl-C ends the comparison and returns the finished counts.
 
@@ -122,13 +135,14 @@ class Proposal(Placement):
             progress: receives the number of counted poses, from 0, and the number of all.
 
         Returns:
-            One record for each setup and target, in percent.
+            One record for each setup and target, in percent: the proposal under all models of
+            occlusion, the others under the scene's and with a transparent robot.
         """
-        from .reporting.comparison import compared, counted, papers
+        from .reporting.comparison import counted, papers
 
         core, verifier = self.scene.core, copy(self._verifier)
-        goals, targets = [goal.target for goal in core.goals], compared(core)
-        setups = {self.name: self.setup} | papers(core)
+        targets, layouts = [goal.target for goal in core.goals], papers(core)
+        setups = {self.name: self.setup} | layouts
         counts = () if self.search is None else self.search.verified
         known = {(self.name, v.target): v for v in counts}
         records: list[VerifyResult] = []
@@ -143,7 +157,7 @@ class Proposal(Placement):
         verifier.at = lambda _: tell(min(done + 1, total))
         try:
             tell(0)
-            for one in counted(verifier, setups, targets, goals, known):
+            for one in counted(verifier, setups, targets, targets, known, layouts):
                 records.append(one)
                 tell(len(records) * len(core.poses))
         except KeyboardInterrupt:
@@ -210,6 +224,8 @@ class Proposal(Placement):
             asked_percent=criterion_percent,
             files=files,
             reach=self.reach_record(),
+            fewest_rings=self.rings_record(),
+            price=PriceModel.of(self.scene.core, self.setup),
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
         )
@@ -230,6 +246,22 @@ class Proposal(Placement):
         return ReachModel(
             wanted_percent=self.wanted_percent, reached=self.reach.reached, tried=tried
         )
+
+    def rings_record(self) -> FewestRingsModel | None:
+        """Return the searches for the fewest rings in percent; None if there were none."""
+        if self.fewest is None:
+            return None
+        tried = [
+            TriedRingsModel(
+                rings=n,
+                exact_percent=100 * one.exact,
+                within=self.fewest.suffices(one),
+                price=self.scene.core.price_of(one.setup),
+                seconds=round(one.statistics.seconds, 1),
+            )
+            for n, one in self.fewest.tried.items()
+        ]
+        return FewestRingsModel(within_points=100 * self.fewest.within, tried=tried)
 
     def save(self, path: str | Path) -> Path:
         """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or
@@ -258,6 +290,7 @@ class Proposal(Placement):
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
         if not self.criterion.plain and self.value is not None:
             yield str(self.criterion), f"{100 * self.value:.2f} %"
+        yield from self.price_rows()
         if self.outcome is not None:
             yield "search", self.outcome.value
 

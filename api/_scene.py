@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ValidationError
 
+from ._arguments import number
 from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._own_targets import volume_of
@@ -23,7 +24,8 @@ from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
 from .formats.schema.target_models import boxed
-from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
+from .objectives.prices import Prices
+from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 _KEYS = (
@@ -38,6 +40,7 @@ _KEYS = (
     "obstacles",
     "over_poses",
     "safety",
+    "prices",
 )
 
 
@@ -48,30 +51,35 @@ class Scene:
     """Robot, poses, targets, sensor and rules of a placement.
 
     A scene is immutable; ``replace`` returns a changed copy. Without arguments it is the reference
-    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor.
+    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor, real rings, self-occlusion.
+    ``Scene.paper`` gives the paper's world.
 
     Args:
         robot: a name in ``robots``, or a ``Robot``.
         targets: one or more target volumes such as ``Shell(0.5, weight=0.6)``.
-        poses: a ``Trajectory``, a list of ``Pose``, or joint angles in rad: (J,) for one pose or
-            (P, J) for P poses of equal weight. The robot's rest pose by default.
+        poses: a ``Trajectory``, a list of ``Pose``, joint values by name and unit such as
+            ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or joint angles in rad (and m
+            for prismatic joints): (J,) for one pose or (P, J) for P poses of equal weight. The
+            robot's rest pose by default.
         sensor: sensor of new rings.
         occlusion: model of occlusion: ``ignore`` (transparent bodies, as in the paper), ``shadow``
             (points behind a body are not covered) or ``blind`` (a one-zone sensor covers nothing
-            beyond the nearest surface in its beam).
+            beyond the nearest surface in its beam). By default ``shadow``, or ``ignore`` if the
+            robot has no bodies.
         ring_radius: radius of new rings, m; by default 0.08, or more if a real ring needs it.
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
         obstacles: obstacles of the cell, each made by ``obstacle``.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
+        prices: what a ring and a sensor cost; results then have a ``price``.
 
     Raises:
         InputError: for an invalid argument; the message states the value and the allowed ones.
 
     Example:
         >>> import place_rings as pr
-        >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)], occlusion="shadow")
+        >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)])
         >>> scene
         <Scene: ur10e, 1 pose, V_S(0.5), occlusion shadow>
     """
@@ -86,13 +94,14 @@ class Scene:
         targets: Sequence[TargetVolume] | TargetVolume | None = None,
         poses: Poses = None,
         sensor: Sensor | None = None,
-        occlusion: Occlusion = "ignore",
+        occlusion: Occlusion | None = None,
         ring_radius: float | None = None,
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
+        prices: Prices | None = None,
     ) -> None:
         given = {
             "targets": targets or None,
@@ -104,9 +113,28 @@ class Scene:
             "obstacles": obstacles,
             "over_poses": over_poses,
             "safety": safety,
+            "prices": prices,
         }
-        core = replace(CoreScene(robot=_robot(robot)), **_fields(given))
+        core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
+
+    @classmethod
+    def paper(cls, **arguments: Any) -> "Scene":
+        """Return a scene of the paper's world: transparent bodies, and rings without bodies on the
+        lines between the joints.
+
+        Args:
+            arguments: arguments of ``Scene`` other than ``occlusion``; ``rules.mount`` is ``free``.
+
+        Raises:
+            InputError: as ``Scene`` does.
+
+        Example:
+            >>> import place_rings as pr
+            >>> pr.Scene.paper(robot="ur5e").rules.mount
+            'free'
+        """
+        return cls.of(as_in_paper(cls(**arguments, occlusion="ignore").core))
 
     @classmethod
     def of(cls, core: CoreScene) -> "Scene":
@@ -175,13 +203,16 @@ class Scene:
         """Terms of the separation distance that defines ``ProtectiveVolume``."""
         return self._core.safety
 
+    @property
+    def prices(self) -> Prices | None:
+        """What a ring and a sensor cost; None if unknown."""
+        return self._core.prices
+
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
 
-        Unless ``rules.mount`` is stated, ``occlusion`` also decides whether rings are real. On a
-        UR10, real rings sit on the axes of the links' tubes, and rings without bodies on the lines
-        between the joints. State ``rules=Rules(mount=...)`` to count the same rings under another
-        model of occlusion.
+        On a UR10 ``rules.mount`` decides on which axes rings sit: real ones on those of the links'
+        tubes, rings without bodies on the lines between the joints.
 
         Args:
             changes: arguments of ``Scene``; None restores an argument's default.
@@ -207,7 +238,7 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
-        core = replace(core, **_fields(changes))
+        core = _changed(core, changes)
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
         return Scene.of(_checked(core))
@@ -265,6 +296,8 @@ class Scene:
             for g in core.goals
         )
         parts = [core.robot.name, poses, goals, f"occlusion {core.occlusion}"]
+        if not core.real:
+            parts.append("rings without bodies")
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
         return parts
@@ -345,6 +378,21 @@ def _robot(robot: Robot | str) -> Robot:
     return robots[robot]
 
 
+def _changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
+    """Return the scene with these arguments, except robot and poses.
+
+    Raises:
+        InputError: for an invalid value, or a model of occlusion that needs the robot's bodies.
+    """
+    fields, occlusion = _fields(given), given.get("occlusion")
+    if occlusion in ("shadow", "blind") and not core.robot.bodies:
+        raise InputError(
+            f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
+            "occlusion",
+        )
+    return replace(core, **fields)
+
+
 def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the internal fields for all arguments except robot and poses; None becomes the
     default.
@@ -355,15 +403,20 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
         if name in given:
-            if given[name] not in one_of:
-                raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
-            fields[name] = given[name]
+            value = getattr(CoreScene, name) if given[name] is None else given[name]
+            if value not in one_of:
+                raise InputError(f"found {value!r}, allowed: {', '.join(one_of)}", name)
+            fields[name] = value
     for name, kind in _KINDS.items():
         if name in given:
             value = kind() if given[name] is None else given[name]
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
             fields[name] = value
+    if "prices" in given:
+        if not isinstance(given["prices"], Prices | None):
+            raise InputError(f"found {given['prices']!r}, allowed: Prices", "prices")
+        fields["prices"] = given["prices"]
     if "mounts" in given:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:
@@ -427,16 +480,24 @@ def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
 def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
     if poses is None:
         return CoreScene.poses if robot.name in PAPER_ROBOTS else (Pose(robot.rest),)
-    if isinstance(poses, Pose):
-        return [poses]
+    if isinstance(poses, Pose | Mapping):
+        poses = [poses]
     if isinstance(poses, Iterable) and not isinstance(poses, np.ndarray):
         poses = list(poses)
-        if poses and all(isinstance(pose, Pose) for pose in poses):
-            return list[Pose](poses)
+        if poses and all(isinstance(pose, Pose | Mapping) for pose in poses):
+            return [_named(robot, one) if isinstance(one, Mapping) else one for one in poses]
     angles = np.atleast_2d(_numbers(poses))
     if np.ndim(poses) == 0 or angles.ndim != 2 or not angles.size:
         raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
     return [Pose(q) for q in angles]
+
+
+def _named(robot: Robot, joints: Mapping[Any, Any]) -> Pose:
+    """Return the pose of joint values by name and unit; raise InputError for a wrong key."""
+    with input_errors("poses"):
+        for key, value in joints.items():
+            number(str(key), value, "a number in the unit of its name")
+        return Pose.of(robot, joints)
 
 
 def _frozen(pose: Pose) -> Pose:
@@ -455,8 +516,8 @@ def _numbers(values: Any) -> np.ndarray:
         return np.asarray(values, float)
     except (TypeError, ValueError) as error:
         raise InputError(
-            "found values that are not numbers, allowed: a Trajectory, Poses, or joint angles in"
-            " rad, (J,) or (P, J)",
+            "found values that are not numbers, allowed: a Trajectory, Poses, joint values by name,"
+            " or joint angles in rad, (J,) or (P, J)",
             "poses",
         ) from error
 

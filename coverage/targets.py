@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .reachable import reachable
-from .robots.kinematics import forward, joint_origins
+from .robots.kinematics import arm_base, forward, joint_origins
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
@@ -209,7 +209,7 @@ class _AtPose:
             return self.protective[0]
         if name in (OWN, "V_S"):
             return self.curve.tube(radius or shape.robot_radius, shape.points_per_bend)
-        base = sphere(np.zeros(3), self.robot.reach)
+        base = sphere(arm_base(self.robot.chain, self.q), self.robot.reach)
         if name == "V_O":
             return base
         tool = sphere(forward(self.robot.chain, self.q)[-1, :3, 3], shape.tcp_range)

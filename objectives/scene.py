@@ -1,6 +1,7 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -8,8 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
-from ..coverage.rings.ring import RING_RADIUS, Ring
+from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.built_in import UR10
+from ..coverage.robots.joint_values import ordered
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
@@ -20,6 +22,7 @@ from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
+from .prices import Prices
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
@@ -31,13 +34,28 @@ class Pose:
     """A pose of the robot."""
 
     q: Float[np.ndarray, " J"]
-    """Joint angles, rad."""
+    """Joint values: angles, rad, and of prismatic joints distances, m."""
     weight: float = 1.0
     """Weight of the pose in the mean."""
     time_s: float | None = None
     """Time in the recorded motion, s; None if the pose is not from a record."""
     rate: Float[np.ndarray, " J"] | None = None
-    """Joint speeds, rad/s; None if unknown."""
+    """Joint speeds, rad/s or m/s; None if unknown."""
+
+    @staticmethod
+    def of(robot: Robot, joints: Mapping[str, float], weight: float = 1.0) -> "Pose":
+        """Return a pose from joint values by name and unit.
+
+        Args:
+            robot: the robot.
+            joints: one value for each joint, in degrees or metres, by the joint's name with the
+                unit: ``{"rail_m": 0.3, "shoulder_deg": 20.0}``.
+            weight: weight of the pose in the mean.
+
+        Raises:
+            ValueError: for a key that is unknown or missing.
+        """
+        return Pose(ordered(robot.chain, joints), weight)
 
 
 @dataclass(frozen=True)
@@ -51,7 +69,10 @@ class Recorded:
     seconds: float
     """Its duration, s."""
     within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad."""
+    """Largest difference in any joint between a recorded sample and its pose, rad.
+
+    Metres of a prismatic joint count as ``radians_of`` weighs them.
+    """
     speed_weight: float
     """Factor by which TCP speed adds to the weights."""
 
@@ -104,10 +125,9 @@ class Rules:
     """Whether all rings have the same tilt up to its sign."""
     fixed: tuple[Ring, ...] = ()
     """Existing rings, which stay in place."""
-    mount: Mounting | None = None
+    mount: Mounting = "real"
     """``real``: a ring has an envelope, which stays within the usable part of the link and keeps
-    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body.
-    None: ``free`` if the robot's own body is ignored, else ``real``."""
+    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body."""
     standoff: float = 0.012
     """Minimum distance from the surrounded section to the sensors, m."""
     clearance: float = 0.002
@@ -156,8 +176,11 @@ class Motion:
 
 @dataclass(frozen=True)
 class CoreScene:
-    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), and the sensor and
-    ring radius of the paper.
+    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), the sensor of the
+    paper, real mounts and self-occlusion. ``paper_scene`` gives the scene of the paper.
+
+    A robot without bodies occludes nothing, and rings on it have no bodies either: whatever is
+    stated, ``occlusion`` is then ``ignore`` and ``rules.mount`` is ``free``.
     """
 
     robot: Robot = UR10
@@ -180,7 +203,7 @@ class CoreScene:
     """Whether to maximise the weighted mean over the poses or the worst pose."""
     recorded: Recorded | None = None
     """The recorded motion from which the poses come, if any."""
-    occlusion: Occlusion = "ignore"
+    occlusion: Occlusion = "shadow"
     """How the robot's own body occludes its sensors. Obstacles always occlude."""
     obstacles: tuple[Obstacle, ...] = ()
     """Obstacles of the cell; they are never part of a target."""
@@ -192,9 +215,14 @@ class CoreScene:
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
+    prices: Prices | None = None
+    """What rings and sensors cost, if known."""
 
     def __post_init__(self) -> None:
-        """Put the links into use that the rules ask for."""
+        """Put the links into use that the rules ask for; a robot without bodies has free mounts."""
+        if not self.robot.bodies:
+            object.__setattr__(self, "occlusion", "ignore")
+            object.__setattr__(self, "rules", replace(self.rules, mount="free"))
         object.__setattr__(self, "robot", self.robot.with_links(self.real))
 
     def solid(self, target: Target, pose: int) -> Difference:
@@ -247,13 +275,7 @@ class CoreScene:
     @property
     def real(self) -> bool:
         """Whether rings have bodies."""
-        return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
-
-    def seen_under(self, occlusion: Occlusion) -> "CoreScene":
-        """Return the scene with another model of occlusion, in which rings are as they are here:
-        real, or without bodies."""
-        mount: Mounting = "real" if self.real else "free"
-        return replace(self, occlusion=occlusion, rules=replace(self.rules, mount=mount))
+        return self.rules.mount == "real"
 
     def least_radius(self, link: str) -> float:
         """Return the minimum radius of a ring on ``link``, m, rounded up to the next mm.
@@ -296,6 +318,12 @@ class CoreScene:
             / 1000
         )
 
+    def price_of(self, setup: Setup) -> float | None:
+        """Return the price of a setup; None without prices. Fixed rings exist and cost nothing."""
+        if self.prices is None:
+            return None
+        return self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
+
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:
         """Weights of the poses, summing to 1."""
@@ -309,3 +337,14 @@ class CoreScene:
         weight = np.array([g.weight for g in self.goals], float)
         share: np.ndarray = weight / weight.sum()
         return share
+
+
+def as_in_paper(scene: CoreScene) -> CoreScene:
+    """Return ``scene`` in the paper's world: transparent bodies, and rings without bodies that sit
+    on the lines between the joints."""
+    return replace(scene, occlusion="ignore", rules=replace(scene.rules, mount="free"))
+
+
+def paper_scene(**fields: Any) -> CoreScene:
+    """Return a scene with these fields of ``CoreScene``, in the paper's world."""
+    return as_in_paper(CoreScene(**fields))

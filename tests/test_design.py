@@ -13,13 +13,15 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.objectives.parameterization import GRAIN, decode, segments
-from place_rings.objectives.scene import CoreScene, Limits, Rules
+from place_rings.objectives.link_segments import GRAIN, segments
+from place_rings.objectives.parameterization import decode
+from place_rings.objectives.scene import CoreScene, Limits, Rules, paper_scene
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fitted, fresh, papers, vary
+from place_rings.placement.search.ring_budget import RingBudget
 from place_rings.placement.search.search import search
 
 from . import drawing
@@ -50,7 +52,7 @@ def drawn_scene(rng: np.random.Generator) -> CoreScene:
     least = int(rng.integers(1, 7))
     sensors = (least, int(rng.integers(least, 25)))
     spacing, margin = float(rng.uniform(0, 0.2)), float(rng.uniform(0, 0.1))
-    return CoreScene(
+    return paper_scene(
         limits=limits,
         rules=Rules(
             spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed
@@ -117,9 +119,92 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         c = vary(space, c, rng)
 
 
+@given(st.integers(1, 60), st.integers(1, 9), st.none() | st.integers(1, 20), drawing.seeds)
+def test_all_that_is_drawn_and_varied_has_the_stated_number_of_rings(sensors, rings, each, seed):
+    rng = np.random.default_rng(seed)
+    scene = drawn_scene(rng)
+    try:
+        if each is None:
+            space = Space(scene, sensors=sensors, rings=rings)
+        else:
+            space = Space(scene, rings=rings, each=each)
+    except InfeasibleError:
+        return
+    c = fresh(space, rng)
+    for _ in range(6):
+        setup = space.setup(c)
+        assert len(setup.rings) == rings
+        if each is None:
+            check(space, setup, sensors)
+        else:
+            assert {ring.count for ring in setup.rings if ring not in scene.rules.fixed} <= {each}
+        again = space.candidate(rounded(setup, scene.sensor))
+        assert again is None or len(space.setup(again).rings) == rings
+        c = vary(space, c, rng)
+
+
+@given(
+    st.integers(1, 6),
+    st.lists(st.integers(0, 9), max_size=5),
+    st.integers(1, 8),
+    st.integers(0, 3),
+    st.integers(0, 9),
+    st.integers(0, 60),
+)
+def test_rings_are_refused_exactly_where_no_division_of_the_sensors_fits(
+    least, more, rings, fixed, held, sensors
+):
+    """By all sums of sizes of rings, one after the other."""
+    largest, held = sorted((least + n for n in more), reverse=True), held if fixed else 0
+    sums, new = {held}, rings - fixed
+    for most in largest[: max(new, 0)]:
+        sums = {total + n for total in sums for n in range(least, most + 1)}
+    can = 0 <= new <= len(largest) and sensors in sums
+    reason = RingBudget(rings, fixed, sensors, held, least, largest).refusal()
+    assert (reason is None) == can
+    assert reason is None or "\n" not in reason
+
+
+@pytest.mark.parametrize(
+    ("rules", "wanted", "says"),
+    [
+        (
+            Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.5, 5),)),
+            {"rings": 6, "sensors": 40},
+            "6 rings of at least 3 sensors do not fit: there is room for 4 besides the 1 fixed",
+        ),
+        (Rules(), {"rings": 3, "sensors": 8}, "8 sensors are too few for 3 rings: they need at"),
+        (Rules(), {"rings": 2, "sensors": 49}, "49 sensors do not fit on 2 rings, which hold at"),
+        (Rules(), {"rings": 17, "sensors": 60}, "17 rings do not fit: a search places at most 16"),
+        (
+            Rules(fixed=(Ring("forearm", 0.5, 5), Ring("forearm", 0.9, 5))),
+            {"rings": 1, "sensors": 40},
+            "1 ring is fewer than the 2 fixed ones",
+        ),
+    ],
+)
+def test_a_number_of_rings_that_cannot_be_is_refused_with_the_reason(rules, wanted, says):
+    scene = CoreScene(rules=replace(rules, mount="free"), occlusion="ignore")
+    with pytest.raises(InfeasibleError, match=re.escape(says)):
+        Space(scene, **wanted)
+
+
+def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_does():
+    scene = CoreScene(sensor=Sensor(board=VL53L1X), occlusion="shadow", rules=Rules(mount="real"))
+    with pytest.raises(InfeasibleError, match=r"4 rings of 24 sensors do not fit.*at most (\d+)"):
+        Space(scene, rings=4, each=24)
+    try:
+        Space(scene, rings=4, each=24)
+    except InfeasibleError as error:
+        most = int(re.search(r"at most (\d+)", str(error))[1])
+    assert Space(scene, rings=4, each=most).sensors == 4 * most
+    with pytest.raises(InfeasibleError, match="do not fit"):
+        Space(scene, rings=4, each=most + 1)
+
+
 def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
-    scene = CoreScene(limits=limits, rules=Rules(spacing=0.3))
+    scene = paper_scene(limits=limits, rules=Rules(spacing=0.3))
     there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
     assert there == [
         (pytest.approx(0.3), pytest.approx(0.35), 1),
@@ -135,7 +220,7 @@ def test_of_two_places_too_near_for_two_rings_either_holds_one():
 def test_a_narrow_keep_out_costs_no_more_than_its_own_width():
     """A ring reaches both ends of a keep-out of 6 mm between rings 60 mm apart; two rings on either
     side keep their spacing."""
-    narrow = CoreScene(
+    narrow = paper_scene(
         limits={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06)
     )
     space = Space(narrow, sensors=8)
@@ -158,7 +243,7 @@ def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
         (float(a), float(a + rng.uniform(0, 0.1))) for a in rng.uniform(0, 0.9, rng.integers(1, 5))
     )
     rules = Rules(spacing=float(rng.uniform(0.01, 0.2)))
-    scene = CoreScene(limits={"forearm": Limits(keep_out=cuts)}, rules=rules)
+    scene = paper_scene(limits={"forearm": Limits(keep_out=cuts)}, rules=rules)
     space, length = Space(scene, sensors=80), scene.robot.mount("forearm").length
     legal = [p for p in np.linspace(0, 1, 101) if not any(a < p < b for a, b in cuts)]
     for place in legal:
@@ -184,15 +269,15 @@ def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
     assert not any(a + 1e-9 < p < b - 1e-9 for p in places for a, b in cuts)
 
 
-@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])
+@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.1), (9, 0.1), (10, 0.1), (9, 0.12)])
 def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(least, upper_arm):
     """Boards leave the upper arm room for larger rings than the other links, of which there is one
     each.
     """
     limits = {
         "upper_arm": Limits(radius=upper_arm),
-        "forearm": Limits(radius=0.045),
-        "tool": Limits(radius=0.045),
+        "forearm": Limits(radius=0.075),
+        "tool": Limits(radius=0.075),
     }
     rules = Rules(sensors=(least, 24), max_rings_per_link=1)
     scene = CoreScene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
@@ -209,7 +294,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
 
 @given(drawing.seeds, st.integers(10, 90))
 def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
-    space = Space(CoreScene(), sensors=sensors)
+    space = Space(paper_scene(), sensors=sensors)
     c = fresh(space, np.random.default_rng(seed))
     setup = space.setup(c)
     again = space.candidate(setup)
@@ -223,10 +308,10 @@ def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
 
 @given(drawing.seeds, st.integers(8, 90), st.integers(8, 90))
 def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
-    setup = Space(CoreScene(), sensors=before).setup(
-        fresh(Space(CoreScene(), sensors=before), np.random.default_rng(seed))
+    setup = Space(paper_scene(), sensors=before).setup(
+        fresh(Space(paper_scene(), sensors=before), np.random.default_rng(seed))
     )
-    space = Space(CoreScene(), sensors=after)
+    space = Space(paper_scene(), sensors=after)
     c = fitted(space, setup)
     assume(c is not None)
     check(space, space.setup(c), after)
@@ -234,7 +319,7 @@ def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
 
 @given(drawing.seeds)
 def test_likeness_does_not_see_phases_or_the_order_of_rings(seed):
-    space = Space(CoreScene(), sensors=40)
+    space = Space(paper_scene(), sensors=40)
     rng = np.random.default_rng(seed)
     c = fresh(space, rng)
     turned = replace(c, values=c.values * np.array([[1], [1], [0]]))
@@ -248,7 +333,7 @@ def test_likeness_does_not_see_phases_or_the_order_of_rings(seed):
 
 
 def test_segments_of_a_scene_with_everything():
-    scene = CoreScene(
+    scene = paper_scene(
         limits={
             "forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)),
             "tool": Limits(keep_out=((0.0, 1.0),)),
@@ -265,14 +350,14 @@ def test_segments_of_a_scene_with_everything():
 
 
 def test_values_reach_any_placement_that_keeps_the_spacing():
-    space = Space(CoreScene(rules=Rules(spacing=0.06)), named_setup("n3_16_55"))
+    space = Space(paper_scene(rules=Rules(spacing=0.06)), named_setup("n3_16_55"))
     c = space.candidate(named_setup("n3_16_55"))
     position = decode(space.arrays(c)[1], space.values(c))[0]
     np.testing.assert_allclose(position, [0, 0.5, 1, 0, 0.5, 1, 0], atol=GRAIN)
 
 
 def test_the_papers_setups_are_among_the_starts():
-    space = Space(CoreScene(), ring_layout(CoreScene(), 3, 16))
+    space = Space(paper_scene(), ring_layout(paper_scene(), 3, 16))
     for ring, paper in zip(
         space.setup(papers(space)[0]).rings, named_setup("n3_16_55").rings, strict=True
     ):
@@ -290,7 +375,7 @@ def test_the_papers_setups_are_among_the_starts():
 )
 def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
     with pytest.raises(InfeasibleError, match=says):
-        Space(CoreScene(rules=rules), sensors=sensors)
+        Space(paper_scene(rules=rules), sensors=sensors)
 
 
 @pytest.mark.parametrize(
@@ -317,17 +402,17 @@ def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
 )
 def test_a_refusal_names_the_number_that_was_requested(rules, sensors, says):
     with pytest.raises(InfeasibleError, match=re.escape(says)):
-        Space(CoreScene(rules=rules), sensors=sensors)
+        Space(paper_scene(rules=rules), sensors=sensors)
 
 
 def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
-    on_tool = CoreScene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
+    on_tool = paper_scene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
     layout = ring_layout(on_tool, 2, 16)
     assert [ring.link for ring in layout.rings] == ["upper_arm"] * 2 + ["forearm"] * 2
     setup = Space(on_tool, layout).setup(papers(Space(on_tool, layout))[0])
     assert [(r.link, r.count) for r in setup.rings][-1] == ("tool", 8)
     assert setup.sensors == 72
-    on_arm = CoreScene(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
+    on_arm = paper_scene(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
     there = [ring.link for ring in ring_layout(on_arm, 2, 16).rings]
     assert there == ["upper_arm", "upper_arm", "forearm", "tool"]
     Space(on_arm, ring_layout(on_arm, 2, 16))
@@ -335,14 +420,14 @@ def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
 
 def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
     fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
-    scene = CoreScene(rules=Rules(max_rings_per_link=1, fixed=fixed))
+    scene = paper_scene(rules=Rules(max_rings_per_link=1, fixed=fixed))
     result = search(scene, Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
     assert result.setup.rings == fixed
     assert 0 < result.exact < 1
 
 
 def test_a_layout_without_room_is_refused():
-    scene = CoreScene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
+    scene = paper_scene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
     with pytest.raises(InfeasibleError, match="no room for 2 rings on forearm"):
         Space(scene, ring_layout(scene, 2, 16))
     assert math.isfinite(

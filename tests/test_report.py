@@ -30,7 +30,7 @@ from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
 from place_rings.objectives.blind_spots import Beside
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table
@@ -148,7 +148,7 @@ def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
         Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6))
         for link in robot.links
     ]
-    scene, setup = CoreScene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
+    scene, setup = paper_scene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
     cones, frames, first = sensor_cones(robot, setup, q), forward(robot.chain, q), 0
     for seat in seat_list(scene, setup):
         mount = robot.mount(seat.ring.link)
@@ -203,9 +203,9 @@ def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(setup, frame_length))
+    said = "\n".join(materials(paper_scene(), setup, frame_length))
     assert escaped("<b>`a`</b>*") in "\n".join(
-        materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
+        materials(paper_scene(), Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
     )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert (
@@ -213,13 +213,13 @@ def test_materials_add_up():
         in said
     )
     assert (
-        "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |"
-        in "\n".join(materials(Setup((nominal,)), frame_length))
+        "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known |"
+        in "\n".join(materials(paper_scene(), Setup((nominal,)), frame_length))
     )
 
 
 def test_many_poses_are_stood_for_by_few():
-    scene = CoreScene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
+    scene = paper_scene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
     few = standing_for(scene, 16)
     assert len(few.poses) <= 16
     assert few.pose_weights.sum() == pytest.approx(1)

@@ -75,8 +75,8 @@ BAD = {
     f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
         'joint "j": type: found "screw", allowed: revolute, continuous'
     ),
-    f"<robot>{A}{B}{moved(kind='prismatic')}</robot>": (
-        'joint "j": type: found "prismatic" in the chain, allowed: revolute'
+    f"<robot>{A}{B}{moved(kind='planar')}</robot>": (
+        'joint "j": type: found "planar" in the chain, allowed: revolute'
     ),
     f"<robot>{A}{B}{moved(kind='floating')}</robot>": (
         'joint "j": type: found "floating" in the chain'

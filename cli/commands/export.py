@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import RobotOption, SceneFileOption, Subject
+from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_FRAMES, FrameOptions
 
 
@@ -28,6 +28,7 @@ def export(
     pose: Annotated[int, Parameter(help="Number of the scene's pose to export, from 0.")] = 0,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    paper: PaperOption = False,
     urdf: Annotated[
         Path | None,
         Parameter(
@@ -70,10 +71,10 @@ def export(
     from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
     from ...reporting.terminal import say
-    from ..options.scenes import resolve_scene, urdf_of
+    from ..options.scenes import scene_for, urdf_of
 
     formats_of(to)
-    placed = resolve(subject, resolve_scene(scene, robot), frames=mounted.resolve())
+    placed = resolve(subject, scene_for(subject, scene, robot, paper), frames=mounted.resolve())
     files = write(
         ResolvedSetup(subject, *placed),
         to=to,

@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
-from ..options.common import Json, RobotOption, SceneFileOption, Seed, Subject
+from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
 
 
@@ -19,6 +19,7 @@ def safety(
     *,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    paper: PaperOption = False,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     approaches: Annotated[
@@ -81,7 +82,7 @@ def safety(
     """
     from ..._trajectory import Trajectory
     from ..._validation import ResolvedSetup
-    from ..options.scenes import resolve_scene
+    from ..options.scenes import scene_for
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
@@ -90,7 +91,7 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
+    setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
     path = motion.trajectory

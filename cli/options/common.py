@@ -49,8 +49,19 @@ RobotOption = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Built-in robot (see place-rings robots), robot file (.toml) or URDF (.urdf)."
-            " Default: the robot of the scene."
+            "Built-in robot (see place-rings robots), robot file (.toml), URDF (.urdf) or MJCF"
+            " (.xml). Default: the robot of the scene."
+        ),
+    ),
+]
+PaperOption = Annotated[
+    bool,
+    Parameter(
+        name="--paper",
+        group=SCENE,
+        negative=(),
+        help=(
+            "Count as the paper does: beams pass through the robot, and rings need no room on it."
         ),
     ),
 ]

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...coverage.choices import Surface
+from ...formats.robots.description import read_description
 from ...formats.robots.meshes import Meshes
 from ...formats.robots.robot_fit import RobotFit, fit_robot
-from ...formats.robots.urdf import read_urdf
 from ...formats.robots.urdf_chain import pick_chain
 from ...reporting.terminal import Terminal
 
@@ -34,7 +34,7 @@ def import_urdf(
     Raises:
         UserError: if the URDF or a mesh is not usable.
     """
-    urdf = read_urdf(path)
+    urdf = read_description(path)
     picked = pick_chain(urdf, base, tip)
     log = Terminal(stderr=True)
     with log.status("fitting") as status:
@@ -43,6 +43,8 @@ def import_urdf(
             status.update(f"fitting capsules to {link}")
 
         fit = fit_robot(picked, Meshes(path, packages), name or urdf.name, capsules, surface, tell)
+    for note in urdf.notes:
+        log.print(note, highlight=False, soft_wrap=True, markup=False)
     if picked.left_out:
         names = ", ".join(picked.left_out)
         log.print(

@@ -43,7 +43,7 @@ class Picked:
     chain: Chain
     """The chain."""
     limits: Float[np.ndarray, "J 2"]
-    """Joint limits, rad."""
+    """Joint limits, rad or m."""
     carried: tuple[Carried, ...]
     """All links that move with the chain."""
     left_out: tuple[str, ...]
@@ -130,7 +130,7 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
 
     Raises:
         UserError: if links form a loop, a name is unknown or ambiguous, or the chain has no length
-            or a joint that is neither revolute, continuous nor fixed, or mimics another.
+            or a joint that is planar or floating, or mimics another.
     """
     above, roots = _tree(urdf)
     base, tip = _ends(urdf, above, roots, base, tip)
@@ -147,7 +147,12 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
         urdf,
         base,
         tip,
-        Chain(tuple(j.name for j in moving), np.stack(origin), np.stack([j.axis for j in moving])),
+        Chain(
+            tuple(j.name for j in moving),
+            np.stack(origin),
+            np.stack([j.axis for j in moving]),
+            tuple(i for i, j in enumerate(moving) if j.kind == "prismatic"),
+        ),
         np.array([j.limits for j in moving]),
         tuple(Carried(urdf.links[name], at, M) for name, (at, M) in rides.items()),
         left_out,
@@ -185,10 +190,10 @@ def _moving(urdf: Urdf, path: list[Joint], base: str, tip: str) -> list[Joint]:
     """
     for joint in path:
         where = f"{urdf.path}: joint {shown(joint.name)}"
-        if joint.kind not in ("revolute", "continuous", "fixed"):
+        if joint.kind not in ("revolute", "continuous", "prismatic", "fixed"):
             raise UserError(
                 f"{where}: type: found {shown(joint.kind)} in the chain, allowed: revolute,"
-                " continuous, fixed"
+                " continuous, prismatic, fixed"
             )
         if joint.mimic:
             raise UserError(

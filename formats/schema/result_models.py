@@ -3,10 +3,15 @@
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.rounding import degrees
+from ...coverage.robots.joint_values import named
+from ...coverage.robots.kinematics import Chain
+from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
 from ...objectives.verify import PoseZeta, Verified
@@ -58,12 +63,24 @@ class PoseZetaModel(MappedModel[PoseZeta]):
     covered_voxels: int | None = Field(default=None, description="covered voxels in the target")
 
 
+def joint_keys_of(chain: Chain, q: Float[np.ndarray, " J"]) -> dict[str, Any]:
+    """Return the keys for joint values in rad and m: ``q_deg``, or ``q`` if a joint is
+    prismatic."""
+    if chain.prismatic:
+        return {"q": named(chain, q)}
+    return {"q_deg": [degrees(angle) for angle in q]}
+
+
 class WorstModel(MappedModel[PoseZeta]):
     """The pose with the lowest coverage."""
 
     pose: int = Field(ge=0, description="number of the pose, counted from 0")
     time_s: float | None = Field(default=None, description="time in the recorded motion, s")
-    q_deg: list[float] = Field(description="joint angles, degrees")
+    q_deg: list[float] | None = Field(default=None, description="joint angles, degrees")
+    q: dict[str, float] | None = Field(
+        default=None,
+        description="joint values by name and unit, in place of q_deg if a joint is prismatic",
+    )
     zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(description="coverage, percent")
     low_percent: Annotated[Percent, Of("low", COVERAGE)] = Field(
         description="lower end of the guaranteed interval, percent; without one, zeta itself"
@@ -131,6 +148,9 @@ class VerifyResult(MappedModel[Verified]):
     mounting: list[str] = Field(
         default=[], description="reasons why real rings could not be mounted"
     )
+    unmounted: list[int] = Field(
+        default=[], description="rings that could not be mounted, by their numbers"
+    )
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
     )
@@ -146,7 +166,8 @@ class VerifyResult(MappedModel[Verified]):
     def of(cls, name: str, verified: Verified, scene: CoreScene | None = None) -> Self:
         """Return the record of a verified ζ of the setup ``name``.
 
-        With a ``scene``, the record includes the worst pose and the separation distances of V_P.
+        With a ``scene``, the record includes its occlusion model, the worst pose and the separation
+        distances of V_P.
         """
         poses, target = () if scene is None else scene.poses, verified.target
         name_of, radius = target.key
@@ -157,28 +178,31 @@ class VerifyResult(MappedModel[Verified]):
             target=name_of,
             radius=radius,
             proof=ProofModel.of(verified),
+            occlusion="ignore" if scene is None else scene.occlusion,
             separation=None if scene is None else SeparationModel.of(scene, target),
-            worst=WorstModel.from_domain(
+            worst=None
+            if scene is None or len(poses) < 2
+            else WorstModel.from_domain(
                 verified.poses[worst],
                 pose=worst,
                 time_s=poses[worst].time_s,
-                q_deg=[degrees(angle) for angle in poses[worst].q],
-            )
-            if len(poses) > 1
-            else None,
+                **joint_keys_of(scene.robot.chain, poses[worst].q),
+            ),
         )
 
     def with_occlusion(
         self,
-        scene: CoreScene,
         zetas: dict[Occlusion, float],
         blocked: Iterable[Unseeing] = (),
+        faults: Iterable[Fault] = (),
     ) -> Self:
-        """Return the record with the scene's occlusion model, ζ in [0, 1] under each model, and the
-        blocked sensors."""
+        """Return the record with ζ in [0, 1] under each model, the blocked sensors, and the faults
+        of the mount."""
+        each = list(faults)
         return self.model_copy(
             update={
-                "occlusion": scene.occlusion,
+                "mounting": [fault.text for fault in each],
+                "unmounted": sorted({ring for fault in each for ring in fault.rings}),
                 "by_occlusion_percent": {name: COVERAGE.write(z) for name, z in zetas.items()},
                 "unseeing": [UnseeingModel.from_domain(one) for one in blocked],
             }
