@@ -339,7 +339,7 @@ def test_functions_stay_out_of_files():
 
 def test_schema_describes_a_target():
     schema = TargetModel.model_json_schema()
-    assert set(schema["$defs"]) == {"VolumeModel"}
+    assert set(schema["$defs"]) == {"ImportanceModel", "VolumeModel"}
     assert set(VolumeModel.model_fields) == set(schema["$defs"]["VolumeModel"]["properties"])
     assert "volume" in SceneFile.model_json_schema()["$defs"]["TargetModel"]["properties"]
 
