@@ -21,6 +21,18 @@ if TYPE_CHECKING:
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._own_targets import (
+        Box,
+        Cylinder,
+        DifferenceOf,
+        HalfSpace,
+        Implicit,
+        IntersectionOf,
+        Mesh,
+        Sphere,
+        UnionOf,
+        weight_field,
+    )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
@@ -33,6 +45,7 @@ if TYPE_CHECKING:
         ProtectiveVolume,
         ReachAndToolSpheres,
         ReachSphere,
+        RobotVolume,
         Shell,
         ToolSphere,
     )
@@ -49,11 +62,18 @@ if TYPE_CHECKING:
     from .placement.search.progress import Outcome, Progress
 
 __all__ = [
+    "Box",
     "Coverage",
+    "Cylinder",
+    "DifferenceOf",
+    "HalfSpace",
+    "Implicit",
     "Improvement",
     "InfeasibleError",
     "InputError",
+    "IntersectionOf",
     "Limits",
+    "Mesh",
     "Outcome",
     "Pose",
     "Prices",
@@ -64,6 +84,7 @@ __all__ = [
     "ReachSphere",
     "Ring",
     "Robot",
+    "RobotVolume",
     "RobustnessReport",
     "Rules",
     "Safety",
@@ -72,9 +93,11 @@ __all__ = [
     "Sensor",
     "Setup",
     "Shell",
+    "Sphere",
     "StudyReport",
     "ToolSphere",
     "Trajectory",
+    "UnionOf",
     "certify",
     "coverage_fraction",
     "export",
@@ -92,6 +115,7 @@ __all__ = [
     "study",
     "verify",
     "view",
+    "weight_field",
 ]
 
 _MODULES = {
@@ -109,7 +133,26 @@ _MODULES = {
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
-    "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
+    "_own_targets": (
+        "Box",
+        "Cylinder",
+        "DifferenceOf",
+        "HalfSpace",
+        "Implicit",
+        "IntersectionOf",
+        "Mesh",
+        "Sphere",
+        "UnionOf",
+        "weight_field",
+    ),
+    "_targets": (
+        "ProtectiveVolume",
+        "ReachAndToolSpheres",
+        "ReachSphere",
+        "RobotVolume",
+        "Shell",
+        "ToolSphere",
+    ),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
     "coverage.rings.ring": ("Ring", "Setup"),
