@@ -1,9 +1,17 @@
 """The command cones."""
 
 from ..options.common import RobotOption, SceneFileOption, Subject
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
-def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
+def cones(
+    subject: Subject,
+    /,
+    *,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    reading: ReadingOptions = AS_WRITTEN,
+) -> None:
     """Print the beam of every sensor at every pose as CSV, in the robot's base frame.
 
     The columns are pose, ring and sensor (counted from 0), apex and range in metres, axis, and full
@@ -20,6 +28,7 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
     from ...formats.loader import resolve
     from ...formats.sensors.sensor_lists import sensor_list
     from ...reporting.terminal import say_lines
-    from ..options.scenes import resolve_scene
+    from ..options.scenes import resolve_scene, urdf_of
 
-    say_lines(sensor_list(*resolve(subject, resolve_scene(scene, robot))))
+    reading.refuse_without(urdf_of(robot))
+    say_lines(sensor_list(*resolve(subject, resolve_scene(scene, robot, reading=reading))))

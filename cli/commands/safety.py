@@ -11,6 +11,7 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
 from ..options.common import Json, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
 def safety(
@@ -19,6 +20,7 @@ def safety(
     *,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    reading: ReadingOptions = AS_WRITTEN,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     approaches: Annotated[
@@ -81,7 +83,7 @@ def safety(
     """
     from ..._trajectory import Trajectory
     from ..._validation import ResolvedSetup
-    from ..options.scenes import resolve_scene
+    from ..options.scenes import resolve_scene, urdf_of
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
@@ -90,7 +92,8 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, where = sensing.resolve(subject, resolve_scene(scene, robot))
+    reading.refuse_without(urdf_of(robot))
+    setup, where = sensing.resolve(subject, resolve_scene(scene, robot, reading=reading))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
     path = motion.trajectory

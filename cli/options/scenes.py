@@ -11,20 +11,32 @@ from ...formats.errors import UserError
 from ...formats.loader import read_robot, read_scene
 from ...formats.recorded_motion import with_record
 from ...objectives.scene import CoreScene, Pose
+from .reading import AS_WRITTEN, ReadingOptions
 from .targets import parse_goals, with_goals
 
 
 def resolve_scene(
-    scene: Path | None, robot: str | None, targets: Sequence[str] = (), radius: float | None = None
+    scene: Path | None,
+    robot: str | None,
+    targets: Sequence[str] = (),
+    radius: float | None = None,
+    reading: ReadingOptions = AS_WRITTEN,
 ) -> CoreScene | None:
     """Return the scene that the options state, or None if the proposal's scene applies.
+
+    Args:
+        scene: its file.
+        robot: name or file of its robot.
+        targets: its targets.
+        radius: radius of a shell without one.
+        reading: how the robot's URDF is read.
 
     Raises:
         UserError: for an unknown robot or target, or a shell that lies within the robot's own
             volume.
     """
     goals = parse_goals(targets, radius)
-    arm = None if robot is None else given_robot(robot)
+    arm = None if robot is None else given_robot(robot, reading)
     if scene is not None:
         stated = read_scene(scene, arm)
     elif arm is not None:
@@ -39,7 +51,7 @@ def urdf_of(robot: str | None) -> Path | None:
     return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
 
 
-def given_robot(text: str) -> Robot:
+def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
     """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF.
 
     Raises:
@@ -50,7 +62,7 @@ def given_robot(text: str) -> Robot:
     if (urdf := urdf_of(text)) is not None:
         from .urdf_robot import import_urdf  # reading meshes takes a while to load
 
-        return import_urdf(urdf).robot
+        return import_urdf(urdf, reading.resolve()).robot
     try:
         return built_in(text)
     except ValueError as error:
