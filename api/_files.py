@@ -53,7 +53,7 @@ def load(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = pr.save(pr.Scene(robot="ur5e"), pathlib.Path(folder) / "scene.toml")
         ...     print(pr.load(path))
-        <Scene: ur5e, 1 pose, V_S(0.5), occlusion ignore>
+        <Scene: ur5e, 1 pose, V_S(0.5), occlusion shadow>
     """
     file = Path(path)
     with input_errors():

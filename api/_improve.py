@@ -13,7 +13,7 @@ from ._placement import Placement
 from ._proposal import Proposal, found_model
 from ._scene import Scene
 from ._search import cap_of
-from ._validation import SetupLike, check_scene, check_sight, resolve_setup
+from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.robots.robot import Robot
 from .formats.schema.proposal_models import ProposalFile
@@ -276,7 +276,6 @@ def improve(
     cap = cap_of(time_cap)
     name, mounted, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core)
     tell = progress or (lambda _: None)
     with input_errors():
         result = redesign.improve(

@@ -114,7 +114,8 @@ class Proposal(Placement):
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
     def compare(self, progress: Callable[[int, int], None] | None = None) -> list[VerifyResult]:
-        """Count ζ of the proposal and of the paper's layouts for all targets, by the same verifier.
+        """Count ζ of the proposal and of the paper's layouts for the scene's targets, by the same
+        verifier.
 
         Ctrl-C ends the comparison and returns the finished counts.
 
@@ -122,13 +123,14 @@ class Proposal(Placement):
             progress: receives the number of counted poses, from 0, and the number of all.
 
         Returns:
-            One record for each setup and target, in percent.
+            One record for each setup and target, in percent: the proposal under all models of
+            occlusion, the others under the scene's and with a transparent robot.
         """
-        from .reporting.comparison import compared, counted, papers
+        from .reporting.comparison import counted, papers
 
         core, verifier = self.scene.core, copy(self._verifier)
-        goals, targets = [goal.target for goal in core.goals], compared(core)
-        setups = {self.name: self.setup} | papers(core)
+        targets, layouts = [goal.target for goal in core.goals], papers(core)
+        setups = {self.name: self.setup} | layouts
         counts = () if self.search is None else self.search.verified
         known = {(self.name, v.target): v for v in counts}
         records: list[VerifyResult] = []
@@ -143,7 +145,7 @@ class Proposal(Placement):
         verifier.at = lambda _: tell(min(done + 1, total))
         try:
             tell(0)
-            for one in counted(verifier, setups, targets, goals, known):
+            for one in counted(verifier, setups, targets, targets, known, layouts):
                 records.append(one)
                 tell(len(records) * len(core.poses))
         except KeyboardInterrupt:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ._arguments import whole
 from ._errors import input_errors, writable
 from ._scene import Scene
-from ._validation import ResolvedSetup, SetupLike, check_scene, check_sight, resolve_setup
+from ._validation import ResolvedSetup, SetupLike, check_scene, resolve_setup
 from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
@@ -90,7 +90,6 @@ def write_report(
     whole("seed", seed, 0)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
         made = writable(folder)

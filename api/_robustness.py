@@ -9,7 +9,7 @@ from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
-from ._validation import SetupLike, check_scene, check_sight, resolve_setup
+from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Law
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
@@ -137,7 +137,6 @@ def robustness(
     check_drawing(k, draws)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
-    check_sight(core)
     verifier, done, total = Verifier(core, voxel), -1, draws * len(core.poses) * len(core.goals)
 
     def tell() -> None:

@@ -21,7 +21,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
-from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
+from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 _KEYS = (
@@ -46,7 +46,8 @@ class Scene:
     """Robot, poses, targets, sensor and rules of a placement.
 
     A scene is immutable; ``replace`` returns a changed copy. Without arguments it is the reference
-    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor.
+    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor, real rings, self-occlusion.
+    ``Scene.paper`` gives the paper's world.
 
     Args:
         robot: a name in ``robots``, or a ``Robot``.
@@ -56,7 +57,8 @@ class Scene:
         sensor: sensor of new rings.
         occlusion: model of occlusion: ``ignore`` (transparent bodies, as in the paper), ``shadow``
             (points behind a body are not covered) or ``blind`` (a one-zone sensor covers nothing
-            beyond the nearest surface in its beam).
+            beyond the nearest surface in its beam). By default ``shadow``, or ``ignore`` if the
+            robot has no bodies.
         ring_radius: radius of new rings, m; by default 0.08, or more if a real ring needs it.
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
@@ -69,7 +71,7 @@ class Scene:
 
     Example:
         >>> import place_rings as pr
-        >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)], occlusion="shadow")
+        >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)])
         >>> scene
         <Scene: ur10e, 1 pose, V_S(0.5), occlusion shadow>
     """
@@ -84,7 +86,7 @@ class Scene:
         targets: Sequence[TargetVolume] | TargetVolume | None = None,
         poses: Poses = None,
         sensor: Sensor | None = None,
-        occlusion: Occlusion = "ignore",
+        occlusion: Occlusion | None = None,
         ring_radius: float | None = None,
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
@@ -103,8 +105,26 @@ class Scene:
             "over_poses": over_poses,
             "safety": safety,
         }
-        core = replace(CoreScene(robot=_robot(robot)), **_fields(given))
+        core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
+
+    @classmethod
+    def paper(cls, **arguments: Any) -> "Scene":
+        """Return a scene of the paper's world: transparent bodies, and rings without bodies on the
+        lines between the joints.
+
+        Args:
+            arguments: arguments of ``Scene`` other than ``occlusion``; ``rules.mount`` is ``free``.
+
+        Raises:
+            InputError: as ``Scene`` does.
+
+        Example:
+            >>> import place_rings as pr
+            >>> pr.Scene.paper(robot="ur5e").rules.mount
+            'free'
+        """
+        return cls.of(as_in_paper(cls(**arguments, occlusion="ignore").core))
 
     @classmethod
     def of(cls, core: CoreScene) -> "Scene":
@@ -176,10 +196,8 @@ class Scene:
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
 
-        Unless ``rules.mount`` is stated, ``occlusion`` also decides whether rings are real. On a
-        UR10, real rings sit on the axes of the links' tubes, and rings without bodies on the lines
-        between the joints. State ``rules=Rules(mount=...)`` to count the same rings under another
-        model of occlusion.
+        On a UR10 ``rules.mount`` decides on which axes rings sit: real ones on those of the links'
+        tubes, rings without bodies on the lines between the joints.
 
         Args:
             changes: arguments of ``Scene``; None restores an argument's default.
@@ -205,7 +223,7 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
-        core = replace(core, **_fields(changes))
+        core = _changed(core, changes)
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
         return Scene.of(_checked(core))
@@ -263,6 +281,8 @@ class Scene:
             for g in core.goals
         )
         parts = [core.robot.name, poses, goals, f"occlusion {core.occlusion}"]
+        if not core.real:
+            parts.append("rings without bodies")
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
         return parts
@@ -343,6 +363,21 @@ def _robot(robot: Robot | str) -> Robot:
     return robots[robot]
 
 
+def _changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
+    """Return the scene with these arguments, except robot and poses.
+
+    Raises:
+        InputError: for an invalid value, or a model of occlusion that needs the robot's bodies.
+    """
+    fields, occlusion = _fields(given), given.get("occlusion")
+    if occlusion in ("shadow", "blind") and not core.robot.bodies:
+        raise InputError(
+            f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
+            "occlusion",
+        )
+    return replace(core, **fields)
+
+
 def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the internal fields for all arguments except robot and poses; None becomes the
     default.
@@ -353,9 +388,10 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
         if name in given:
-            if given[name] not in one_of:
-                raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
-            fields[name] = given[name]
+            value = getattr(CoreScene, name) if given[name] is None else given[name]
+            if value not in one_of:
+                raise InputError(f"found {value!r}, allowed: {', '.join(one_of)}", name)
+            fields[name] = value
     for name, kind in _KINDS.items():
         if name in given:
             value = kind() if given[name] is None else given[name]

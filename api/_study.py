@@ -301,6 +301,9 @@ def _pareto(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
 
     scene, wanted = options.scene, options.sensors or _SENSORS
     keys = SceneModel.from_domain(scene).model_dump(mode="json", exclude_defaults=True)
+    # the cells' scenes differ from the paper's
+    rules = keys.get("rules", {}) | {"mount": scene.rules.mount}
+    keys |= {"occlusion": scene.occlusion, "rules": rules}
     budgets = {n: study.FEWER for n in _PAPERS if _feasible(scene, n)} | {wanted: study.POINTS}
     points = study.measure(measure, keys, options.targets, budgets, options.seed)
     first, second = options.targets

@@ -14,7 +14,7 @@ from .formats.errors import explain
 from .formats.loader import resolve
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
-from .objectives.occlusion import check_bodies, own_link_fault
+from .objectives.occlusion import own_link_fault
 from .objectives.scene import CoreScene
 from .objectives.separation_summary import separations
 from .objectives.target_voxels import check_beams, check_voxel, target_voxels
@@ -75,23 +75,12 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
                 )
 
 
-def check_sight(scene: CoreScene) -> None:
-    """Check that the robot has bodies if the scene models occlusion.
-
-    Raises:
-        InputError: otherwise.
-    """
-    with input_errors():
-        check_bodies(scene, scene.occlusion)
-
-
 def check_search_sight(scene: CoreScene) -> None:
     """Check that the rings of a search do not all lie inside their own links.
 
     Raises:
         InputError: otherwise.
     """
-    check_sight(scene)
     if scene.real or scene.occlusion == "ignore":
         return
     rings = [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]

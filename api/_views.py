@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ._errors import InputError, input_errors, writable
 from ._scene import Scene
-from ._validation import SetupLike, check_scene, check_sight, resolve_setup
+from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.soft.sampling import EmptySolidError
 from .objectives.scene import CoreScene
 
@@ -107,7 +107,6 @@ def view(
         other, second, _ = resolve_setup(compare, core)
         setups[other if other != name else f"{other} (again)"] = second
     check_scene(core, 0.01)
-    check_sight(core)
     with input_errors():
         surface = (
             None

@@ -16,7 +16,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 
 PEERS: tuple[str, ...] = ("manifold3d",)
 WIDTHS = (1.0, 0.1, 0.01)  # points
@@ -67,7 +67,7 @@ def against_meshes() -> list[str]:
 
 def cost_of_width() -> list[str]:
     """Measure narrower and narrower intervals on the reference scene."""
-    scene, rows = CoreScene(), []
+    scene, rows = paper_scene(), []
     q = scene.poses[0].q
     for name, radius in (("n3_16_55", 0.5), ("n3_16_55", 1.5)):
         solid = target_solid(Target("V_S", radius), scene.robot, q, scene.shape)

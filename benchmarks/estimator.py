@@ -23,7 +23,7 @@ from place_rings.coverage.soft.estimator import soft_zeta
 from place_rings.coverage.soft.sampling import cloud, sample
 from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.targets import Target, target_solid
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 
 PEERS: tuple[str, ...] = ("torch",)
 WIDTHS = (0.10, 0.05, 0.02, 0.008)  # m, stages of the search from the widest to the sharpest
@@ -65,7 +65,7 @@ print(status("VmHWM") - before, status("VmHWM"))
 
 def task() -> tuple[Cones, np.ndarray]:
     """Return the 112 cones, and the points (N, 3) m in the target, both in 64 bit."""
-    scene = CoreScene()
+    scene = paper_scene()
     q = scene.poses[0].q
     solid = target_solid(Target("V_S", 0.5), scene.robot, q, scene.shape)
     return sensor_cones(scene.robot, named_setup("n3_16_55"), q), sample(solid, POINTS, 0)

@@ -13,7 +13,7 @@ import numpy as np
 from common import installed, missing, table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Goal, Rules
+from place_rings.objectives.scene import Goal, Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import setup_from
@@ -55,7 +55,7 @@ def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
     began = _work()
     points = pareto.measure(run, _KEYS, TARGETS, {SENSORS: FLOORS}, seed)
     spent = _work() - began
-    scene = CoreScene(rules=_RULES)
+    scene = paper_scene(rules=_RULES)
     return [setup_from(p.rings, scene) for p in points if not pareto.is_papers(p)], spent
 
 
@@ -66,7 +66,7 @@ def nsga2(seed: int, seconds: float) -> list[Setup]:
     from pymoo.core.termination import NoTermination
 
     watch = Watch(seconds, work=True)
-    scenes = [CoreScene(goals=(Goal(t),), rules=_RULES) for t in TARGETS]
+    scenes = [paper_scene(goals=(Goal(t),), rules=_RULES) for t in TARGETS]
     wanted = layout(scenes[0], SENSORS)
     questions = [_Asked(scene, wanted, seed, watch) for scene in scenes]
 
@@ -90,7 +90,7 @@ def nsga2(seed: int, seconds: float) -> list[Setup]:
 
 def area(setups: Sequence[Setup]) -> float:
     """Return the hypervolume of exactly counted setups as a share of the unit square."""
-    verifier = Verifier(CoreScene(), _VOXEL)
+    verifier = Verifier(paper_scene(), _VOXEL)
     return pareto.hypervolume(
         [tuple(100 * verifier.verify(s, t).zeta for t in TARGETS) for s in setups]
     )

@@ -47,9 +47,9 @@ def soft(sensors: int, poses: int, points: int) -> float:
     from place_rings.coverage.soft.estimator import soft_zeta
     from place_rings.coverage.soft.sampling import cloud, sample
     from place_rings.coverage.targets import Target, target_solid
-    from place_rings.objectives.scene import CoreScene
+    from place_rings.objectives.scene import paper_scene
 
-    scene = CoreScene()
+    scene = paper_scene()
     places = [
         ("upper_arm", 0.0),
         ("upper_arm", 1.0),

@@ -55,7 +55,7 @@ def installed_size(names: set[str]) -> int:
 
 def gradient_ratio() -> tuple[float, float]:
     """Return the ratio of the public soft coverage to the soft estimator: value, and gradient."""
-    scene = pr.Scene(occlusion="ignore")
+    scene = pr.Scene.paper()
     setup = pr.Setup.named(SETUP)
     points = pr.sample_points(scene, POINTS)
     q = scene.poses[0].q

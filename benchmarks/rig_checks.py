@@ -25,7 +25,7 @@ from jaxtyping import Bool
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Obstacle, Pose
+from place_rings.objectives.scene import Obstacle, Pose, paper_scene
 from place_rings.rig.mount.as_built import AsBuilt, truth_of
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.stop_plan import MountPlan, planned
@@ -39,7 +39,7 @@ from scipy import stats
 
 RUNS = 200
 TARGET = Target("V_S", 0.5)
-SCENE = CoreScene(
+SCENE = paper_scene(
     poses=tuple(
         Pose(np.radians(q))
         for q in (

@@ -20,7 +20,7 @@ from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules
+from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space, stacked
@@ -52,10 +52,10 @@ class OverError(Exception):
 def scene_named(name: str) -> CoreScene:
     """Return a scene of the benchmark; rings may touch, for every method."""
     if name != "trajectory":
-        return CoreScene(goals=_GOALS[name], rules=_RULES)
+        return paper_scene(goals=_GOALS[name], rules=_RULES)
     q = pick_and_place(UR10, 50.0).q
     poses = tuple(Pose(q[i]) for i in np.round(np.linspace(0, len(q) - 1, _POSES)).astype(int))
-    return CoreScene(goals=_GOALS[name], poses=poses, rules=_RULES)
+    return paper_scene(goals=_GOALS[name], poses=poses, rules=_RULES)
 
 
 def layout(scene: CoreScene, sensors: int) -> Setup:

@@ -22,7 +22,7 @@ _COMMANDS: dict[tuple[str, ...], float] = {
     ("schema", "scene"): 0.8,
     ("sensors",): 0.8,
     ("verify", "n3_16_55", *_SHELL): 2.0,
-    (*_SHELL, "--occlusion", "ignore"): 8.0,
+    (*_SHELL, "--paper"): 8.0,
 }
 _ROUNDS = 5
 

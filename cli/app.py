@@ -39,16 +39,17 @@ These terms are used throughout:
 - **Scene**: robot, poses, sensor, targets, obstacles and rules. The reference scene is a UR10 in
   one pose with conical sensors of 25° and 1.5 m.
 - **Occlusion**: what the robot's body does to the sensors. The option ``--occlusion`` lists the
-  models. With ``ignore``, the default, sensors see through the robot, as in the paper. Add
-  ``--occlusion shadow`` to place rings that can be mounted: around the links, clear of everything.
+  models. With ``shadow``, the default, points behind the robot are not covered. Rings are placed
+  only where they can be mounted: around the links, clear of everything. ``--paper`` counts as the
+  paper does: sensors see through the robot, and rings need no room on it.
 
 For example:
 
 ```bash
-# near the arm, as in the paper
-place-rings --target V_S --radius 0.5
 # near the arm, with rings that can be mounted
-place-rings --target V_S --radius 0.5 --occlusion shadow
+place-rings --target V_S --radius 0.5
+# the same in the paper's world
+place-rings --target V_S --radius 0.5 --paper
 # with 48 sensors, or with the fewest that cover 95 %
 place-rings --target V_S --radius 0.5 --sensors 48
 place-rings --target V_S --radius 0.5 --reach 95

@@ -36,8 +36,7 @@ def placement(folder: Path) -> Path:
 
 def ring(folder: Path) -> Path:
     """Draw a printed ring with its boards."""
-    real = pr.Rules(mount="real")
-    scene = pr.Scene(sensor=pr.sensors["vl53l4cd"], occlusion="shadow", rules=real)
+    scene = pr.Scene(sensor=pr.sensors["vl53l4cd"])
     one = scene.ring("forearm", 0.9, 12, tilt=math.radians(-45), phase=math.radians(15))
     pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
     return folder / "assembled.png"

@@ -2,7 +2,7 @@
 sensors see almost nothing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -131,7 +131,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
     bodies.
     """
     if scene.occlusion == "ignore" and scene.robot.bodies:
-        scene = scene.seen_under("shadow")
+        scene = replace(scene, occlusion="shadow")
     ring = setup.ring_of_sensor
     number = np.concatenate([np.arange(r.count) for r in setup.rings]) if setup.rings else ring
     names = [

@@ -103,10 +103,9 @@ class Rules:
     """Whether all rings have the same tilt up to its sign."""
     fixed: tuple[Ring, ...] = ()
     """Existing rings, which stay in place."""
-    mount: Mounting | None = None
+    mount: Mounting = "real"
     """``real``: a ring has an envelope, which stays within the usable part of the link and keeps
-    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body.
-    None: ``free`` if the robot's own body is ignored, else ``real``."""
+    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body."""
     standoff: float = 0.012
     """Minimum distance from the surrounded section to the sensors, m."""
     clearance: float = 0.002
@@ -155,8 +154,11 @@ class Motion:
 
 @dataclass(frozen=True)
 class CoreScene:
-    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), and the sensor and
-    ring radius of the paper.
+    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), the sensor of the
+    paper, real mounts and self-occlusion. ``paper_scene`` gives the scene of the paper.
+
+    A robot without bodies occludes nothing, and rings on it have no bodies either: whatever is
+    stated, ``occlusion`` is then ``ignore`` and ``rules.mount`` is ``free``.
     """
 
     robot: Robot = UR10
@@ -179,7 +181,7 @@ class CoreScene:
     """Whether to maximise the weighted mean over the poses or the worst pose."""
     recorded: Recorded | None = None
     """The recorded motion from which the poses come, if any."""
-    occlusion: Occlusion = "ignore"
+    occlusion: Occlusion = "shadow"
     """How the robot's own body occludes its sensors. Obstacles always occlude."""
     obstacles: tuple[Obstacle, ...] = ()
     """Obstacles of the cell; they are never part of a target."""
@@ -193,7 +195,10 @@ class CoreScene:
     """How rings are printed."""
 
     def __post_init__(self) -> None:
-        """Put the links into use that the rules ask for."""
+        """Put the links into use that the rules ask for; a robot without bodies has free mounts."""
+        if not self.robot.bodies:
+            object.__setattr__(self, "occlusion", "ignore")
+            object.__setattr__(self, "rules", replace(self.rules, mount="free"))
         object.__setattr__(self, "robot", self.robot.with_links(self.real))
 
     def solid(self, target: Target, pose: int) -> Difference:
@@ -227,13 +232,7 @@ class CoreScene:
     @property
     def real(self) -> bool:
         """Whether rings have bodies."""
-        return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
-
-    def seen_under(self, occlusion: Occlusion) -> "CoreScene":
-        """Return the scene with another model of occlusion, in which rings are as they are here:
-        real, or without bodies."""
-        mount: Mounting = "real" if self.real else "free"
-        return replace(self, occlusion=occlusion, rules=replace(self.rules, mount=mount))
+        return self.rules.mount == "real"
 
     def least_radius(self, link: str) -> float:
         """Return the minimum radius of a ring on ``link``, m, rounded up to the next mm.
@@ -289,3 +288,14 @@ class CoreScene:
         weight = np.array([g.weight for g in self.goals], float)
         share: np.ndarray = weight / weight.sum()
         return share
+
+
+def as_in_paper(scene: CoreScene) -> CoreScene:
+    """Return ``scene`` in the paper's world: transparent bodies, and rings without bodies that sit
+    on the lines between the joints."""
+    return replace(scene, occlusion="ignore", rules=replace(scene.rules, mount="free"))
+
+
+def paper_scene(**fields: Any) -> CoreScene:
+    """Return a scene with these fields of ``CoreScene``, in the paper's world."""
+    return as_in_paper(CoreScene(**fields))

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import psutil
@@ -213,7 +213,7 @@ class Verifier:
         """Return a verifier for another occlusion model, with the same cached voxels."""
         other = object.__new__(type(self))
         vars(other).update(vars(self))
-        other.scene = self.scene.seen_under(occlusion)
+        other.scene = replace(self.scene, occlusion=occlusion)
         return other
 
     def seen(self, setup: Setup, pose: int) -> Parts:
@@ -292,10 +292,15 @@ class Verifier:
         )
 
 
-def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occlusion, float]:
-    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under each occlusion model.
+def by_occlusion(
+    verifier: Verifier,
+    setup: Setup,
+    known: Verified,
+    models: Sequence[Occlusion] = OCCLUSIONS,
+) -> dict[Occlusion, float]:
+    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under occlusion models.
 
-    All models are counted on the same voxels; the result for the scene's own model is taken from
+    All are counted on the same voxels; the result for the scene's own model is taken from
     ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
     interval holds for one model only.
     """
@@ -308,5 +313,5 @@ def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occl
             if occlusion == scene.occlusion
             else verifier.under(occlusion).verify(setup, known.target).zeta
         )
-        for occlusion in OCCLUSIONS
+        for occlusion in models
     }

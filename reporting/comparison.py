@@ -4,9 +4,12 @@ paper's.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
+from ..objectives.feasibility.clearance import MountClearance
+from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import CoreScene
@@ -48,6 +51,7 @@ def counted(
     targets: Sequence[Target],
     sighted: Collection[Target],
     known: Mapping[tuple[str, Target], Verified],
+    brief: Collection[str] = (),
 ) -> Iterator[VerifyResult]:
     """Count ζ of each target for each setup.
 
@@ -55,14 +59,17 @@ def counted(
         verifier: counts voxels of the scene.
         setups: setups by name.
         targets: targets to count.
-        sighted: targets for which ζ is counted under all models of occlusion.
+        sighted: targets for which ζ is counted under several models of occlusion.
         known: counts that exist already, by the setup's name and the target.
+        brief: setups that are counted only under the scene's model and with a transparent robot.
 
     Yields:
         One result for each target and setup: goals target by target, then the others setup by
         setup.
     """
     scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
+    clear = MountClearance(scene) if scene.real else None
+    few = [model for model in OCCLUSIONS if model in (scene.occlusion, "ignore")]
     others = [target for target in targets if target not in goals]
     for some in [[target] for target in targets if target in goals] + [others] * bool(others):
         if some is others:  # their voxels are not needed any more after the comparison
@@ -75,7 +82,9 @@ def counted(
                 result = VerifyResult.of(name, verified, scene)
                 if target in sighted:
                     result = result.with_occlusion(
-                        scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
+                        by_occlusion(verifier, one, verified, few if name in brief else OCCLUSIONS),
+                        unseeing(scene, one),
+                        mount_faults(scene, one, clear),
                     )
                 yield result
 

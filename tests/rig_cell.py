@@ -4,7 +4,7 @@ import numpy as np
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 
 FLOOR, TABLE, BOX = obstacles_of(
     [
@@ -13,6 +13,6 @@ FLOOR, TABLE, BOX = obstacles_of(
         ObstacleModel(name="box", centre=[-0.7, 0.5, -0.45], size=[0.4, 0.5, 0.6]),
     ]
 )
-SCENE = CoreScene(obstacles=(FLOOR, TABLE, BOX))
+SCENE = paper_scene(obstacles=(FLOOR, TABLE, BOX))
 SQUARE = Sensor(np.radians(45), 1.5, None, np.radians(30))
 SETUP = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 6, 0.0, 0.0, 0.08)))

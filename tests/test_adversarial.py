@@ -24,7 +24,7 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import FURTHEST
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier, check_beams
 
 from . import drawing
@@ -128,7 +128,7 @@ def test_an_empty_target_is_a_clear_error():
 def test_a_beam_is_refused_for_its_own_width_before_the_voxels_are_blamed(fov, range_m, up):
     sensor = Sensor(math.radians(fov), range_m, fov_up=None if up is None else math.radians(up))
     ring, voxel = Ring("upper_arm", 0.5, 3, sensor=sensor), 0.05
-    scene = CoreScene(sensor=sensor)
+    scene = paper_scene(sensor=sensor)
     refused = None
     try:
         check_beams(scene.sensors, voxel)

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._placement import Placement
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
@@ -100,8 +100,8 @@ def test_the_facade_has_examples():
 @settings(max_examples=5)
 def test_verify_is_the_verifier(radius, count, rings, tilt):
     name = f"n{rings}_{count}_{tilt}"
-    scene = pr.Scene(targets=[pr.Shell(radius)])
-    core = CoreScene(goals=(Goal(scene.targets[0].target),))
+    scene = pr.Scene.paper(targets=[pr.Shell(radius)])
+    core = paper_scene(goals=(Goal(scene.targets[0].target),))
     counted = pr.verify(name, scene, voxel=0.05)
     expected = Verifier(core, 0.05).verify(pr.Setup.named(name), scene.targets[0].target)
     assert counted.coverage == expected.zeta
@@ -351,7 +351,7 @@ REFUSED = [
     ('pr.Scene(mounts="abc")', "mounts: found 'abc'"),
     ('pr.Scene(mounts={"tool": 3})', "mounts: found 3 for 'tool'"),
     ("pr.Scene(targets=5)", "targets: found 5, allowed: Shell,"),
-    ("pr.Scene(occlusion=None)", "occlusion: found None"),
+    ("pr.Scene(occlusion=3)", "occlusion: found 3"),
     ('pr.Shell(0.5, weight="a")', "weight: found 'a', allowed: 0 to"),
     ("pr.obstacle(size=3)", "obstacle: found values that are not numbers"),
     ('pr.Ring("forearm", 0, 8, sensor="vl53l5cx")', "sensor: found 'vl53l5cx', allowed: a Sensor"),

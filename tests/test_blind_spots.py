@@ -15,7 +15,7 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.connected_components import pieces
 from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from place_rings.objectives.blind_spots import blind_spots, uncovered
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from scipy.ndimage import find_objects, label
 
@@ -72,7 +72,7 @@ def verifier():
     """Two poses, the second of which differs in the wrist alone, past the robot's own body."""
     turned = UR10.rest + 0.4 * np.eye(6)[3]
     return Verifier(
-        replace(CoreScene(), poses=(Pose(UR10.rest), Pose(turned)), occlusion="shadow"), VOXEL
+        replace(paper_scene(), poses=(Pose(UR10.rest), Pose(turned)), occlusion="shadow"), VOXEL
     )
 
 

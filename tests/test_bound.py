@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Rules
+from place_rings.objectives.scene import Rules, paper_scene
 from place_rings.placement.search.design import Space
 from place_rings.studies.bound import report as bound_report
 from place_rings.studies.bound import study as bound
@@ -81,7 +81,7 @@ def test_any_multipliers_give_a_bound(seed):
 
 
 def test_a_solver_without_time_still_gives_bounds():
-    scene = CoreScene()
+    scene = paper_scene()
     _, asked = choice(
         scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48
     )
@@ -104,7 +104,7 @@ def test_equal_points_made_one_change_no_share(seed):
 @pytest.fixture(scope="module")
 def far():
     """A small grid over a far shell: its problem, and the rings."""
-    scene, grid, budget = CoreScene(), RingGrid(3, 5, (8, 16), 2), 40
+    scene, grid, budget = paper_scene(), RingGrid(3, 5, (8, 16), 2), 40
     points = points_in(scene, Target("V_S", 1.5), 200, 1)
     return scene, points, *choice(scene, grid, points, budget)
 
@@ -128,7 +128,7 @@ def test_no_setup_of_the_grid_exceeds_its_bounds(far):
 
 @pytest.mark.parametrize("spacing", [0.0, 0.03, 0.2, 0.35])
 def test_rings_exclude_each_other_as_the_rules_say(spacing):
-    scene = CoreScene(rules=Rules(spacing=spacing, max_rings_per_link=3))
+    scene = paper_scene(rules=Rules(spacing=spacing, max_rings_per_link=3))
     rings = RingGrid(7, 1, (8,), 1).rings(scene)
     sets = limits(scene, rings)
     for a, b in itertools.combinations(range(len(rings)), 2):
@@ -157,7 +157,7 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     assert row.search_percent <= 20
     assert row.greedy_percent <= row.chosen_percent <= row.bound_percent + 100 * TOLERANCE
     assert row.bound_percent <= row.linear_bound_percent + 100 * TOLERANCE
-    again = bounded(CoreScene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
+    again = bounded(paper_scene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
     assert again["linear_bound_percent"] == row.linear_bound_percent
     bound_report.picture([row], tmp_path / "bound.png")
     assert (tmp_path / "bound.png").stat().st_size > 10_000

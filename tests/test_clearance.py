@@ -39,7 +39,7 @@ from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.parameterization import segments
-from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules
+from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
@@ -308,14 +308,14 @@ def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
 
 
 def test_real_is_what_goes_with_occlusion_unless_something_is_said():
-    assert not CoreScene().real
+    assert not paper_scene().real
     assert CoreScene(occlusion="shadow").real
     assert CoreScene(occlusion="blind").real
-    assert CoreScene(rules=Rules(mount="real")).real
+    assert CoreScene(rules=Rules(mount="real"), occlusion="ignore").real
     assert not CoreScene(occlusion="shadow", rules=Rules(mount="free")).real
     free = CoreScene(occlusion="shadow", rules=Rules(mount="free"))
-    assert segments(free) == segments(CoreScene())
-    assert Space(free, sensors=40).radii == Space(CoreScene(), sensors=40).radii
+    assert segments(free) == segments(paper_scene())
+    assert Space(free, sensors=40).radii == Space(paper_scene(), sensors=40).radii
 
 
 def test_a_real_ring_goes_around_the_tube_itself():
@@ -323,7 +323,10 @@ def test_a_real_ring_goes_around_the_tube_itself():
     scene = CoreScene(occlusion="shadow")
     assert scene.least_radius("upper_arm") == pytest.approx(0.0556 + 0.012, abs=1e-3)
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.08, "forearm": 0.08, "tool": 0.08}
-    start, joint = scene.robot.mount("upper_arm").start, CoreScene().robot.mount("upper_arm").start
+    start, joint = (
+        scene.robot.mount("upper_arm").start,
+        paper_scene().robot.mount("upper_arm").start,
+    )
     assert np.linalg.norm((start - joint)[:2]) == pytest.approx(0.0457, abs=1e-3)
 
 
@@ -364,7 +367,7 @@ def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
     ]
     assert any("sits at 0.000, a ring can be closed from" in t for t in texts)
     assert any("lies in" in t and "upper_arm_0" in t for t in texts)
-    assert faults(CoreScene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
+    assert faults(paper_scene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
 
 
 def test_rings_of_two_links_that_meet_are_named():
@@ -441,9 +444,9 @@ def test_wrong_keys_are_one_line(tmp_path, text, says):
 def test_a_real_mount_is_read_back_from_its_file():
     rules = Rules(mount="real", standoff=0.02, clearance=0.003, spacing=0.01)
     for scene in (
-        CoreScene(rules=rules),
-        CoreScene(rules=rules, ring_radius=0.12, radius_stated=True),
-        CoreScene(),
+        paper_scene(rules=rules),
+        paper_scene(rules=rules, ring_radius=0.12, radius_stated=True),
+        paper_scene(),
     ):
         again = SceneModel.from_domain(scene).to_domain()
         assert (again.rules, again.ring_radius, again.radius_stated) == (
@@ -451,12 +454,12 @@ def test_a_real_mount_is_read_back_from_its_file():
             scene.ring_radius,
             scene.radius_stated,
         )
-    assert forward(UR10.chain, CoreScene().poses[0].q).ndim == 3
+    assert forward(UR10.chain, paper_scene().poses[0].q).ndim == 3
 
 
 @pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
 def test_a_position_on_a_mount_without_length_hides_nothing(position):
-    at = forward(UR10.chain, CoreScene().poses[0].q)[-1, :3, 3]
+    at = forward(UR10.chain, paper_scene().poses[0].q)[-1, :3, 3]
     wall = Obstacle("wall", box(at, (0.01, 0.5, 0.01)))
     clear, ring = (
         MountClearance(CoreScene(occlusion="shadow", obstacles=(wall,))),

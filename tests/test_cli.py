@@ -29,7 +29,7 @@ from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
-from place_rings.objectives.scene import CoreScene, Rules
+from place_rings.objectives.scene import Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage
@@ -137,8 +137,8 @@ def test_two_floors_for_one_target_are_refused(run):
 
 
 def test_the_worst_of_one_pose_is_its_mean():
-    assert with_motion(CoreScene(), None, False, worst=True) == CoreScene()
-    two = replace(CoreScene(), poses=(*CoreScene().poses, *CoreScene().poses))
+    assert with_motion(paper_scene(), None, False, worst=True) == paper_scene()
+    two = replace(paper_scene(), poses=(*paper_scene().poses, *paper_scene().poses))
     assert with_motion(two, None, False, worst=True).over_poses == "worst"
 
 
@@ -216,7 +216,7 @@ def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
 
 
 def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
-    few, usual = CoreScene(rules=Rules(sensors=(4, 8))), CoreScene()
+    few, usual = paper_scene(rules=Rules(sensors=(4, 8))), paper_scene()
     assert {ring.count for ring in Rings(rings_per_link=2).space(few).layout.rings} == {8}
     assert {ring.count for ring in Rings(rings_per_link=2).space(usual).layout.rings} == {16}
     assert {
@@ -275,6 +275,7 @@ def test_touch_at_ten_centimetres_prints_a_table(run):
         "0.1",
         "--rule",
         "touch",
+        "--paper",
     )
     assert code == 0
     assert "98.69" in out
@@ -342,7 +343,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_pat
 
 
 def test_cones_are_those_of_the_geometry(run, reference_pose):
-    _, out, _ = run("cones", "n2_16_25")
+    _, out, _ = run("cones", "n2_16_25", "--paper")
     rows = list(csv.DictReader(io.StringIO(out)))
     expected = sensor_cones(UR10, named_setup("n2_16_25"), reference_pose)
     assert len(rows) == 80
@@ -360,7 +361,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
     monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
     assert code == 0
-    for word in ("n3_16_55", "V_OT", "proposal.toml", "Search: coverage", "off by up"):
+    for word in ("n3_16_55", "proposal.toml", "Search: coverage", "off by up"):
         assert word in out
     setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
@@ -372,7 +373,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
-    assert comparable(CoreScene())  # imported before what it imports is replaced
+    assert comparable(paper_scene())  # imported before what it imports is replaced
     monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     real, calls = Verifier.verify, []
 
@@ -530,11 +531,10 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
     ]
     (tmp_path / "mine.toml").write_text(
         (tmp_path / "mine.toml").read_text().replace("blind", "ignore").replace("0.08", "0.03")
+        + '[scene.rules]\nmount = "free"\n'
     )
     code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "none")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "ring 0 (forearm): " in err
-    assert err.rstrip().endswith(
-        'search with --occlusion blind or shadow, or with rules.mount = "real"'
-    )
+    assert err.rstrip().endswith('search without --paper and rules.mount = "free"')
     assert not (tmp_path / "none").exists()

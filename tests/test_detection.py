@@ -21,7 +21,7 @@ from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.objectives.scene import CoreScene, Obstacle, Pose
+from place_rings.objectives.scene import Obstacle, Pose, paper_scene
 from place_rings.objectives.trajectory import MotionRecord
 from place_rings.simulation.detection import (
     Timing,
@@ -38,7 +38,7 @@ from place_rings.simulation.sightings import stops
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1
-STILL = moments_of_scene(CoreScene(poses=(Pose(POSE),)), Safety(reaction=0.0))
+STILL = moments_of_scene(paper_scene(poses=(Pose(POSE),)), Safety(reaction=0.0))
 
 
 def timing(setup, period=0.02, latency=0.0):
@@ -69,8 +69,8 @@ def test_sensors_that_see_all_around_and_far_report_everybody():
 
 def test_the_person_walks_on_the_scenes_floor():
     table, floor = Obstacle("table", box((0, 0, 0), (1, 1, 1))), Obstacle("floor", half_space(-0.9))
-    assert (floor_of(CoreScene()), floor_of(CoreScene(obstacles=(table,)))) == (-0.75, -0.75)
-    assert floor_of(CoreScene(obstacles=(table, floor))) == -0.9
+    assert (floor_of(paper_scene()), floor_of(paper_scene(obstacles=(table,)))) == (-0.75, -0.75)
+    assert floor_of(paper_scene(obstacles=(table, floor))) == -0.9
     lower, usual = walker(1.6, 2.0, -0.9), walker(1.6, 2.0)
     for key in ("start", "end"):
         np.testing.assert_allclose(

@@ -29,7 +29,7 @@ from place_rings.formats.escaping import printable, printable_json, printable_li
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.figures import write_png
@@ -363,7 +363,7 @@ def test_a_hostile_proposal_shows(run, tmp_path):
     """In names that commands print and that a report holds."""
     quoted = json.dumps(NASTY)
     rings = (Ring("forearm", 0.4, 4), Ring("tool", 0.0, 4))
-    scene = CoreScene()
+    scene = paper_scene()
     cones = sensor_cones(scene.robot, Setup(rings), scene.poses[0].q)
     at = np.asarray(cones.apex[0]).round(3).tolist()
     (tmp_path / "p.toml").write_text(

@@ -20,7 +20,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules
+from place_rings.objectives.scene import Goal, Pose, Rules, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, Round, share_of
@@ -32,7 +32,7 @@ from place_rings.placement.search.moves import fresh, papers
 from place_rings.placement.search.ring_visibility import around, rings_see
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
-TWO = CoreScene(
+TWO = paper_scene(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
     goals=(Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_OT"), 0.3)),
 )

@@ -33,7 +33,7 @@ from place_rings.formats.loader import resolve
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.formats.sensors.urdf_frames import FramePattern
-from place_rings.objectives.scene import CoreScene, Goal, Pose
+from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
@@ -54,7 +54,9 @@ def drawn(seed: int, name: str, square: bool = True) -> tuple[CoreScene, Setup]:
         first = replace(setup.rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
         setup = Setup((first, *setup.rings[1:]))
     return (
-        CoreScene(robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))),
+        paper_scene(
+            robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))
+        ),
         setup,
     )
 
@@ -171,7 +173,7 @@ def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
         Setup(rings),
         [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))],
     )
-    scene = CoreScene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
+    scene = paper_scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
     written(tmp_path, scene, setup, "mjcf")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     data, hits = mujoco.MjData(model), np.zeros(3, int)
@@ -304,7 +306,7 @@ def hostile() -> tuple[CoreScene, Setup]:
     mounts = tuple(replace(m, link=HOSTILE[i]) for i, m in enumerate(robot.mounts))
     robot = replace(robot, name=HOSTILE[0] + HOSTILE[4], chain=chain, bodies=bodies, mounts=mounts)
     rings = tuple(Ring(m.link, 0.4, 3, 0.3) for m in mounts)
-    return CoreScene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
+    return paper_scene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
 
 
 def test_hostile_names_do_nothing(tmp_path):
@@ -412,7 +414,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
     ):
         written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
     with pytest.raises(UserError, match='joint: found none called "shoulder_pan"'):
-        written(out, CoreScene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
+        written(out, paper_scene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
 
 
 @given(drawing.seeds, st.sampled_from("xyz"))
@@ -420,7 +422,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
 def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam):
     """A URDF of somebody else's: other names, an order of its own, another axis along the beam."""
     rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("any")
-    scene, setup = CoreScene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
+    scene, setup = paper_scene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
     setup = Setup(tuple(replace(r, phase=float(rng.uniform(0, 6))) for r in setup.rings))
     root = ET.fromstring(chain_text(scene.robot.chain))
     found = sensor_frames(scene.robot, setup)
@@ -475,7 +477,7 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
     if lua is None:
         pytest.skip("no Lua here")
     scene, setup = (
-        CoreScene(),
+        paper_scene(),
         Setup(
             (
                 *named_setup("n1_4_25").rings[:2],
@@ -522,7 +524,7 @@ def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_fo
         chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"')
     )
     placed = PlacedSetup(
-        CoreScene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
+        paper_scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
     )
     macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
     assert (

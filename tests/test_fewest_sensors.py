@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Rules
+from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import fewest_sensors as reach
 from place_rings.placement.search.design import Space
@@ -19,7 +19,7 @@ from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.placement.search.search import SearchResult
 
 QUICK = Schedule(4, (Stage(0.1, 512, 6, 2), Stage(0.03, 512, 6, 1, variants=1)), draws=16)
-SCENE = CoreScene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
+SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_a_time_cap_gives_the_best_until_then():
 
 
 def test_what_cannot_be_is_refused():
-    nowhere = CoreScene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
+    nowhere = paper_scene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
     with pytest.raises(InfeasibleError, match="room for 0 rings"):
         fewest_sensors(nowhere, 0.5, schedule=QUICK)
     with pytest.raises(ValueError, match="between 0 and 1"):
@@ -75,7 +75,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 ):
     """By a search whose answers are known, and grow with the number of sensors."""
     fixed = (Ring("forearm", 0.5, held),) if held else ()
-    scene = CoreScene(
+    scene = paper_scene(
         rules=Rules(sensors=(least, least + more), max_rings_per_link=rings, fixed=fixed)
     )
 

@@ -20,7 +20,8 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose
+from place_rings.objectives.named_layouts import layout_in
+from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose, paper_scene
 
 from . import drawing
 
@@ -183,7 +184,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("tilt", [89.99996, -89.99996])
 def test_a_tilt_just_short_of_90_degrees_stays_so(tilt):
-    sensor = CoreScene().sensor
+    sensor = paper_scene().sensor
     once = rounded(Setup((Ring("tool", 0.0, 8, math.radians(tilt), math.radians(400)),)), sensor)
     assert math.degrees(once.rings[0].tilt) == pytest.approx(math.copysign(89.9999, tilt), abs=1e-9)
     assert once == rounded(once, sensor)
@@ -203,7 +204,7 @@ def test_a_rewritten_file_keeps_its_mode_and_its_link(tmp_path):
 def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "n2_16_25").mkdir()
-    assert resolve("n2_16_25", None)[0] == named_setup("n2_16_25")
+    assert resolve("n2_16_25", None)[0] == layout_in(CoreScene(), "n2_16_25")
     for name, key in (("n2_16_90", "tilt_deg"), ("n2_5000_25", "count")):
         with pytest.raises(UserError, match=f"{name}: {key}: found .*, allowed: "):
             resolve(name, None)
@@ -211,7 +212,8 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
 
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
-    assert setup == named_setup("n2_16_25")
+    assert setup == layout_in(CoreScene(), "n2_16_25")
+    assert resolve("n2_16_25", paper_scene())[0] == named_setup("n2_16_25")
     assert SceneModel.from_domain(scene) == SceneModel()
     path = tmp_path / "mine.toml"
     path.write_text(RING)
@@ -230,7 +232,7 @@ def test_names_and_files_resolve(tmp_path):
 
 @given(drawing.seeds)
 def test_rounded_rings_are_those_that_a_file_gives_back(seed):
-    scene, rng = CoreScene(), np.random.default_rng(seed)
+    scene, rng = paper_scene(), np.random.default_rng(seed)
     sensors = (
         scene.sensor,
         Sensor(0.4321, 1.2345),

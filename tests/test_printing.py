@@ -37,12 +37,12 @@ from place_rings.formats.printing.ring_solids import assemble, collar, envelope_
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.ring_envelopes import envelope
-from place_rings.objectives.scene import CoreScene, Pose, Rules
+from place_rings.objectives.feasibility.violations import mount_faults
+from place_rings.objectives.scene import CoreScene, Pose, Rules, paper_scene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
-from place_rings.reporting.lines.occlusion import mounting_lines
 from place_rings.reporting.ring_pictures import ring_pictures
 
 from . import drawing
@@ -66,7 +66,7 @@ def drawn_ring(
 
 
 def test_the_plain_clamp_has_the_volume_of_its_formula():
-    plan = plan_ring(CoreScene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
+    plan = plan_ring(paper_scene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
     area = FACETS / 2 * math.sin(2 * math.pi / FACETS) * (plan.collar**2 - plan.bore**2)
     assert collar(plan).volume() == pytest.approx(area * (plan.lug[1] - plan.low), rel=1e-6)
 
@@ -237,7 +237,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
     millimetre above it.
     """
     ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
-    plan = plan_ring(CoreScene(), ring)
+    plan = plan_ring(paper_scene(), ring)
     radius = 0.4 * 1000 * plan.pocket.board.hole
     for x, y in plan.pocket.board.holes:
         deep = thread(plan, 1000 * (y - plan.pocket.board.lens[1]))
@@ -251,7 +251,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
     scene, ring = (
-        CoreScene(),
+        paper_scene(),
         Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor),
     )
     with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
@@ -290,19 +290,19 @@ def test_plugs_of_a_board_narrower_than_they_are_stay_in_the_envelope(plugs):
         (Ring("forearm", 0.5, 4), "no board is known"),
         (
             Ring("forearm", 0.5, 4, radius=0.05, sensor=L4CD),
-            "larger radius.*search with --occlusion blind or shadow, or with",
+            "larger radius.*search without --paper",
         ),
         (Ring("forearm", 0.5, 30, radius=0.08, sensor=L4CD), "at most"),
     ],
 )
 def test_what_cannot_be_printed_is_refused(ring, says):
     with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
-        ring_files(Setup((ring,)), CoreScene(), ring_pictures)
+        ring_files(Setup((ring,)), paper_scene(), ring_pictures)
 
 
 def test_a_check_can_fail():
     scene, ring = (
-        CoreScene(),
+        paper_scene(),
         Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172))),
     )
     with pytest.raises(UnbuildableError, match="overlap of beams"):
@@ -326,7 +326,7 @@ def test_files_and_pictures_of_a_proposal():
     )
     result, data = ring_files(
         Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)),
-        CoreScene(robot=named),
+        paper_scene(robot=named),
         ring_pictures,
     )
     names = {
@@ -346,7 +346,7 @@ def test_files_and_pictures_of_a_proposal():
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     rng = np.random.default_rng(seed)
     scene = CoreScene(
-        sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.05, radius_stated=True
+        sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.085, radius_stated=True
     )
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
@@ -357,7 +357,7 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
                 ring.count
                 <= most_boards(VL53L5CX, scene.printing, ring.radius, np.array([ring.tilt]))[0]
             )
-        assert not mounting_lines(scene, space.setup(c))
+        assert not mount_faults(scene, space.setup(c))
         c = vary(space, c, rng)
 
 
@@ -368,16 +368,15 @@ def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verif
         match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do",
     ):
         Space(scene, ring_layout(scene, 2, 20))
-    assert (
-        "at most" in mounting_lines(scene, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))[0]
-    )
+    tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))
+    assert "at most" in mount_faults(scene, tool)[0].text
     with pytest.raises(
         InfeasibleError, match="places at most 16 free rings, here of at most 15 sensors"
     ):
         Space(scene, sensors=2000)
     free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
     assert Space(free, ring_layout(free, 2, 20)).sensors == 100
-    assert not mounting_lines(free, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))
+    assert not mount_faults(free, tool)
 
 
 def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
@@ -390,14 +389,14 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
 
 def test_boards_and_printing_in_a_scenes_file(tmp_path):
     own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
-    scene = CoreScene(
+    scene = paper_scene(
         sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False)
     )
     path = tmp_path / "scene.toml"
     path.write_text(to_toml(SceneModel.from_domain(scene)))
     again = read_scene(path)
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
-    named = SceneModel.from_domain(CoreScene(sensor=L4CD)).to_domain()
+    named = SceneModel.from_domain(paper_scene(sensor=L4CD)).to_domain()
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
     for text, says in (
         ("[printing]\nwall = 0.002", "printing.wall: found 0.002, allowed: at least 0.0024"),

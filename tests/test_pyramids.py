@@ -33,7 +33,7 @@ from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal, Limits
+from place_rings.objectives.scene import Goal, Limits, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
@@ -232,7 +232,7 @@ def test_a_sharp_soft_value_is_the_share_of_points():
 
 
 def test_a_search_climbs_setups_of_both_shapes():
-    scene = CoreScene(sensor=SQUARE, limits={"forearm": Limits(sensor=Sensor(range_m=1.0))})
+    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=Sensor(range_m=1.0))})
     space = Space(scene, sensors=24)
     points = TargetPoints(scene, 512, 0)
     objective, clouds = CoverageObjective(scene, points), points.clouds(512)
@@ -255,7 +255,7 @@ def test_a_search_climbs_setups_of_both_shapes():
 
 
 def test_exact_counts_of_a_mixed_setup_agree():
-    scene = CoreScene(goals=(Goal(CoreScene().goals[0].target),))
+    scene = paper_scene(goals=(Goal(paper_scene().goals[0].target),))
     target = scene.goals[0].target
     verifier = Verifier(scene, 0.04)
     zeta = verifier.verify(MIXED, target).zeta
@@ -297,7 +297,7 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 
 def test_mixed_setups_and_sensors_of_links_read_back():
-    scene = CoreScene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
+    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
     assert SceneModel.from_domain(scene).to_domain().limits_of(
         "forearm"
     ).sensor.fov_up == pytest.approx(FLAT.fov_up)

@@ -9,7 +9,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.reach import farthest, reachable_share
-from place_rings.objectives.scene import CoreScene, Goal, Rules
+from place_rings.objectives.scene import Goal, Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.lines.reach import reach_lines
 
@@ -27,7 +27,7 @@ def test_no_layout_covers_more_than_is_within_reach(seed):
         for link in ("upper_arm", "forearm", "tool")
         for _ in range(4)
     )
-    scene = CoreScene(sensor=sensor, goals=(Goal(target),))
+    scene = paper_scene(sensor=sensor, goals=(Goal(target),))
     share = reachable_share(scene, target)
     zeta = Verifier(scene, 0.05).verify(Setup(rings), target).zeta
     assert zeta <= share + 0.02  # voxels of 5 cm, 4096 points
@@ -42,15 +42,15 @@ def test_the_farthest_point_of_a_beam_is_its_corner():
 
 def test_a_target_beyond_reach_is_said_and_others_are_not():
     usual = [Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5)]
-    assert reach_lines(CoreScene(goals=tuple(Goal(t) for t in usual))) == []
-    (line,) = reach_lines(CoreScene(goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 3.0)))))
+    assert reach_lines(paper_scene(goals=tuple(Goal(t) for t in usual))) == []
+    (line,) = reach_lines(paper_scene(goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 3.0)))))
     assert line.startswith("V_S(3) extends beyond the sensors' reach")
     assert "1.54 m" in line
-    short = CoreScene(sensor=Sensor(range_m=0.05))
+    short = paper_scene(sensor=Sensor(range_m=0.05))
     (line,) = reach_lines(short)
     assert "more than about 1 %" in line
     fixed = Rules(fixed=(Ring("forearm", 0.5, 8, sensor=Sensor(range_m=3.0)),))
-    more = CoreScene(sensor=Sensor(range_m=0.05), rules=fixed)
+    more = paper_scene(sensor=Sensor(range_m=0.05), rules=fixed)
     assert reachable_share(more, Target("V_S", 0.5)) > 0.9
 
 

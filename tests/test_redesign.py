@@ -11,7 +11,7 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.formats.schema.result_models import VerifyResult
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Rules
+from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
@@ -25,7 +25,7 @@ from .test_redesign_problem import check_changes, check_rules
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.05, 1024, 12, 3), Stage(0.02, 2048, 12, 3)), 2)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
-FAR = CoreScene(goals=(Goal(Target("V_S", 1.5)),))
+FAR = paper_scene(goals=(Goal(Target("V_S", 1.5)),))
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     to add; the same seed.
     """
     fixed = Ring("upper_arm", 0.5, 8, 0.3)
-    scene = CoreScene(
+    scene = paper_scene(
         goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.2), 0.0, 0.12)),
         limits={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
         rules=Rules(spacing=0.06, sensors=(3, 12), max_rings_per_link=3, fixed=(fixed,)),
@@ -147,7 +147,8 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
 
 
 def test_the_command_says_what_to_do_and_what_is_broken_and_where_there_is_no_gain(run, tmp_path):
-    scene = 'targets = [{name = "V_S", radius = 0.5}]\nmounts.forearm.tilt_deg = [10, 20]\n'
+    scene = 'targets = [{name = "V_S", radius = 0.5}]\nrules.mount = "free"\n'
+    scene += "mounts.forearm.tilt_deg = [10, 20]\n"
     (tmp_path / "scene.toml").write_text(scene)
     code, out, err = run(
         "improve", "n1_8_0", "--scene", "scene.toml", "--changes", 1, "--voxel", 0.1

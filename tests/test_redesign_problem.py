@@ -12,7 +12,7 @@ from place_rings._improve import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
-from place_rings.objectives.scene import CoreScene, Limits, Rules
+from place_rings.objectives.scene import CoreScene, Limits, Rules, paper_scene
 from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem
@@ -134,7 +134,7 @@ BROKEN = {
     ("rule", "ring", "rules"), [(k, *v) for k, v in BROKEN.items()], ids=BROKEN.keys()
 )
 def test_a_broken_rule_is_named(rule, ring, rules):
-    scene = CoreScene(
+    scene = paper_scene(
         limits={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules
     )
     (fault,) = faults(scene, [Ring("forearm", 0.4, 8), ring])
@@ -162,7 +162,7 @@ def recount(scene, before, after):
 @given(drawing.seeds)
 def test_costs_equal_a_recount(seed):
     rng = np.random.default_rng(seed)
-    rework = RedesignProblem(CoreScene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(paper_scene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
@@ -185,14 +185,14 @@ def test_kinds_of_changes():
     kinds = [
         c.kind
         for c in changes(
-            CoreScene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
+            paper_scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
         )
     ]
     assert kinds == [ChangeKind.SET, ChangeKind.CARRIED, ChangeKind.TAKEN, ChangeKind.ADDED]
 
 
 def test_what_became_as_it_was_is_touched_no_more():
-    rework = RedesignProblem(CoreScene(), named_setup("n2_16_25"), 1)
+    rework = RedesignProblem(paper_scene(), named_setup("n2_16_25"), 1)
     almost = replace(rework.mounted.rings[1], phase=1e-9)
     rings = (rework.mounted.rings[0], almost, *rework.before[2:])
     assert rework.rounded(Touched(rings, (1,))).free == ()
@@ -202,7 +202,7 @@ def test_what_became_as_it_was_is_touched_no_more():
 def test_every_change_has_an_instruction(seed):
     """In one line, with the ring's name; a new ring has no number."""
     rng = np.random.default_rng(seed)
-    rework = RedesignProblem(CoreScene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(paper_scene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)

@@ -11,7 +11,7 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.rendering.canvas import Canvas
 from place_rings.reporting.rendering.voxels import (
@@ -167,7 +167,7 @@ def coarse(monkeypatch):
 
 
 def test_panels_show_what_the_octree_counts(coarse, tmp_path):
-    scene, voxel, name = CoreScene(), 0.1, "n1_4_0"
+    scene, voxel, name = paper_scene(), 0.1, "n1_4_0"
     found = four_panels(tmp_path / "a.png", scene, name, 0.9, voxel)
     checked = Verifier(scene, voxel).verify(named_setup(name), Target("V_S", 0.9))
     assert found["shell_voxels"] == checked.target_voxels

@@ -30,7 +30,7 @@ from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
 from place_rings.objectives.blind_spots import Beside
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table
@@ -148,7 +148,7 @@ def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
         Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6))
         for link in robot.links
     ]
-    scene, setup = CoreScene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
+    scene, setup = paper_scene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
     cones, frames, first = sensor_cones(robot, setup, q), forward(robot.chain, q), 0
     for seat in seat_list(scene, setup):
         mount = robot.mount(seat.ring.link)
@@ -219,7 +219,7 @@ def test_materials_add_up():
 
 
 def test_many_poses_are_stood_for_by_few():
-    scene = CoreScene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
+    scene = paper_scene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
     few = standing_for(scene, 16)
     assert len(few.poses) <= 16
     assert few.pose_weights.sum() == pytest.approx(1)

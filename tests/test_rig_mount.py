@@ -12,7 +12,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_model, read_proposal
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.check.plan_files import MountPlanFile, mount_plan_of, write_mount_plan
 from place_rings.rig.mount.as_built import AsBuilt
@@ -52,7 +52,7 @@ def test_slopes_are_those_of_what_is_expected():
 
 
 def test_a_floor_met_square_tells_nothing_of_tilt_and_phase():
-    scene = CoreScene(obstacles=(FLOOR,))
+    scene = paper_scene(obstacles=(FLOOR,))
     ring = Ring("forearm", 0.5, 24, 0.0, 0.0, 0.08)
     joints = np.radians([[0, -30, 30, 0, 0, 0], [0, -40, 40, 0, 0, 0]])  # the forearm lies level
     seen = expected(scene, Setup((ring,)), joints)

@@ -2,6 +2,7 @@
 them.
 """
 
+import itertools
 import re
 from dataclasses import replace
 from itertools import pairwise
@@ -220,7 +221,13 @@ def test_at_every_built_in_robots_home_only_neighbours_are_near_each_other(name)
     home = gaps(scene, np.array([p.q for p in scene.poses]))[0].min(axis=0)
     near, free = home < scene.motion.own, neighbours(scene)
     assert near.any()
-    assert not (near & ~free).any()
+    pairs = np.array([*itertools.combinations([b.name for b in scene.robot.bodies], 2)])
+    some = near & ~free
+    apart = {tuple(pair): gap for pair, gap in zip(pairs[some], home[some], strict=True)}
+    # the UR10's shoulder turns beside its base: never nearer than at home, often farther than 10 cm
+    expected = {("base_1", "upper_arm_0")} if name in ("ur10", "ur10_dh") else set()
+    assert apart.keys() == expected
+    assert all(gap > 0.02 for gap in apart.values())
 
 
 @given(st.integers(0, 2**32 - 1))

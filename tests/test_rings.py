@@ -12,7 +12,7 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 
 from .strategies.rings import poses, setups
@@ -34,7 +34,7 @@ TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 @pytest.mark.parametrize(("robot", "table"), [("ur10", REFERENCE), ("ur10_dh", REFERENCE_DH)])
 def test_reference_numbers_are_reproduced(robot, table):
-    verifier = Verifier(CoreScene(robot=ROBOTS[robot]), voxel=0.02)
+    verifier = Verifier(paper_scene(robot=ROBOTS[robot]), voxel=0.02)
     for name, expected in table.items():
         for target, percent in zip(TARGETS, expected, strict=True):
             found = 100 * verifier.verify(named_setup(name), target).zeta

@@ -32,7 +32,7 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal, Pose
+from place_rings.objectives.scene import Goal, Pose, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import tolerance
@@ -56,7 +56,7 @@ def verifier():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return Verifier(CoreScene(poses=poses, goals=(Goal(NEAR),)), 0.05)
+    return Verifier(paper_scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
 
 
 SETUPS = setups(most_sensors=4)
@@ -145,7 +145,7 @@ def test_errors_are_common_seeded_and_within_their_limits(seed, law):
 def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     """Weights that sum to one but for rounding."""
     goals = tuple(Goal(Target("V_S", r), w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
-    scene = CoreScene(goals=goals, sensor=Sensor(math.radians(175), 1.5))
+    scene = paper_scene(goals=goals, sensor=Sensor(math.radians(175), 1.5))
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)

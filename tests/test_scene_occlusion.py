@@ -16,12 +16,15 @@ from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.clearance import MountClearance
-from place_rings.objectives.occlusion import BodilessError, own_link_fault, unseeing
+from place_rings.objectives.named_layouts import layout_in
+from place_rings.objectives.occlusion import BodilessError, occluders, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Obstacle, Rules
+from place_rings.objectives.scene import CoreScene, Obstacle, Rules, paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier, by_occlusion
 
@@ -35,20 +38,22 @@ TABLE = Obstacle(
 
 
 def test_obstacles_are_no_target_and_shadow_under_every_model():
-    setup, bare = named_setup("n1_8_0"), Verifier(CoreScene(), 0.04)
-    cell = Verifier(CoreScene(obstacles=(TABLE,)), 0.04)
+    setup, bare = named_setup("n1_8_0"), Verifier(paper_scene(), 0.04)
+    cell = Verifier(paper_scene(obstacles=(TABLE,)), 0.04)
     before, after = bare.verify(setup, NEAR), cell.verify(setup, NEAR)
     assert after.target_voxels < before.target_voxels
     assert after.covered_voxels < before.covered_voxels
     each = by_occlusion(cell, setup, after)
     assert each["ignore"] == after.zeta > each["shadow"] > each["blind"] > 0
-    under = {m: Verifier(cell.scene.seen_under(m), 0.04).verify(setup, NEAR).zeta for m in each}
+    under = {
+        m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each
+    }
     assert under == each
-    assert by_occlusion(Verifier(CoreScene(), 0.04, "certified"), setup, before) == {}
+    assert by_occlusion(Verifier(paper_scene(), 0.04, "certified"), setup, before) == {}
 
 
 def test_certified_holds_the_count_under_every_model():
-    scene = CoreScene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
+    scene = paper_scene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
         found = Verifier(one, None, "certified", 0.02).verify(named_setup("n1_8_0"), NEAR)
@@ -77,7 +82,7 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
     assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
     assert {u.within for u in found} >= {"shoulder", "elbow"}
-    assert unseeing(CoreScene(), setup) == found
+    assert unseeing(paper_scene(), setup) == found
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
     fault = own_link_fault(scene, thin)
@@ -120,19 +125,65 @@ def test_a_layouts_name_puts_real_rings_where_they_can_be_closed(robot):
         assert ring.radius >= scene.core.smallest_radius(ring.link)
         low, high = MountClearance(scene.core).closed(ring)
         assert low > high or low - 1e-9 <= ring.position <= high + 1e-9
-    free = pr.verify("n2_16_25", scene.replace(occlusion="ignore"), voxel=0.1)
-    assert free.setup.rings == rings
+    through = pr.verify("n2_16_25", scene.replace(occlusion="ignore"), voxel=0.1)
+    assert through.setup == counted.setup  # another model of occlusion moves no ring
+    paper = pr.verify("n2_16_25", pr.Scene.paper(robot=robot), voxel=0.1)
+    assert paper.setup.rings == rings
 
 
-def test_a_robot_without_bodies_is_refused():
+def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
     bare = replace(UR10, bodies=())
+    scene = CoreScene(robot=bare)
+    assert (scene.occlusion, scene.real) == ("ignore", False)
+    verifier, setup = Verifier(scene, 0.1), named_setup("n1_8_0")
+    assert by_occlusion(verifier, setup, verifier.verify(setup, NEAR)) == {}
+    counted, paper = (v.verify(setup, NEAR) for v in (verifier, Verifier(paper_scene(), 0.1)))
+    assert counted.covered_voxels == paper.covered_voxels
     with pytest.raises(BodilessError, match="has no bodies"):
-        Verifier(CoreScene(robot=bare, occlusion="blind"), 0.1).verify(named_setup("n1_8_0"), NEAR)
-    verifier = Verifier(CoreScene(robot=bare), 0.1)
-    assert (
-        by_occlusion(verifier, named_setup("n1_8_0"), verifier.verify(named_setup("n1_8_0"), NEAR))
-        == {}
-    )
+        occluders(scene, UR10.rest, "blind")
+    with pytest.raises(pr.InputError, match="occlusion: found shadow, allowed: ignore"):
+        pr.Scene(robot=bare, occlusion="shadow")
+    robot = RobotModel.from_domain(bare).model_copy(update={"name": "bare"})
+    (tmp_path / "bare.toml").write_text(to_toml(robot))
+    (tmp_path / "scene.toml").write_text('robot = "bare.toml"\n')
+    words = ("verify", "n1_8_0", "--scene", "scene.toml", "--voxel", 0.1)
+    code, out, err = run(*words)
+    assert (code, err, "Robot bare has no bodies" in out) == (0, "", True)
+    for key in ('occlusion = "shadow"', 'rules.mount = "real"'):
+        (tmp_path / "scene.toml").write_text(f'robot = "bare.toml"\n{key}\n')
+        code, out, err = run(*words)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert "has no bodies" in err
+
+
+def test_the_papers_world_is_one_option(run, tmp_path):
+    """``--paper`` puts the named rings where the paper has them, but moves none of a proposal."""
+    words = ("--target", "V_S:0.5", "--voxel", 0.1, "--json")
+    code, out, _ = run("verify", "n2_16_25", "--paper", *words)
+    counted = Verifier(paper_scene(), 0.1).verify(named_setup("n2_16_25"), Target("V_S", 0.5))
+    assert (code, json.loads(out)["covered_voxels"]) == (0, counted.covered_voxels)
+    mine = layout_in(CoreScene(), "n2_16_25")
+    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, CoreScene())))
+    for given, says in (
+        (("n2_16_25", "--occlusion", "blind"), "--paper: found with --occlusion blind"),
+        (("mine.toml",), "--paper: not allowed with a proposal"),
+    ):
+        code, out, err = run("verify", *given, "--paper", *words)
+        assert (code, out, err.count("\n"), says in err) == (2, "", 1, True)
+    assert run("cones", "mine.toml", "--paper")[0] == 2
+    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, paper_scene())))
+    code, out, _ = run("verify", "mine.toml", "--paper", *words)
+    again = Verifier(paper_scene(), 0.1).verify(mine, Target("V_S", 0.5))
+    assert (code, json.loads(out)["covered_voxels"]) == (0, again.covered_voxels)
+
+
+@pytest.mark.parametrize("robot", ["ur10", "ur5e", "panda", "iiwa14"])
+def test_rings_that_cannot_be_mounted_are_counted_and_named(robot):
+    record = pr.verify("n2_16_25", pr.Scene(robot=robot), voxel=0.1).records[0]
+    assert record.unmounted == [0, 1, 2, 3]  # beside the housings
+    for ring in record.unmounted:
+        assert any(f"ring {ring} (" in line for line in record.mounting)
+    assert pr.verify("n2_16_25", pr.Scene.paper(robot=robot), voxel=0.1).records[0].mounting == []
 
 
 def test_a_scene_with_a_cell_reads_back(tmp_path):

@@ -12,7 +12,7 @@ from place_rings.coverage.processors import processors
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose
+from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.soft_terms import SoftTerms
 from place_rings.objectives.target_points import TargetPoints
@@ -40,7 +40,7 @@ def scene():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return CoreScene(
+    return paper_scene(
         poses=poses, goals=NEAR_AND_FAR, limits={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))}
     )
 
@@ -101,7 +101,7 @@ def test_same_seed_same_answer(scene, found):
 
 
 def test_never_worse_than_the_papers_tilts():
-    scene = CoreScene()
+    scene = paper_scene()
     space = Space(scene, ring_layout(scene, 2, 16))
     found = search(
         scene, space, schedule=Schedule(3, (Stage(0.1, 512, 1, 1),), draws=3), voxel=0.05
@@ -121,7 +121,7 @@ def test_a_time_cap_still_gives_an_answer(scene):
 
 def test_a_time_cap_before_any_climb_compiles_nothing(monkeypatch):
     monkeypatch.setattr(CoverageObjective, "_of_some", None)
-    scene = CoreScene(goals=(Goal(Target("V_S", 0.5)),))
+    scene = paper_scene(goals=(Goal(Target("V_S", 0.5)),))
     capped = search(scene, Space(scene, sensors=24), time_cap=1e-6, voxel=0.05)
     assert capped.outcome is Outcome.TIME
     assert (capped.statistics.evaluations, capped.statistics.width) == (0, 0.0)
@@ -169,7 +169,7 @@ def test_a_time_cap_ends_an_exchange_after_a_ring(monkeypatch):
         return real(self, *args)
 
     monkeypatch.setattr(Exchange, "put", put)
-    scene = CoreScene()
+    scene = paper_scene()
     capped = search(scene, Space(scene, sensors=48), voxel=0.1, clock=lambda: now[0], time_cap=40.5)
     assert capped.outcome is Outcome.TIME
     # the rings that each thread puts before it looks at the clock again; a move puts up to two,
@@ -247,7 +247,7 @@ def test_an_interrupt_while_counting_keeps_one_count(scene, monkeypatch):
 
 @pytest.fixture(scope="module")
 def near_and_far():
-    scene = CoreScene(goals=(NEAR_AND_FAR[0], Goal(Target("V_S", 1.2), 0.3, at_least=0.3)))
+    scene = paper_scene(goals=(NEAR_AND_FAR[0], Goal(Target("V_S", 1.2), 0.3, at_least=0.3)))
     points, space = TargetPoints(scene, 512, 0), Space(scene, sensors=25)
     return CoverageObjective(scene, points), points.clouds(512), space
 
@@ -303,7 +303,7 @@ def test_poses_of_no_weight_are_not_looked_at(scene):
 def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
     far = Target("V_S", 1.5)
-    scene = CoreScene(goals=(Goal(Target("V_S", 0.5)), Goal(far, 0.0, 0.35)))
+    scene = paper_scene(goals=(Goal(Target("V_S", 0.5)), Goal(far, 0.0, 0.35)))
     found = search(scene, Space(scene, ring_layout(scene, 2, 16)), schedule=SHORT, voxel=0.05)
     assert found.short == 0
     assert Verifier(scene, 0.05).verify(found.setup, far).zeta >= 0.35
@@ -332,7 +332,7 @@ def test_one_compilation_serves_a_search(scene, monkeypatch):
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
     with pytest.raises(TooFineError, match="surface, above the limit"):
-        Verifier(CoreScene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
+        Verifier(paper_scene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
 
 
 def test_mean_over_poses_is_weighted(scene):
@@ -347,7 +347,7 @@ def test_mean_over_poses_is_weighted(scene):
 
 
 def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_from(monkeypatch):
-    scene = CoreScene(goals=NEAR_AND_FAR)
+    scene = paper_scene(goals=NEAR_AND_FAR)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_55")
     schedule = short(scene, space, Criterion())
     monkeypatch.setattr(SoftTerms, "__call__", None)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Rules
+from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.placement.search.layout import ring_layout
 
@@ -32,7 +32,7 @@ def parts():
 
 @pytest.fixture(scope="module")
 def scene():
-    return CoreScene(
+    return paper_scene(
         goals=(Goal(Target("V_S", 0.5), 0.6), Goal(Target("V_S", 1.2), 0.4)),
         limits={"forearm": Limits((0.2, 0.7), (-0.5, 0.4))},
         rules=Rules(spacing=0.0),

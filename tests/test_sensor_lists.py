@@ -23,7 +23,7 @@ from place_rings.formats.sensors.sensor_lists import (
     mounted_setup,
     sensor_list,
 )
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import CoreScene, Pose, paper_scene
 from place_rings.reporting.terminal import say_lines
 
 from . import drawing
@@ -44,7 +44,7 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
     that has the same one.
     """
     rng = np.random.default_rng(seed)
-    scene = CoreScene(
+    scene = paper_scene(
         robot=ROBOTS[robot], poses=tuple(Pose(drawing.pose(rng)) for _ in range(poses))
     )
     setup = drawing.setup(rng)
@@ -72,7 +72,7 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
 
 
 def test_a_setup_of_the_paper_comes_back_to_a_billionth():
-    setup, scene = named_setup("n3_16_55"), CoreScene()
+    setup, scene = named_setup("n3_16_55"), paper_scene()
     for before, after in zip(
         setup.rings, mounted_setup("list", listed(setup, scene), scene).rings, strict=True
     ):
@@ -89,8 +89,10 @@ def test_a_setup_of_the_paper_comes_back_to_a_billionth():
 
 
 def test_a_phase_just_short_of_a_turn_is_no_turn():
-    text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), CoreScene())
-    assert mounted_setup("list", text, CoreScene()).rings[0].phase == pytest.approx(-2e-8, abs=2e-8)
+    text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), paper_scene())
+    assert mounted_setup("list", text, paper_scene()).rings[0].phase == pytest.approx(
+        -2e-8, abs=2e-8
+    )
 
 
 @given(drawing.seeds)
@@ -98,7 +100,7 @@ def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
     """Errors up to 0.5 mm of apexes and 0.3 degrees of axes stay within the tolerance and average
     out.
     """
-    rng, scene = np.random.default_rng(seed), CoreScene()
+    rng, scene = np.random.default_rng(seed), paper_scene()
     before = Ring("forearm", 0.4, 12, math.radians(-30), 0.1)
     rows = [line.split(",") for line in listed(Setup((before,)), scene).splitlines()]
     for row in rows[1:]:
@@ -116,11 +118,11 @@ def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
 
 def test_a_list_serves_as_a_proposal(tmp_path):
     (tmp_path / "mounted.csv").write_text(
-        "\ufeff" + listed(named_setup("n2_16_25"), CoreScene()), encoding="utf-8"
+        "\ufeff" + listed(named_setup("n2_16_25"), paper_scene()), encoding="utf-8"
     )
-    setup, scene = resolve(str(tmp_path / "mounted.csv"), None)
+    setup, scene = resolve(str(tmp_path / "mounted.csv"), paper_scene())
     assert [r.count for r in setup.rings] == [16] * 5
-    assert scene == CoreScene(poses=scene.poses)
+    assert scene == paper_scene(poses=scene.poses)
 
 
 @given(drawing.seeds)
@@ -130,7 +132,7 @@ def test_square_beams_are_read_back(seed):
     """
     rng, scene = (
         np.random.default_rng(seed),
-        CoreScene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),)),
+        paper_scene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),)),
     )
     rings = [replace(ring, count=ring.count + 1) for ring in drawing.setup(rng).rings]
     rings[0] = replace(rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
@@ -161,7 +163,7 @@ def test_square_beams_are_read_back(seed):
 
 def edited(change) -> str:
     """The list of n2_3_25 with its fields changed, header and rows, by ``change``."""
-    rows = [line.split(",") for line in listed(named_setup("n2_3_25"), CoreScene()).splitlines()]
+    rows = [line.split(",") for line in listed(named_setup("n2_3_25"), paper_scene()).splitlines()]
     change(rows)
     return "\n".join(",".join(row) for row in rows)
 
@@ -216,9 +218,10 @@ def test_a_malformed_list_is_one_line_and_exit_code_2(change, says, tmp_path, mo
 
 def test_a_list_of_another_pose_is_refused():
     text = listed(
-        named_setup("n2_16_25"), CoreScene(poses=(Pose(np.radians([0.0, -80, 60, -105, -90, 0])),))
+        named_setup("n2_16_25"),
+        paper_scene(poses=(Pose(np.radians([0.0, -80, 60, -105, -90, 0])),)),
     )
     with pytest.raises(
         UserError, match=r"ring 0: .* on upper_arm.* mm and .*° off; allowed: 2 mm and 1°"
     ):
-        mounted_setup("list", text, CoreScene())
+        mounted_setup("list", text, paper_scene())

@@ -30,7 +30,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.occlusion import setup_sight, unseeing
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
@@ -236,7 +236,7 @@ def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
 
 
 def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
-    scene, setup = CoreScene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
+    scene, setup = paper_scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
     many = replace(
         setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
     )

@@ -36,7 +36,7 @@ def test_a_count_is_printed_whatever_the_terminal_can_encode(encoding, more):
     text = out.decode(encoding)
     zeta = json.loads(text)["zeta_percent"] if more else None
     assert zeta is None or 10 < zeta < 30
-    assert more or re.search(r"n1_8_0\D+1\d\.\d\d", text)
+    assert more or re.search(r"n1_8_0\D+24\D+1\d\.\d\d", text)
 
 
 def test_errors_are_printed_in_ascii():

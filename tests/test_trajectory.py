@@ -24,7 +24,7 @@ from place_rings.objectives.pose_subset import (
     representative,
     with_worst,
 )
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 from . import drawing
@@ -258,9 +258,9 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
         UserError,
         match=r"cut.csv: wrist_3 at .* s: found a jump of -359.* degrees in 0.008 s, allowed",
     ):
-        with_record(CoreScene(), tmp_path / "cut.csv")
+        with_record(paper_scene(), tmp_path / "cut.csv")
     write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
-    scene = with_record(CoreScene(), tmp_path / "whole.csv")
+    scene = with_record(paper_scene(), tmp_path / "whole.csv")
     assert len(SceneModel.from_domain(scene).poses) == len(scene.poses) > 1
 
 

@@ -14,7 +14,7 @@ from place_rings.formats.export.sensor_tables import json as poses
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.loader import resolve
 from place_rings.formats.sensors.sensor_poses import setup_of_poses
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 
 SETUP = named_setup("n1_4_25")
 
@@ -22,7 +22,7 @@ SETUP = named_setup("n1_4_25")
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """The texts of both files of ``SETUP``."""
-    placed = PlacedSetup(CoreScene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
+    placed = PlacedSetup(paper_scene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
     return {
         "mounted.json": poses(placed)["sensors.json"].decode(),
         "mounted.urdf": urdf(placed)["robot.urdf"].decode(),
@@ -196,13 +196,22 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
         )
     for subject in ("n1_4_25", *exported):
         code, out, _ = run(
-            "verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json"
+            "verify",
+            subject,
+            "--target",
+            "V_S",
+            "--radius",
+            "0.5",
+            "--voxel",
+            "0.05",
+            "--json",
+            "--paper",
         )
         assert code == 0
         zeta.append(json.loads(out)["zeta_percent"])
         frames = ("--frames", "tof_[012]_.*", "--beam", "x") if subject.endswith("urdf") else ()
         for command in ("improve", "robustness", "report", "view"):
-            assert run(command, subject, "--target", "V_S", "--radius", "0.5", *frames)[0] == 0
+            assert run(command, subject, "--target", "V_S:0.5", "--paper", *frames)[0] == 0
     assert zeta[1:] == pytest.approx(zeta[:1] * 2, abs=0.02)
     assert [name for name, _ in given] == [
         name for name in ("n1_4_25", *exported) for _ in range(4)
@@ -219,16 +228,16 @@ def test_a_sensor_of_the_catalogue_is_kept_in_json_and_taken_of_the_scene_for_a_
     run, exported, tmp_path
 ):
     (tmp_path / "mounted.urdf").write_text(exported["mounted.urdf"])
-    code, out, _ = run("export", "mounted.urdf", "--to", "json", "--out", "plain")
+    code, out, _ = run("export", "mounted.urdf", "--to", "json", "--out", "plain", "--paper")
     assert (code, out) == (0, "plain/sensors.json\n")
     text = (tmp_path / "plain" / "sensors.json").read_text()
     found = changed("rings", 0, "sensor", {"model": "vl53l1x"})(text)
-    rings = setup_of_poses("list", found, CoreScene()).rings
+    rings = setup_of_poses("list", found, paper_scene()).rings
     assert rings[0].sensor.use.model == "vl53l1x"
-    assert rings[1].sensor == CoreScene().sensor
-    wide = replace(CoreScene().sensor, fov=0.7)
+    assert rings[1].sensor == paper_scene().sensor
+    wide = replace(paper_scene().sensor, fov=0.7)
     assert {
-        r.sensor for r in resolve(str(tmp_path / "mounted.urdf"), CoreScene(sensor=wide))[0].rings
+        r.sensor for r in resolve(str(tmp_path / "mounted.urdf"), paper_scene(sensor=wide))[0].rings
     } == {wide}
 
 
@@ -244,8 +253,8 @@ def test_json_by_hand_may_leave_the_base_out():
         for k, a in enumerate(turn)
     ]
     text = json.dumps({"beam": "x", "rings": [{"frame": "elbow", "sensors": sensors}]})
-    (ring,) = setup_of_poses("list", text, CoreScene()).rings
-    assert (ring.link, ring.count, ring.sensor) == ("forearm", 8, CoreScene().sensor)
+    (ring,) = setup_of_poses("list", text, paper_scene()).rings
+    assert (ring.link, ring.count, ring.sensor) == ("forearm", 8, paper_scene().sensor)
     phase = math.remainder(ring.phase, 2 * math.pi)
     assert (ring.position * 0.5723, ring.radius, ring.tilt, phase) == pytest.approx(
         (0.3, 0.1, 0, 0), abs=1e-9

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
 from place_rings.objectives import verify_targets as module
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 
@@ -28,7 +28,7 @@ TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Tar
 def test_targets_together_are_targets_one_by_one(angles, setup, occlusion, memory):
     """Whatever fits into memory: all targets, one at a time, or parts of one."""
     weighted = tuple(Pose(q, weight) for q, weight in zip(angles, (1.0, 2.0), strict=True))
-    scene, voxel = replace(CoreScene(), poses=weighted, occlusion=occlusion), 0.08
+    scene, voxel = replace(paper_scene(), poses=weighted, occlusion=occlusion), 0.08
     alone = [Verifier(scene, voxel).verify(setup, target) for target in TARGETS]
     together = verify_targets(Verifier(scene, voxel, memory=memory), setup, TARGETS)
     assert [replace(v, seconds=0.0) for v in together] == [replace(v, seconds=0.0) for v in alone]
@@ -40,11 +40,11 @@ def test_a_descent_counts_at_most_so_many_targets(monkeypatch, most, descents):
     monkeypatch.setattr(module, "MOST_SETS", most)
     monkeypatch.setattr(module, "count_each", lambda *a: calls.append(1) or real(*a))
     setup = drawing.setup(np.random.default_rng(0))
-    verify_targets(Verifier(CoreScene(), 0.1), setup, TARGETS)
+    verify_targets(Verifier(paper_scene(), 0.1), setup, TARGETS)
     assert len(calls) == descents
 
 
 def test_an_empty_target_among_others_is_refused():
     setup = drawing.setup(np.random.default_rng(0))
     with pytest.raises(ValueError, match="contains no voxel"):
-        verify_targets(Verifier(CoreScene(), 1.0), setup, (Target("V_O"), Target("V_S", 0.1501)))
+        verify_targets(Verifier(paper_scene(), 1.0), setup, (Target("V_O"), Target("V_S", 0.1501)))

@@ -22,7 +22,7 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.occlusion import setup_sight
-from place_rings.objectives.scene import CoreScene, Goal, Pose
+from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage
@@ -97,13 +97,13 @@ def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
 
 
 def test_over_poses_a_glance_is_the_weighted_mean_and_few_stand_for_many():
-    home = CoreScene().poses[0].q
+    home = paper_scene().poses[0].q
     poses = tuple(Pose(home + 0.02 * i, 1.0 + i) for i in range(3))
-    glance = QuickEstimate(CoreScene(poses=poses), [NEAR], points=3000)
+    glance = QuickEstimate(paper_scene(poses=poses), [NEAR], points=3000)
     each = [glance.verdict(SMALL, NEAR, p, "ignore", glance.each).zeta for p in range(3)]
     assert glance.zeta(SMALL, NEAR, "ignore") == pytest.approx(np.average(each, weights=[1, 2, 3]))
     many = QuickEstimate(
-        CoreScene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000
+        paper_scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000
     )
     assert many.few <= 64
     assert many.weights.sum() == pytest.approx(1)
@@ -124,7 +124,7 @@ edits = st.fixed_dictionaries(
 @given(seed=drawing.seeds, i=st.integers(0, 2), edit=edits)
 def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold(seed, i, edit):
     setup = drawing.setup(np.random.default_rng(seed))
-    scene = CoreScene()
+    scene = paper_scene()
     before = EditedSetup(scene, rounded(setup, scene.sensor))
     i %= len(setup.rings)
     after = before.changed(i, **edit).setup
@@ -144,21 +144,21 @@ def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold
 )
 def test_an_edit_that_means_nothing_is_refused(edit):
     with pytest.raises(ValueError, match=r"finite|no link"):
-        EditedSetup(CoreScene(), SMALL).changed(0, **edit)
+        EditedSetup(paper_scene(), SMALL).changed(0, **edit)
 
 
 def test_rings_are_added_in_the_widest_gap_and_taken_away():
-    draft = EditedSetup(CoreScene(), SMALL).added("upper_arm")
+    draft = EditedSetup(paper_scene(), SMALL).added("upper_arm")
     assert draft.setup.rings[-1].position == pytest.approx(0.35)
-    assert draft.removed(3).setup == rounded(SMALL, CoreScene().sensor)
+    assert draft.removed(3).setup == rounded(SMALL, paper_scene().sensor)
     with pytest.raises(ValueError, match="one ring only"):
         draft.added("tool")
     with pytest.raises(ValueError, match="last ring"):
-        EditedSetup(CoreScene(), Setup(SMALL.rings[:1])).removed(0)
+        EditedSetup(paper_scene(), Setup(SMALL.rings[:1])).removed(0)
 
 
 def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
-    scene = CoreScene()
+    scene = paper_scene()
     drawn = Drawing(QuickEstimate(scene, [NEAR, Target("V_OT")]))
     choice = DrawnParts(0, NEAR, "shadow", cones="all", kinds=frozenset(range(4)))
     moved = EditedSetup(scene, SMALL).changed(1, tilt_deg=10).setup
@@ -198,8 +198,8 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
 
 @pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P")])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
-    scene = CoreScene(
-        poses=(replace(CoreScene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),)
+    scene = paper_scene(
+        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),)
     )
     drawn, choice = (
         Drawing(QuickEstimate(scene, [target])),
@@ -220,8 +220,8 @@ def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
 
 
 def test_bodies_are_drawn_where_the_capsules_are():
-    ur10 = CoreScene().robot
-    frames = forward(ur10.chain, CoreScene().poses[0].q)
+    ur10 = paper_scene().robot
+    frames = forward(ur10.chain, paper_scene().poses[0].q)
     vertices, faces = bodies(ur10, frames)
     found = robot_capsules(ur10, frames)
     t = np.clip(
@@ -236,7 +236,7 @@ def test_bodies_are_drawn_where_the_capsules_are():
 
 
 def test_nothing_of_a_file_stands_unescaped_on_the_page():
-    scene = CoreScene()
+    scene = paper_scene()
     proofs = prove(scene, SMALL, (NEAR,), lambda *_: None, voxel=0.1, width=0.3)
     said = [
         words.heading([HOSTILE], HOSTILE, [3], [1]),
@@ -255,7 +255,7 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
 def test_a_proof_holds_its_count():
     told = []
     (proof,) = prove(
-        CoreScene(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03
+        paper_scene(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03
     )
     assert proof.certified.low - 0.002 <= proof.counted.zeta <= proof.certified.high + 0.002
     assert proof.certified.high - proof.certified.low <= 0.03
@@ -265,7 +265,7 @@ def test_a_proof_holds_its_count():
         raise JobStoppedError
 
     with pytest.raises(JobStoppedError):
-        prove(CoreScene(), SMALL, (NEAR,), stop)
+        prove(paper_scene(), SMALL, (NEAR,), stop)
 
 
 QUICK = Schedule(1, (Stage(0.02, 256, 2, 1),), rounds=(Round(512, 2, 1, 4, 0.2, 4, 1),))
@@ -273,7 +273,7 @@ QUICK = Schedule(1, (Stage(0.02, 256, 2, 1),), rounds=(Round(512, 2, 1, 4, 0.2, 
 
 @pytest.mark.parametrize("start", [SMALL, named_setup("n1_8_0")])
 def test_a_search_from_here_is_never_for_worse(start):
-    scene = CoreScene()
+    scene = paper_scene()
     found = search_from(scene, start, lambda *_: None, lambda: False, schedule=QUICK, voxel=0.04)
     verifier = Verifier(scene, 0.04)
     before, after = (verifier.judge(rounded(s, scene.sensor))[1] for s in (start, found.setup))
@@ -286,9 +286,9 @@ def test_a_search_from_here_is_never_for_worse(start):
 
 def test_a_stopped_search_gives_what_was_there():
     found = search_from(
-        CoreScene(), SMALL, lambda *_: None, lambda: True, schedule=QUICK, voxel=0.1
+        paper_scene(), SMALL, lambda *_: None, lambda: True, schedule=QUICK, voxel=0.1
     )
-    assert (found.setup, found.better) == (rounded(SMALL, CoreScene().sensor), False)
+    assert (found.setup, found.better) == (rounded(SMALL, paper_scene().sensor), False)
 
 
 def test_jobs_take_turns_and_stop():
@@ -328,7 +328,7 @@ def test_a_name_that_is_more_than_a_name_is_refused(name, tmp_path):
 def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unasked(tmp_path):
     with pytest.raises(UserError, match="--out"):
         file_named(None, "mine", False)
-    scene = CoreScene()
+    scene = paper_scene()
     setup = rounded(SMALL, scene.sensor)
     path = file_named(tmp_path, "mine", False)
     save(path, setup, scene, [Verifier(scene, 0.05).verify(setup, NEAR)])
@@ -370,14 +370,14 @@ def test_only_the_viewers_own_page_is_served(hosts, origins, may):
 
 
 def test_a_scene_with_one_target_shows_the_papers_beside_it():
-    assert shown_targets(CoreScene()) == (NEAR, FAR, Target("V_OT"))
+    assert shown_targets(paper_scene()) == (NEAR, FAR, Target("V_OT"))
     two = (Goal(FAR), Goal(Target("V_T")))
-    assert shown_targets(CoreScene(goals=two)) == (FAR, Target("V_T"))
+    assert shown_targets(paper_scene(goals=two)) == (FAR, Target("V_T"))
 
 
 def test_a_room_says_which_rules_are_broken():
     close = Setup((Ring("forearm", 0.5, 4), Ring("forearm", 0.501, 4)))
-    room = ViewerSession(CoreScene(), {"a": close})
+    room = ViewerSession(paper_scene(), {"a": close})
     assert any("rings 0 and 1" in text for text in room.broken(close, "ignore"))
     assert room.broken(SMALL, "ignore") == []
     assert len(KINDS) == 4

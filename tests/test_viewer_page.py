@@ -13,7 +13,7 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import paper_scene
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
@@ -42,7 +42,7 @@ def ours(reader: Reader, port: int) -> bool:
 
 @needs_chromium()
 def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
-    with Server(ViewerSession(CoreScene(), {HOSTILE: SMALL})) as server:
+    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
         reader = Reader(browser, server.url)
         before = reader.zeta("V_S(0.5)")
         reader.enter("Sensors", "24")
@@ -61,7 +61,7 @@ def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
 @pytest.mark.slow
 def test_two_at_once_have_each_their_own(browser):
     with Server(
-        ViewerSession(CoreScene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})
+        ViewerSession(paper_scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})
     ) as server:
         one, two = Reader(browser, server.url), Reader(browser, server.url)
         until(lambda: server.pages == 2, "two pages are open")
@@ -83,7 +83,7 @@ def test_two_at_once_have_each_their_own(browser):
 @needs_chromium()
 @pytest.mark.slow
 def test_search_count_save_and_picture(browser, tmp_path):
-    with Server(ViewerSession(CoreScene(), {"small": SMALL}, tmp_path)) as server:
+    with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
         reader = Reader(browser, server.url)
         reader.choose("Cones", "off")
         before = reader.zeta("V_S(0.5)")
@@ -121,7 +121,7 @@ def test_search_count_save_and_picture(browser, tmp_path):
 
 @pytest.fixture(scope="module")
 def served():
-    with Server(ViewerSession(CoreScene(), {HOSTILE: SMALL})) as server:
+    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
         yield server
 
 
@@ -224,7 +224,7 @@ def test_files_beside_the_page_are_not_served(served):
 
 
 def test_an_address_that_cannot_be_served_is_one_line():
-    room = ViewerSession(CoreScene(), {"small": SMALL})
+    room = ViewerSession(paper_scene(), {"small": SMALL})
     with Server(room) as server, pytest.raises(UserError, match="--port"):
         Server(room, port=server.port)
     with pytest.raises(UserError, match="--host"):

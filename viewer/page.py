@@ -28,7 +28,7 @@ from .long_task import LongTask
 from .page_files import PageFiles
 from .scene_graph import SceneGraph
 from .session import ViewerSession
-from .tasks import SearchAnswer, prove, search_from, seen_under
+from .tasks import SearchAnswer, prove, search_from
 
 _MOST_TOLD = 3  # violated rules that are listed
 
@@ -235,7 +235,8 @@ class Page:
     def _asked(self) -> tuple[int, Any, Any]:
         with self._lock:
             i = self._active
-            return i, self._drafts[i].setup, seen_under(self._room.scene, self._choice.occlusion)
+            scene = replace(self._room.scene, occlusion=self._choice.occlusion)
+            return i, self._drafts[i].setup, scene
 
     def _prove(self) -> None:
         i, setup, scene = self._asked()

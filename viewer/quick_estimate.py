@@ -6,7 +6,7 @@ a seventh. Nothing is compiled.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -91,7 +91,7 @@ class QuickEstimate:
     def _beams_of(self, ring: Ring, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
         q = self.scene.poses[pose].q
         cones = sensor_cones(self.scene.robot, Setup((ring,)), q)
-        return cones, sight(self.scene.seen_under(occlusion), cones, q)
+        return cones, sight(replace(self.scene, occlusion=occlusion), cones, q)
 
     def _verdict(
         self, ring: Ring, target: Target, pose: int, occlusion: Occlusion, count: int

@@ -1,7 +1,8 @@
 """State that all pages share: the scene, the opened setups, caches, and the folder for saving."""
 
 import threading
-from functools import lru_cache
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,6 @@ from ..objectives.scene import CoreScene
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
-from .tasks import seen_under
 
 _GAP = 0.5  # m, gap between two setups
 # Position of the camera in diagonals of the view: for one setup, and for two that must not hide
@@ -61,7 +61,6 @@ class ViewerSession:
         self.glance = QuickEstimate(scene, self.targets)
         self.drawing = Drawing(self.glance, body)
         self.turn = threading.Lock()
-        self._clear = lru_cache(3)(lambda occlusion: MountClearance(seen_under(scene, occlusion)))
 
     def places(self) -> list[tuple[float, float, float]]:
         """Return the position of each setup on the page, m, side by side and one target width
@@ -80,13 +79,14 @@ class ViewerSession:
         middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
         return middle + far * (_EYE if len(self.setups) == 1 else _EYE_OF_TWO), middle
 
+    @cached_property
+    def _clear(self) -> MountClearance | None:
+        return MountClearance(self.scene) if self.scene.real else None
+
     def broken(self, setup: Setup, occlusion: Occlusion) -> list[str]:
         """Return the scene's rules that a setup violates, as texts."""
-        scene = seen_under(self.scene, occlusion)
-        found = [
-            f.text
-            for f in faults(scene, setup.rings, self._clear(occlusion) if scene.real else None)
-        ]
+        scene = replace(self.scene, occlusion=occlusion)
+        found = [f.text for f in faults(scene, setup.rings, self._clear)]
         if occlusion != "ignore" and (fault := own_link_fault(scene, setup)) is not None:
             found.append(fault)
         return found

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
@@ -156,8 +155,3 @@ def search_from(
     return SearchAnswer(
         result.setup if better else present, before, after if better else before, better, ended
     )
-
-
-def seen_under(scene: CoreScene, occlusion: Occlusion) -> CoreScene:
-    """Return the scene under the model of occlusion that the page has chosen."""
-    return scene if occlusion == scene.occlusion else scene.seen_under(occlusion)

@@ -1,6 +1,6 @@
 """The command cones."""
 
-from ..options.common import RobotOption, SceneFileOption, Subject
+from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
@@ -10,6 +10,7 @@ def cones(
     *,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    paper: PaperOption = False,
     reading: ReadingOptions = AS_WRITTEN,
 ) -> None:
     """Print the beam of every sensor at every pose as CSV, in the robot's base frame.
@@ -28,7 +29,6 @@ def cones(
     from ...formats.loader import resolve
     from ...formats.sensors.sensor_lists import sensor_list
     from ...reporting.terminal import say_lines
-    from ..options.scenes import resolve_scene, urdf_of
+    from ..options.scenes import scene_for
 
-    reading.refuse_without(urdf_of(robot))
-    say_lines(sensor_list(*resolve(subject, resolve_scene(scene, robot, reading=reading))))
+    say_lines(sensor_list(*resolve(subject, scene_for(subject, scene, robot, paper, reading))))

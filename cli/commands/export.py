@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import RobotOption, SceneFileOption, Subject
+from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_FRAMES, FrameOptions
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
@@ -29,6 +29,7 @@ def export(
     pose: Annotated[int, Parameter(help="Number of the scene's pose to export, from 0.")] = 0,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    paper: PaperOption = False,
     urdf: Annotated[
         Path | None,
         Parameter(
@@ -65,12 +66,11 @@ def export(
     from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
     from ...reporting.terminal import say
-    from ..options.scenes import resolve_scene, urdf_of
+    from ..options.scenes import scene_for, urdf_of
 
     formats_of(to)
     urdf = urdf or urdf_of(robot)
-    reading.refuse_without(urdf)
-    where = resolve_scene(scene, robot, reading=reading)
+    where = scene_for(subject, scene, robot, paper, reading, urdf)
     placed = resolve(subject, where, frames=mounted.resolve())
     files = write(
         ResolvedSetup(subject, *placed),

@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
-from ..options.common import Json, RobotOption, SceneFileOption, Seed, Subject
+from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
@@ -20,6 +20,7 @@ def safety(
     *,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    paper: PaperOption = False,
     reading: ReadingOptions = AS_WRITTEN,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
@@ -83,7 +84,7 @@ def safety(
     """
     from ..._trajectory import Trajectory
     from ..._validation import ResolvedSetup
-    from ..options.scenes import resolve_scene, urdf_of
+    from ..options.scenes import scene_for
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
@@ -92,8 +93,7 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    reading.refuse_without(urdf_of(robot))
-    setup, where = sensing.resolve(subject, resolve_scene(scene, robot, reading=reading))
+    setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper, reading))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
     path = motion.trajectory

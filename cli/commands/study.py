@@ -38,6 +38,17 @@ def study(
         Path | None,
         Parameter(name="--scene", help="pareto: scene file. Default: the reference scene."),
     ] = None,
+    paper: Annotated[
+        bool,
+        Parameter(
+            name="--paper",
+            negative=(),
+            help=(
+                "pareto: count as the paper does, as bound, convergence and paper always do: beams"
+                " pass through the robot, and rings need no room on it."
+            ),
+        ),
+    ] = False,
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
@@ -80,14 +91,18 @@ def study(
     ``place-rings --help`` explains the terms.
     """
     from ..._study import StudyOptions, check_machines, check_study
+    from ...formats.errors import UserError
     from ...formats.loader import read_scene
-    from ...objectives.scene import CoreScene
+    from ...objectives.scene import CoreScene, as_in_paper
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
     check_machines(workers, scheduler)
     check_study(name, seed, target or None, sensors, scene)
+    if paper and name != "pareto":
+        raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
+    where = as_in_paper(where) if paper else where
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]

@@ -53,6 +53,17 @@ RobotOption = Annotated[
         ),
     ),
 ]
+PaperOption = Annotated[
+    bool,
+    Parameter(
+        name="--paper",
+        group=SCENE,
+        negative=(),
+        help=(
+            "Count as the paper does: beams pass through the robot, and rings need no room on it."
+        ),
+    ),
+]
 Voxel = Annotated[
     float,
     Parameter(

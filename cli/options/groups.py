@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
-from .common import Radius, RobotOption, SceneFileOption, Targets
+from .common import PaperOption, Radius, RobotOption, SceneFileOption, Targets
 from .panels import FRAMES, MOTION, SCENE, SENSOR
 from .reading import AS_WRITTEN, ReadingOptions
 
@@ -38,11 +38,11 @@ class SceneOptions:
                 "What the robot's body does to the sensors. ignore: beams pass through it. shadow:"
                 " points behind it are not covered. blind: a one-zone sensor covers nothing beyond"
                 " the nearest surface in its beam. Default: that of the scene (reference scene:"
-                " ignore)."
+                " shadow)."
             )
         ),
     ] = None
-
+    paper: PaperOption = False
     reading: ReadingOptions = AS_WRITTEN
 
     def given(self, urdf: Path | None = None) -> "CoreScene | None":
@@ -61,13 +61,13 @@ class SceneOptions:
 
         Args:
             scene: the scene.
-            rings_stay: whether rings stay as they are in ``scene``: real, or without bodies.
+            rings_stay: whether rings stay where they are in ``scene``.
         """
         from .scenes import with_occlusion
         from .targets import parse_goals, with_goals
 
         scene = with_goals(scene, parse_goals(self.target, self.radius))
-        return with_occlusion(scene, self.occlusion, rings_stay)
+        return with_occlusion(scene, self.occlusion, self.paper, rings_stay)
 
 
 @Parameter(name="*", group=SENSOR)

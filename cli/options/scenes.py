@@ -8,9 +8,9 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
-from ...formats.loader import read_robot, read_scene
+from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.recorded_motion import with_record
-from ...objectives.scene import CoreScene, Pose
+from ...objectives.scene import CoreScene, Pose, as_in_paper
 from .reading import AS_WRITTEN, ReadingOptions
 from .targets import parse_goals, with_goals
 
@@ -70,18 +70,26 @@ def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
 
 
 def with_occlusion(
-    scene: CoreScene, occlusion: Occlusion | None, rings_stay: bool = False
+    scene: CoreScene, occlusion: Occlusion | None, paper: bool = False, rings_stay: bool = False
 ) -> CoreScene:
-    """Return ``scene`` with the occlusion model of ``--occlusion``, if one is given.
+    """Return ``scene`` with the occlusion model of ``--occlusion``, or as ``--paper`` asks.
 
     Args:
         scene: the scene.
-        occlusion: the model.
-        rings_stay: whether rings stay as they are: real, or without bodies.
+        occlusion: the model, if one is given.
+        paper: whether ``--paper`` is given.
+        rings_stay: whether rings stay where they are in ``scene``.
 
     Raises:
-        UserError: if the model needs bodies that the robot does not have.
+        UserError: if the model needs bodies that the robot does not have, or if ``--paper`` would
+            move rings.
     """
+    if paper:
+        if occlusion is not None:
+            raise UserError(f"--paper: found with --occlusion {occlusion}; use only one of them")
+        if rings_stay:
+            stay_in_paper(scene)
+        return as_in_paper(scene)
     if occlusion is None:
         return scene
     if occlusion != "ignore" and not scene.robot.bodies:
@@ -89,7 +97,46 @@ def with_occlusion(
             f"--occlusion: found {occlusion}, allowed: ignore, because robot {scene.robot.name} has"
             " no bodies; place-rings robot fits them to a URDF"
         )
-    return scene.seen_under(occlusion) if rings_stay else replace(scene, occlusion=occlusion)
+    return replace(scene, occlusion=occlusion)
+
+
+def stay_in_paper(scene: CoreScene) -> None:
+    """Raise ``UserError`` if the rings of a scene would move under ``--paper``."""
+    if scene.real:
+        raise UserError(
+            "--paper: not allowed with a proposal whose rings have real mounts, because they would"
+            " move; use --occlusion ignore to let beams pass through the robot"
+        )
+
+
+def scene_for(
+    subject: str,
+    scene: Path | None,
+    robot: str | None,
+    paper: bool,
+    reading: ReadingOptions = AS_WRITTEN,
+    urdf: Path | None = None,
+) -> CoreScene | None:
+    """Return the scene that ``--scene``, ``--robot`` and ``--paper`` state for a setup, or None if
+    the proposal's scene applies.
+
+    Args:
+        subject: the setup.
+        scene, robot, paper: the options.
+        reading: how the robot's URDF is read.
+        urdf: a URDF of another option, which is read in the same way.
+
+    Raises:
+        UserError: as ``resolve_scene`` does, or if ``--paper`` would move rings.
+    """
+    reading.refuse_without(urdf or urdf_of(robot))
+    stated = resolve_scene(scene, robot, reading=reading)
+    if not paper:
+        return stated
+    if stated is None and is_proposal(subject):
+        stay_in_paper(resolve(subject, None)[1])
+        return None
+    return as_in_paper(stated or CoreScene())
 
 
 def with_motion(

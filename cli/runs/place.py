@@ -13,9 +13,14 @@ from ...formats.writing import made_folder, write_text
 from ...objectives.scene import CoreScene
 from ...placement.search.progress import Progress
 from ...placement.search.search import SearchResult
-from ...reporting.comparison import PAPER_TARGETS, papers
+from ...reporting.comparison import papers
 from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
+from ...reporting.lines.occlusion import (
+    occlusion_table,
+    print_sight,
+    unmounted_lines,
+    without_lines,
+)
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.reach import reach_lines
 from ...reporting.lines.sensors import sensor_lines
@@ -143,17 +148,18 @@ def _show(
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
         f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
     )
-    order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
-    console.print(
-        zeta_table(
-            sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, where
-        )
-    )
+    seen = occlusion_table(comparison, sensors, where)
+    if seen is None or any(r.worst for r in comparison):
+        console.print(zeta_table(comparison, sensors, where))
+    if seen is not None:
+        console.print(seen)
     if (error := count_error_line(voxel)) is not None:
         console.print(error, highlight=False, soft_wrap=True)
     own = mine[0].unseeing if mine else []
-    mount = [f"Not a real mount: {line}." for line in mounting_lines(scene, setup)]
-    print_sight(console, comparison, own, scene, [*without_lines(scene, setup), *mount])
+    mount = [*without_lines(scene, setup), *unmounted_lines(mine)]
+    if any(r.unmounted for r in comparison if r not in mine):
+        mount.append("place-rings verify names the rings of a layout that cannot be mounted.")
+    print_sight(console, comparison, own, scene, mount)
     if record.asked_percent:
         each = ", ".join(f"{name} {value:.2f}" for name, value in record.asked_percent.items())
         console.print(

@@ -9,7 +9,7 @@ from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
 from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import print_sight
+from ...reporting.lines.occlusion import occlusion_table, print_sight, unmounted_lines
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.tables import (
@@ -51,16 +51,17 @@ def verify(
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()
-    console.print(
-        zeta_table(results, {name: setup.sensors}, f"{_place(scene)}, {_how(rule, voxel)}")
-    )
+    sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(rule, voxel)}"
+    first = occlusion_table(results, sensors, where)
+    if first is None or any(r.worst for r in results):
+        console.print(zeta_table(results, sensors, where))
+    if first is not None:
+        console.print(first)
     if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
     if rule == "centre" and (line := flat_beam_line(setup, voxel or VOXEL, results)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
-    print_sight(console, results, results[0].unseeing, scene)
-    for fault in results[0].mounting:
-        console.print(f"Not a real mount: {fault}.", highlight=False, soft_wrap=True)
+    print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
@@ -69,8 +70,8 @@ def verify(
             console.print(f"{target_label(r)} at each pose, in percent: {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    sensors = sensor_lines(results[0].sensors)
-    for line in (record_line(scene), *protective_lines(results, setup), *sensors):
+    more = sensor_lines(results[0].sensors)
+    for line in (record_line(scene), *protective_lines(results, setup), *more):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
 

@@ -20,6 +20,7 @@ from ...objectives.feasibility.board_fit import unfit
 from ...objectives.scene import CoreScene
 
 MM = 1000.0  # millimetres in a metre
+_BODILESS = 'rings have no bodies in its scene: search without --paper and rules.mount = "free"'
 _BESIDE = 0.001  # m, largest distance of a ring's axis from that of the link's tube
 # lengths of a clamp that a plan states in millimetres
 _LENGTHS = (
@@ -161,7 +162,7 @@ def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
     if beside > _BESIDE:
         raise UnbuildableError(
             f"it sits on the line between two joints, {MM * beside:.0f} mm beside the axis of the"
-            f" link's tube; {_bodiless(scene)}"
+            f" link's tube; {_BODILESS}"
         )
     if surrounded(scene.robot, ring.link) <= 0:
         raise UnbuildableError(
@@ -169,14 +170,8 @@ def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
         )
     printed = replace(scene, printing=printing)
     if why := unfit(replace(printed, rules=replace(scene.rules, mount="real")), ring):
-        raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_bodiless(scene)}")
+        raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_BODILESS}")
     return board
-
-
-def _bodiless(scene: CoreScene) -> str:
-    """Return the remedy for a scene whose rings have no bodies."""
-    option = "" if scene.rules.mount == "free" else "--occlusion blind or shadow, or with "
-    return f'rings have no bodies in its scene: search with {option}rules.mount = "real"'
 
 
 def _rotation(angle: float) -> Float[np.ndarray, "2 2"]:

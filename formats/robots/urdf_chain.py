@@ -95,10 +95,15 @@ def pick_chain(
     return _picked(tree, base, tip, arm)
 
 
+def _foreign(tree: LinkTree, path: list[Joint]) -> list[Joint]:
+    """Return the moving joints of a path that a chain cannot have."""
+    return [joint for joint in path if not tree.still(joint) and (joint.slides or joint.mimic)]
+
+
 def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
     """Return why the joints of a path cannot be a chain, and the options that mend it; empty if
     they can."""
-    bad = [j for j in path if not tree.still(j) and (j.slides or j.mimic)]
+    bad = _foreign(tree, path)
     if not bad:
         return ""
     first, hold = bad[0], _hold_options(tree, bad)
@@ -122,7 +127,7 @@ def _alternatives(tree: LinkTree, base: str, tips: list[str]) -> list[str]:
     found = []
     for tip in tips:
         path = tree.path(base, tip)
-        bad = [j for j in path if not tree.still(j) and (j.slides or j.mimic)]
+        bad = _foreign(tree, path)
         held = LinkTree(tree.urdf, {**tree.hold, **{j.name: tree.value(j) for j in bad}})
         try:
             _picked(held, base, tip, None)

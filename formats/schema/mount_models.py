@@ -128,11 +128,11 @@ class RulesModel(MappedModel[Rules]):
     shared_tilt: bool = Field(
         default=False, description="whether all rings have the same tilt, up to its sign"
     )
-    mount: Mounting | None = Field(
-        default=None,
+    mount: Mounting = Field(
+        default="real",
         description=(
-            "real: rings have bodies and must be mountable; free: they need not be; "
-            "default: real, or free with occlusion ignore"
+            "real: rings have bodies and must be mountable; free: they need not be, as in the"
+            " paper; default without bodies of the robot: free"
         ),
     )
     standoff: float = Field(

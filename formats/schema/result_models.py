@@ -7,6 +7,7 @@ from pydantic import Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.rounding import degrees
+from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
 from ...objectives.verify import PoseZeta, Verified
@@ -131,6 +132,9 @@ class VerifyResult(MappedModel[Verified]):
     mounting: list[str] = Field(
         default=[], description="reasons why real rings could not be mounted"
     )
+    unmounted: list[int] = Field(
+        default=[], description="rings that could not be mounted, by their numbers"
+    )
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
     )
@@ -146,7 +150,8 @@ class VerifyResult(MappedModel[Verified]):
     def of(cls, name: str, verified: Verified, scene: CoreScene | None = None) -> Self:
         """Return the record of a verified ζ of the setup ``name``.
 
-        With a ``scene``, the record includes the worst pose and the separation distances of V_P.
+        With a ``scene``, the record includes its occlusion model, the worst pose and the separation
+        distances of V_P.
         """
         poses, target = () if scene is None else scene.poses, verified.target
         worst = verified.worst
@@ -156,6 +161,7 @@ class VerifyResult(MappedModel[Verified]):
             target=target.name,
             radius=target.radius,
             proof=ProofModel.of(verified),
+            occlusion="ignore" if scene is None else scene.occlusion,
             separation=None if scene is None else SeparationModel.of(scene, target),
             worst=WorstModel.from_domain(
                 verified.poses[worst],
@@ -169,15 +175,17 @@ class VerifyResult(MappedModel[Verified]):
 
     def with_occlusion(
         self,
-        scene: CoreScene,
         zetas: dict[Occlusion, float],
         blocked: Iterable[Unseeing] = (),
+        faults: Iterable[Fault] = (),
     ) -> Self:
-        """Return the record with the scene's occlusion model, ζ in [0, 1] under each model, and the
-        blocked sensors."""
+        """Return the record with ζ in [0, 1] under each model, the blocked sensors, and the faults
+        of the mount."""
+        each = list(faults)
         return self.model_copy(
             update={
-                "occlusion": scene.occlusion,
+                "mounting": [fault.text for fault in each],
+                "unmounted": sorted({ring for fault in each for ring in fault.rings}),
                 "by_occlusion_percent": {name: COVERAGE.write(z) for name, z in zetas.items()},
                 "unseeing": [UnseeingModel.from_domain(one) for one in blocked],
             }

@@ -113,7 +113,8 @@ class SceneModel(MappedModel[CoreScene]):
         description="name of a built-in robot, a robot file (.toml), or a robot in-line",
     )
     occlusion: Occlusion = Field(
-        default="ignore", description="effect of the robot's own body on its sensors"
+        default="shadow",
+        description="effect of the robot's own body on its sensors; default without bodies: ignore",
     )
     ring_radius: Metres | None = Field(
         default=None,
@@ -187,8 +188,17 @@ class SceneModel(MappedModel[CoreScene]):
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
             rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
             self.__dict__["poses"] = [rest]  # the model is frozen
+        if not robot.bodies:
+            self._without_bodies()
         refuse([*self._pose_faults(robot), *self._robot_faults(robot), *self._choice_faults(robot)])
         return self
+
+    def _without_bodies(self) -> None:
+        """Put in place of the defaults those that a robot without bodies allows."""
+        if "occlusion" not in self.model_fields_set:
+            self.__dict__["occlusion"] = "ignore"
+        if "mount" not in self.rules.model_fields_set:
+            self.__dict__["rules"] = self.rules.model_copy(update={"mount": "free"})
 
     def _pose_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield poses with other joints than the robot's, or beyond their limits."""

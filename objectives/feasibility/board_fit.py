@@ -17,13 +17,9 @@ Tilts = tuple[float, float]
 
 
 def board_of(scene: CoreScene, sensor: Sensor) -> Board | None:
-    """Return the board to fit; None where nothing has to fit.
-
-    Where the scene's rings have bodies, a sensor whose board is unknown has a nominal one.
-    """
-    if scene.rules.mount == "free":
-        return None
-    return sensor.board or (NOMINAL if scene.real else None)
+    """Return the board to fit, nominal where the sensor's is unknown; None where rings have no
+    bodies."""
+    return (sensor.board or NOMINAL) if scene.real else None
 
 
 def innermost(scene: CoreScene, link: str) -> float:

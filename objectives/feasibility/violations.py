@@ -6,16 +6,17 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...coverage.rings.ring import Ring
+from ...coverage.rings.ring import Ring, Setup
 from ..scene import CoreScene
 from .board_fit import unfit
 from .clearance import MountClearance
-from .mounting import standing
+from .mounting import REAL, standing
 from .ring_envelopes import envelope, spacing
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
 # rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
+_BUILT = ("spacing", "printing")  # keys of the rules that this module checks of a real mount
 _SAME_PLACE = 2e-6  # of a link: tolerance for a file's ring to match a ring of a scene
 
 
@@ -108,6 +109,19 @@ def faults(
         for r in missing
     ]
     return broken
+
+
+def mount_faults(
+    scene: CoreScene, setup: Setup, clear: MountClearance | None = None
+) -> list[Fault]:
+    """Return why real rings of ``setup`` could not be mounted; nothing for rings without bodies.
+
+    These are the violations of ``faults`` that no other choice of rules would allow: rings without
+    room or that cannot be closed, rings that touch, and boards that do not fit.
+    """
+    if not scene.real:
+        return []
+    return [f for f in faults(scene, setup.rings, clear) if f.rule in (*REAL, *_BUILT)]
 
 
 def _deg(angle: float) -> str:

@@ -1,33 +1,24 @@
 """Lines and tables about occlusion: ζ under all models, advice, and sensors that cover nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 from rich.table import Table
 
-from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...coverage.rings.ring import Setup
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.feasibility.mounting import REAL
-from ...objectives.feasibility.violations import faults
 from ...objectives.scene import CoreScene
 from ..explained import Explained
-from ..tables import target_label
+from ..tables import target_label, target_legend
 from ..terminal import Terminal
+from ..text import counted
 
 ADVICE = (
-    "On a real mount the robot's body occludes sensors. Use shadow for multi-zone sensors and"
-    " blind for one-zone sensors, which report the body itself; ignore reproduces the paper."
+    "Use --occlusion shadow for multi-zone sensors, and blind for one-zone sensors, which report"
+    " the robot's body itself. --paper counts as the paper does."
 )
-
-
-def mounting_lines(scene: CoreScene, setup: Setup) -> list[str]:
-    """Return the violated mount rules of a setup if the scene has real mounts, and boards that do
-    not fit.
-    """
-    real = REAL if scene.real else ()
-    return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
 
 
 def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
@@ -44,8 +35,16 @@ def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
-def occlusion_table(results: Sequence[VerifyResult]) -> Explained | None:
-    """Return ζ with a row for each setup and a column for each target and model of occlusion.
+def occlusion_table(
+    results: Sequence[VerifyResult], sensors: Mapping[str, int], where: str
+) -> Explained | None:
+    """Return ζ with a row for each setup and a column for each target and model of occlusion, the
+    scene's own model first.
+
+    Args:
+        results: the counts.
+        sensors: number of sensors of each setup.
+        where: scene and way to count, for the title.
 
     Returns:
         None if the models were not counted.
@@ -53,24 +52,53 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Explained | None:
     shown = [r for r in results if r.by_occlusion_percent]
     if not shown:
         return None
+    own = shown[0].occlusion
+    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion_percent for r in shown)]
+    models, rings = [own, *(m for m in common if m != own)], _unmounted(shown)
     table = Table()
     table.add_column("setup")
+    table.add_column("sensors", justify="right")
+    if rings is not None:
+        table.add_column("rings not mountable", justify="right")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
     for label in labels:
-        for model in OCCLUSIONS:
+        for model in models:
             table.add_column(f"{label} {model}", justify="right")
     for name in dict.fromkeys(r.setup for r in shown):
         mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
         cells = [
-            f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS
+            f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in models
         ]
-        table.add_row(name, *cells, style="bold" if name == "proposal" else None)
+        faulty = [] if rings is None else [str(rings[name]) if rings[name] else "–"]
+        style = "bold" if name == "proposal" else None
+        table.add_row(name, str(sensors[name]), *faulty, *cells, style=style)
     return Explained(
-        "Coverage ζ in percent under each occlusion model",
+        f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,
-        "ignore: beams pass through the robot; shadow: points behind its body are not covered;"
-        " blind: a one-zone sensor covers nothing beyond the nearest surface in its beam.",
+        f"{target_legend(shown)[:-1]}; {'; '.join(_MODELS[m] for m in models)}.",
     )
+
+
+_MODELS: dict[Occlusion, str] = {
+    "ignore": "ignore: beams pass through the robot",
+    "shadow": "shadow: points behind the robot's body are not covered",
+    "blind": "blind: a one-zone sensor covers nothing beyond the nearest surface in its beam",
+}
+
+
+def _unmounted(results: Sequence[VerifyResult]) -> dict[str, int] | None:
+    """Return how many rings of each setup could not be mounted; None if all of them could."""
+    rings = {r.setup: len(r.unmounted) for r in results}
+    return rings if any(rings.values()) else None
+
+
+def unmounted_lines(results: Sequence[VerifyResult]) -> list[str]:
+    """Return a line for each setup with rings that could not be mounted, with the reasons."""
+    reasons = {r.setup: (len(r.unmounted), r.mounting) for r in results if r.unmounted}
+    return [
+        f"{name}: {counted(rings, 'ring')} cannot be mounted: {'; '.join(why)}."
+        for name, (rings, why) in reasons.items()
+    ]
 
 
 def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
@@ -92,8 +120,13 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
 
 
 def scene_lines(scene: CoreScene) -> list[str]:
-    """Return a line for each obstacle whose convex hull replaces it because it is not convex."""
-    return [
+    """Return lines about a robot without bodies, and about obstacles that are not convex, whose
+    convex hulls replace them."""
+    bodiless = (
+        f"Robot {scene.robot.name} has no bodies: beams pass through it, and rings need no room on"
+        " it. place-rings robot fits bodies to a URDF."
+    )
+    return [bodiless] * (not scene.robot.bodies) + [
         f"Obstacle {o.name} is not convex; its convex hull is used."
         for o in scene.obstacles
         if o.hulled
@@ -107,7 +140,7 @@ def print_sight(
     scene: CoreScene,
     mount: Sequence[str] = (),
 ) -> None:
-    """Print ζ under all models of occlusion and what limits the view.
+    """Print what limits the view.
 
     Args:
         console: terminal to print on.
@@ -116,13 +149,6 @@ def print_sight(
         scene: scene of the counts, for obstacles that are replaced by their hulls.
         mount: lines about the mount, printed first.
     """
-    table = occlusion_table(results)
-    if table is not None:
-        console.print(table)
-    for line in (
-        *mount,
-        *unseeing_lines(blind),
-        *scene_lines(scene),
-        *([ADVICE] if table is not None else []),
-    ):
+    counted_all = any(r.by_occlusion_percent for r in results)
+    for line in (*mount, *unseeing_lines(blind), *scene_lines(scene), *[ADVICE] * counted_all):
         console.print(line, highlight=False, soft_wrap=True)

@@ -17,7 +17,6 @@ from ...objectives.robustness import RobustnessSettings, robustness
 from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
-from ..lines.occlusion import mounting_lines
 from ..progress import ProgressBar
 from ..terminal import Terminal
 
@@ -121,7 +120,6 @@ def gather(
             for verifier in [Verifier(scene, voxel)]
         ]
     broken = [f.text for f in faults(scene, setup.rings)]
-    broken += [line for line in mounting_lines(scene, setup) if line not in broken]
     sensors = {n: one.sensors for n, one in setups.items()}
     return Facts(
         name,

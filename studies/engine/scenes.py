@@ -13,10 +13,12 @@ Rings = list[dict[str, Any]]
 
 
 def scene_from(scene: Mapping[str, Any]) -> CoreScene:
-    """Return a scene from the keys in which it differs from the reference scene, as in a scene
-    file.
+    """Return a scene from the keys in which it differs from the paper's scene, as in a scene file:
+    transparent bodies, and rings without bodies, unless the keys say otherwise.
     """
-    return SceneModel.model_validate(dict(scene)).to_domain()
+    keys = dict(scene)
+    rules = {"mount": "free"} | keys.get("rules", {})
+    return SceneModel.model_validate({"occlusion": "ignore"} | keys | {"rules": rules}).to_domain()
 
 
 def setup_from(setup: str | Rings, scene: CoreScene) -> Setup:

@@ -24,13 +24,14 @@ SENSORS = 80
 VOXEL = 0.01  # m
 SECONDS, PROCESSORS = 60.0, 2  # processor time of each search
 PAPERS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
+_REAL: dict[str, Any] = {"rules": {"mount": "real"}}
 # Names of searches, and the keys of their scenes: rings have bodies on real mounts, but not in the
 # paper.
 SEARCHES: dict[str, dict[str, Any]] = {
     "ignore": {"occlusion": "ignore"},
-    "ignore_mounted": {"occlusion": "ignore", "rules": {"mount": "real"}},
-    "shadow": {"occlusion": "shadow"},
-    "blind": {"occlusion": "blind"},
+    "ignore_mounted": {"occlusion": "ignore"} | _REAL,
+    "shadow": {"occlusion": "shadow"} | _REAL,
+    "blind": {"occlusion": "blind"} | _REAL,
 }
 
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -99,16 +100,14 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     }
     count = {"target": TARGET.name, "radius": TARGET.radius, "rule": "centre", "voxel": VOXEL}
     cells = {
-        (*key, model): Cell(
-            "zeta", {"scene": where(key[0], {"occlusion": model}), "setup": rings, **count}
-        )
+        (*key, model): Cell("zeta", {"scene": _seen(*key, model), "setup": rings, **count})
         for model in OCCLUSIONS
         for key, rings in setups.items()
     }
     zetas = dict(zip(cells, run("counting voxels", list(cells.values())), strict=True))
     sight = [
-        Cell("unseeing sensors", {"scene": where(robot, {"occlusion": "shadow"}), "setup": rings})
-        for (robot, _), rings in setups.items()
+        Cell("unseeing sensors", {"scene": _seen(robot, name, "shadow"), "setup": rings})
+        for (robot, name), rings in setups.items()
     ]
     unseeing = dict(zip(setups, run("counting blocked sensors", sight), strict=True))
     rows = []
@@ -126,6 +125,12 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
                 )
             rows.append(row)
     return rows
+
+
+def _seen(robot: str, name: str, model: str) -> dict[str, Any]:
+    """Return the keys of the scene in which a setup is counted under a model of occlusion; its
+    rings are as in its search, or the paper's."""
+    return where(robot, SEARCHES.get(name, {}) | {"occlusion": model})
 
 
 def named_rings(robot: str, name: str) -> Rings:
