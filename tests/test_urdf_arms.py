@@ -146,6 +146,9 @@ def test_a_chain_ends_before_its_gripper_which_stays_as_a_body(tmp_path_factory,
     assert all(h.joint not in picked.chain.joints for h in picked.held)
     assert len(picked.held) + joints == len([j for j in picked.urdf.joints.values() if j.moves])
     checked(picked, path.read_text(), rng.uniform(-2, 2, joints))
+    hold = {h.joint: h.value for h in picked.held if rng.uniform() < 0.7}
+    same = pick_chain(picked.urdf, hold=hold)
+    assert (same.tip, same.chain.joints) == (picked.tip, picked.chain.joints)
 
 
 @settings(max_examples=20)
@@ -273,6 +276,21 @@ def test_the_tip_is_a_tool_frame_and_no_sensor_and_the_choice_is_told(tmp_path):
         picked = pick_chain(read_urdf(written(tmp_path, robot)))
         assert picked.tip == best
         assert any(f"The tip is {best}, not " in note for note in picked.notes)
+
+
+def test_a_wrist_that_carries_the_gripper_is_a_joint_of_the_arm(tmp_path):
+    """Only the name of the joint tells a gripper, where the link is the gripper as a whole."""
+    rng = np.random.default_rng(1)
+    robot = ET.Element("robot", name="wrist")
+    link(robot, "base")
+    last = arm(robot, rng, "base", 3)
+    link(robot, "gripper_link")
+    joint(robot, "wrist", "revolute", last, "gripper_link", pose(rng), Z, (-2, 2))
+    link(robot, "gripper_bar")
+    joint(robot, "gripper", "continuous", "gripper_link", "gripper_bar", pose(rng), Z)
+    parallel(robot, rng, "gripper_link")
+    picked = pick_chain(read_urdf(written(tmp_path, robot)))
+    assert picked.chain.joints == ("joint0", "joint1", "joint2", "wrist")
 
 
 ODD = """<robot name="odd"><link name="base"><collision><geometry><box size="0 0 0"/></geometry>

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from .urdf import Joint
 from .urdf_tree import LinkTree
 
-_GRASPING = re.compile(r"finger|thumb|knuckle|jaw|claw|gripper|grasp", re.IGNORECASE)
+# in the name of a joint; the first ones also in that of its link: a wrist carries a "gripper_link"
+_FINGER = re.compile(r"finger|thumb|knuckle|jaw|claw", re.IGNORECASE)
+_GRASPING = re.compile(r"gripper|grasp", re.IGNORECASE)
 _HAND = 4  # most joints one after another in a finger
 _WRIST = 3  # least joints before a hand that no name tells
 # names of tips, the best first; then links that carry no tool
@@ -24,7 +26,7 @@ _TIPS = tuple(
     )
 )
 _NO_TIP = re.compile(
-    r"camera|optical|tof_|depth|color|colour|rgb|imu|accelero|gyro|laser|lidar|sensor|screen|"
+    r"camera|optical|tof_|finger|depth|color|colour|rgb|imu|accelero|gyro|laser|lidar|sensor|screen|"
     r"display|light|"
     r"_sc$|_inertia|collision|visual|_ft$|cover|cable|hose|mount$",
     re.IGNORECASE,
@@ -53,7 +55,8 @@ def _depth(tree: LinkTree, joint: Joint, most: int) -> int:
 
 
 def _named(joint: Joint) -> bool:
-    return bool(_GRASPING.search(joint.name) or _GRASPING.search(joint.child))
+    named = _GRASPING.search(joint.name) or _FINGER.search(joint.name)
+    return bool(named or _FINGER.search(joint.child))
 
 
 def _grasps(tree: LinkTree, joint: Joint, followed: set[str]) -> bool:

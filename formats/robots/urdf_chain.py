@@ -89,10 +89,22 @@ def pick_chain(
                 f" {some(list(urdf.links))}"
             )
     base = _base(tree, tip) if base is None else base
-    arm = None if tip is not None else _arm(tree, base)
+    arm = None if tip is not None else _arm(_open_handed(tree, base), base)
     tip = arm.tip if arm is not None else tip
     assert tip is not None
     return _picked(tree, base, tip, arm)
+
+
+def _open_handed(tree: LinkTree, base: str) -> LinkTree:
+    """Return the tree in which no joint of a gripper is held, as a held finger is no tip."""
+    if not tree.hold:
+        return tree
+    bare = LinkTree(tree.urdf, {})
+    begin = {name for arm in arms(bare, base) for name in arm.gripper}
+    fingers = begin | {
+        below.name for name in begin for below in bare.moving_below(tree.urdf.joints[name])
+    }
+    return LinkTree(tree.urdf, {n: v for n, v in tree.hold.items() if n not in fingers})
 
 
 def _foreign(tree: LinkTree, path: list[Joint]) -> list[Joint]:
