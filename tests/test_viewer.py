@@ -20,6 +20,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
+from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
 from place_rings.objectives.verify import Verifier
@@ -395,9 +396,9 @@ def test_a_robots_surface_moves_with_its_joints_and_must_be_that_robots(tmp_path
 
     path = tmp_path / "two.urdf"
     path.write_text(URDF)
-    skin = read_skin(path, (), import_urdf(path).robot)
+    skin = read_skin(path, UrdfOptions(), import_urdf(path).robot)
     low, high = (edge(skin.at(np.array([np.pi / 2]))[0], axis=0) for edge in (np.min, np.max))
     assert np.allclose(low, [-0.1, -0.1, -0.05])
     assert np.allclose(high, [0.1, 0.4, 0.25])
     with pytest.raises(UserError, match="--urdf"):
-        read_skin(path, (), robot("ur10"))
+        read_skin(path, UrdfOptions(), robot("ur10"))

@@ -89,7 +89,7 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     """Return meshes at the pose: those of the user's URDF if there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = (
-            Meshes(placed.urdf.path, placed.packages),
+            Meshes(placed.urdf.path, placed.packages, placed.package, placed.urdf.addresses),
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
