@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
+    from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
@@ -74,6 +75,7 @@ __all__ = [
     "IntersectionOf",
     "Limits",
     "Mesh",
+    "MountedSensor",
     "Outcome",
     "Pose",
     "Prices",
@@ -155,6 +157,7 @@ _MODULES = {
     ),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
+    "coverage.rings.mounted_sensor": ("MountedSensor",),
     "coverage.rings.ring": ("Ring", "Setup"),
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),

@@ -20,8 +20,9 @@ from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
+from .schema.mounted_sensor_models import links_text
 from .schema.proposal_models import FoundModel, ProposalFile
-from .schema.ring_models import RingModel, ring_models, setup_of
+from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetModel
@@ -224,14 +225,19 @@ def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
 
 
 def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:
-    """Return ``scene`` with ``sensor``, if given; fixed rings that had the scene's sensor receive
-    it too."""
+    """Return ``scene`` with ``sensor``, if given; fixed rings and single sensors that had the
+    scene's sensor receive it too."""
     if sensor is None:
         return scene
     fixed = tuple(
         replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed
     )
-    return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
+    singles = tuple(
+        replace(one, sensor=sensor) if one.sensor == scene.sensor else one
+        for one in scene.rules.fixed_sensors
+    )
+    rules = replace(scene.rules, fixed=fixed, fixed_sensors=singles)
+    return replace(scene, sensor=sensor, rules=rules)
 
 
 def read_proposal(
@@ -248,7 +254,10 @@ def read_proposal(
     """
     file = read_model(path, ProposalFile)
     scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
-    return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
+    try:
+        return file.setup(scene), scene, file
+    except ValueError as error:
+        raise UserError(f"{path}: sensors: {error}") from error
 
 
 def resolve(
@@ -305,6 +314,10 @@ def resolve(
             raise UserError(
                 f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
             )
+    for i, one in enumerate(setup.singles):
+        if one.link not in scene.robot.frames:
+            found, allowed = shown(one.link), links_text(scene.robot)
+            raise UserError(f"{name_or_path}: sensors[{i}].link: found {found}, allowed: {allowed}")
     return setup, scene
 
 

@@ -1,7 +1,5 @@
 """Upper bound on coverage from distance alone: the part of a target that any sensor can reach."""
 
-import math
-
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -17,7 +15,7 @@ _POSES = 16  # most poses, evenly spaced among the scene's
 
 def farthest(sensor: Sensor) -> float:
     """Return the distance from the apex to the farthest point of a sensor's beam, m."""
-    return sensor.range_m / math.cos(sensor.circumscribed_half_angle)
+    return sensor.farthest
 
 
 def reachable_share(scene: CoreScene, target: Target) -> float:

@@ -225,9 +225,14 @@ class Verifier:
 
     def under(self, occlusion: Occlusion) -> "Verifier":
         """Return a verifier for another occlusion model, with the same cached voxels."""
+        return self.in_scene(replace(self.scene, occlusion=occlusion))
+
+    def in_scene(self, scene: CoreScene) -> "Verifier":
+        """Return a verifier for a scene of the same targets and poses, with the same cached
+        voxels."""
         other = object.__new__(type(self))
         vars(other).update(vars(self))
-        other.scene = replace(self.scene, occlusion=occlusion)
+        other.scene = scene
         return other
 
     def seen(self, setup: Setup, pose: int) -> Parts:
@@ -304,7 +309,8 @@ class Verifier:
         """
         start = time.perf_counter()
         if self.voxel is not None:
-            check_beams({ring.sensor for ring in setup.rings}, self.voxel)
+            groups = self.scene.with_cell(setup).groups
+            check_beams({group.sensor for group in groups}, self.voxel)
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         return self.over_poses(target, poses, time.perf_counter() - start)
 
@@ -369,3 +375,22 @@ def by_occlusion(
         )
         for occlusion in models
     }
+
+
+PARTS = ("rings", "single sensors", "sensors of the cell")
+
+
+def by_part(verifier: Verifier, setup: Setup, known: Verified) -> dict[str, float]:
+    """Return zeta in [0, 1] of each part alone for the target of ``known``: of the rings, the
+    single sensors and the sensors of the cell.
+
+    Parts without sensors are left out; the dictionary is empty if there are fewer than two parts,
+    or if the rule is ``certified``. All are counted on the same voxels, with the same occluders.
+    """
+    bare, cell = replace(verifier.scene, cell_sensors=()), verifier.scene.cell_sensors
+    each = (Setup(setup.rings), Setup((), setup.singles), Setup((), cell))
+    parts = {name: part for name, part in zip(PARTS, each, strict=True) if part.sensors}
+    if len(parts) < 2 or verifier.rule == "certified":
+        return {}
+    alone = verifier.in_scene(bare)
+    return {name: alone.verify(part, known.target).zeta for name, part in parts.items()}

@@ -154,6 +154,13 @@ class VerifyResult(MappedModel[Verified]):
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
     )
+    by_part_percent: dict[str, Percent] = Field(
+        default={},
+        description=(
+            "coverage by the rings, the single sensors and the sensors of the cell alone, percent,"
+            " where there are several of these"
+        ),
+    )
     unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")

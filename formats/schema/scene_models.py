@@ -27,6 +27,13 @@ from .field_types import Metres
 from .mapping import MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
+from .mounted_sensor_models import (
+    CellSensorModel,
+    MountedSensorModel,
+    single_faults,
+    single_models,
+    singles_of,
+)
 from .obstacle_models import ObstacleModel, obstacles_of
 from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
@@ -126,6 +133,14 @@ class SceneModel(MappedModel[CoreScene]):
     fixed: list[RingModel] = Field(
         default=[], max_length=1000, description="rings that are already mounted and stay"
     )
+    fixed_sensors: list[MountedSensorModel] = Field(
+        default=[], max_length=1000, description="single sensors that are already mounted and stay"
+    )
+    cell_sensors: list[CellSensorModel] = Field(
+        default=[],
+        max_length=1000,
+        description="sensors of the cell, in the base frame; their coverage counts with any setup",
+    )
     obstacles: list[ObstacleModel] = Field(
         default=[],
         max_length=1000,
@@ -174,6 +189,7 @@ class SceneModel(MappedModel[CoreScene]):
         for i, ring in enumerate(self.fixed):
             if ring.link not in robot.links:
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
+        yield from single_faults(self.fixed_sensors, robot, self.sensor, "fixed_sensors")
         if self.occlusion != "ignore" and not robot.bodies:
             allowed = f"ignore, because robot {self.robot} has no bodies"
             yield ("occlusion",), self.occlusion, allowed
@@ -219,7 +235,10 @@ class SceneModel(MappedModel[CoreScene]):
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
-            rules=self.rules.to_domain(fixed=setup_of(self.fixed, sensor, radius).rings),
+            rules=self.rules.to_domain(
+                fixed=setup_of(self.fixed, sensor, radius).rings,
+                fixed_sensors=singles_of(self.fixed_sensors, sensor),
+            ),
             obstacles=obstacles_of(self.obstacles),
             **given,
         )
@@ -234,6 +253,7 @@ class SceneModel(MappedModel[CoreScene]):
             poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
+            fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
             **given,
         )

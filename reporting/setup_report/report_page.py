@@ -71,6 +71,10 @@ def page(
 def answer(f: Facts) -> str:
     """Return the coverage of the setup in one sentence."""
     what = f"{counted(f.setup.sensors, 'sensor')} on {counted(len(f.setup.rings), 'ring')}"
+    if f.setup.singles:
+        what += f" and as {counted(len(f.setup.singles), 'single sensor')}"
+    if f.scene.cell_sensors:
+        what += f" with {counted(len(f.scene.cell_sensors), 'sensor')} of the cell"
     each = []
     for r in f.own:
         others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
@@ -121,7 +125,7 @@ def _asked(f: Facts) -> Iterator[str]:
     yield f"- Targets: {'; '.join(goals)}. {_meaning(scene)}"
     yield (
         "- Sensors:"
-        f" {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
+        f" {escaped(listed([title(s) for s in dict.fromkeys(g.sensor for g in f.setup.groups)]))}."
     )
     yield f"- Occlusion: `{scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
     mounts = "with bodies, as on a real mount" if scene.real else "without bodies, as in the paper"

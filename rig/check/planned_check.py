@@ -6,7 +6,6 @@ from pydantic import ValidationError
 
 from ...coverage.rings.ring import Setup
 from ...formats.errors import explain
-from ...formats.schema.ring_models import setup_of
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import CoreScene
 from ..rings.line_monitor import Port
@@ -36,9 +35,7 @@ class PlannedCheck:
         stops = mount_plan_of(about.stops) if about.stops else None
         rods = tuple(rod_plan_of(t, scene) for t in about.trials)
         plans = Plans(about.seconds, stops, rods, about.wave)
-        return PlannedCheck(
-            about, scene, setup_of(about.proposal.rings, scene.sensor, scene.ring_radius), plans
-        )
+        return PlannedCheck(about, scene, about.proposal.setup(scene), plans)
 
     @staticmethod
     def read(name: str, content: object) -> "PlannedCheck":

@@ -76,7 +76,7 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
     """Describe every ring's line."""
     rows, clocks = [], gathered.clocks(len(ports))
     for i, (ring, port, c, clock) in enumerate(
-        zip(setup.rings, ports, gathered.counts, clocks, strict=True)
+        zip(setup.groups, ports, gathered.counts, clocks, strict=True)
     ):
         counts: Any = {
             key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
