@@ -176,10 +176,10 @@ class Drawing:
         singles = self.scene.with_cell(setup).singles
         for i, one in enumerate(singles, start=len(setup.rings)):
             colour = self._colours.get(one.link, CURVE)
-            found[f"sensors{i}"] = Mesh(*chips(self._cones(one, choice.pose)), SENSOR)
+            found[f"sensors{i}"] = DrawnMesh(*chips(self._cones(one, choice.pose)), SENSOR)
             if choice.cones == "all":
                 surface, rims = self._beams(one, choice.pose, choice.target)
-                found[f"cones{i}"] = Mesh(*surface, colour, veil)
+                found[f"cones{i}"] = DrawnMesh(*surface, colour, veil)
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
         return found
 
