@@ -21,6 +21,18 @@ if TYPE_CHECKING:
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._own_targets import (
+        Box,
+        Cylinder,
+        DifferenceOf,
+        HalfSpace,
+        Implicit,
+        IntersectionOf,
+        Mesh,
+        Sphere,
+        UnionOf,
+        weight_field,
+    )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
@@ -33,6 +45,7 @@ if TYPE_CHECKING:
         ProtectiveVolume,
         ReachAndToolSpheres,
         ReachSphere,
+        RobotVolume,
         Shell,
         ToolSphere,
     )
@@ -50,11 +63,18 @@ if TYPE_CHECKING:
     from .placement.search.progress import Outcome, Progress
 
 __all__ = [
+    "Box",
     "Coverage",
+    "Cylinder",
+    "DifferenceOf",
+    "HalfSpace",
+    "Implicit",
     "Improvement",
     "InfeasibleError",
     "InputError",
+    "IntersectionOf",
     "Limits",
+    "Mesh",
     "MountedSensor",
     "Outcome",
     "Pose",
@@ -66,6 +86,7 @@ __all__ = [
     "ReachSphere",
     "Ring",
     "Robot",
+    "RobotVolume",
     "RobustnessReport",
     "Rules",
     "Safety",
@@ -74,9 +95,11 @@ __all__ = [
     "Sensor",
     "Setup",
     "Shell",
+    "Sphere",
     "StudyReport",
     "ToolSphere",
     "Trajectory",
+    "UnionOf",
     "certify",
     "coverage_fraction",
     "export",
@@ -94,6 +117,7 @@ __all__ = [
     "study",
     "verify",
     "view",
+    "weight_field",
 ]
 
 _MODULES = {
@@ -111,7 +135,26 @@ _MODULES = {
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
-    "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
+    "_own_targets": (
+        "Box",
+        "Cylinder",
+        "DifferenceOf",
+        "HalfSpace",
+        "Implicit",
+        "IntersectionOf",
+        "Mesh",
+        "Sphere",
+        "UnionOf",
+        "weight_field",
+    ),
+    "_targets": (
+        "ProtectiveVolume",
+        "ReachAndToolSpheres",
+        "ReachSphere",
+        "RobotVolume",
+        "Shell",
+        "ToolSphere",
+    ),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
     "coverage.rings.mounted_sensor": ("MountedSensor",),

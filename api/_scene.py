@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from ._arguments import number
 from ._catalogue import robots
 from ._errors import InputError, input_errors
-from ._targets import TargetVolume, volume_of
+from ._own_targets import volume_of
+from ._targets import TargetVolume
 from ._trajectory import Trajectory
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from .coverage.rings.mounted_sensor import MountedSensor
@@ -23,6 +24,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
+from .formats.schema.target_models import boxed
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
@@ -474,7 +476,10 @@ def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
 
 
 def _goals(targets: Any) -> tuple[Any, ...]:
-    kinds = "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume"
+    kinds = (
+        "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume of your"
+        " own such as Box"
+    )
     each = _each(targets, TargetVolume, "targets", kinds)
     if not each:
         raise InputError("found none, allowed: one or more", "targets")
@@ -539,7 +544,7 @@ def _numbers(values: Any) -> np.ndarray:
 def _checked(core: CoreScene) -> CoreScene:
     """Return the scene if its file would be valid; raise InputError otherwise."""
     try:
-        SceneModel.from_domain(core)
+        SceneModel.from_domain(boxed(core))
     except ValidationError as error:
         raise InputError(str(explain("scene", error, SceneFile))) from error
     return core

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +15,7 @@ from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..objectives.named_layouts import layout_in
-from ..objectives.scene import CoreScene
+from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
@@ -24,10 +25,12 @@ from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
+from .schema.target_models import TargetModel
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
+from .target_files import with_contents
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -181,16 +184,44 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
     below ``key``."""
 
-    def read(where: str, name: str) -> tuple[Path, bytes]:
-        at = _beside(path, where.removeprefix(f"{path}: "), name)
-        return at, _bytes(at, "mesh")
-
+    read = _reader(path)
+    if any(target.files for target in file.targets):
+        targets = [
+            with_contents(target, f"{path}: {key}targets[{i}]", read)
+            for i, target in enumerate(file.targets)
+        ]
+        try:  # rules of a scene also hold for the contents of its files
+            stated = file.model_fields_set & set(SceneModel.model_fields)
+            keys = {name: getattr(file, name) for name in stated}
+            file = SceneModel(**{**keys, "targets": targets})
+        except ValidationError as error:
+            raise explain(str(path), error, SceneModel) from error
     scene, trajectory = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
     if trajectory is None:
         return scene
     record = _beside(path, f"{key}trajectory.file", trajectory.file)
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
+
+
+def read_target(path: Path) -> Goal:
+    """Return the target in a TOML file, with its weight and floor.
+
+    Raises:
+        UserError: if it, or a file that it names, cannot be read or is not valid.
+    """
+    model = read_model(path, TargetModel)
+    return with_contents(model, str(path), _reader(path)).to_domain()
+
+
+def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
+    """Return a function that reads a file beside ``path``, from the key and the name."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        return at, _bytes(at, "mesh or NumPy")
+
+    return read
 
 
 def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:

@@ -5,7 +5,6 @@ from jaxtyping import Bool, Float
 
 from ..coverage.robots.kinematics import forward
 from ..coverage.sensors.sensor import Sensor
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.segments import point_to_segment
 from ..coverage.targets import Target
 from .scene import CoreScene
@@ -32,7 +31,7 @@ def reachable_share(scene: CoreScene, target: Target) -> float:
     every = max(-(-len(scene.poses) // _POSES), 1)
     shares, weights = [], []
     for i, pose in list(enumerate(scene.poses))[::every]:
-        points = sample(scene.solid(target, i), _POINTS, 0)
+        points = scene.sample(target, i, _POINTS, 0)
         shares.append(float(np.mean(_reached(scene, pose.q, points))))
         weights.append(pose.weight)
     return float(np.average(shares, weights=weights))

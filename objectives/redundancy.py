@@ -42,7 +42,7 @@ class Redundancy:
     weights: Float[np.ndarray, " P"]
     """Weights of the poses, summing to 1."""
     target_voxels: Int[np.ndarray, " P"]
-    """Voxels of the target at each pose."""
+    """Voxels of the target at each pose, by their weights under a weight field."""
     tallies: tuple[CoverageCounts, ...]
     """Coverage counts at each pose."""
     sensors: int
@@ -113,8 +113,9 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
             *(
-                (len(wanted), tally(seen, ring, wanted, most, region))
-                for wanted, region in verifier.pieces(target, p)
+                (weight * len(wanted), tally(seen, ring, wanted, most, region) * weight)
+                for piece, region in verifier.pieces(target, p)
+                for weight, wanted in verifier.layers(target, p, piece, region)
             ),
             strict=True,
         )

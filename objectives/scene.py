@@ -19,6 +19,7 @@ from ..coverage.robots.separation_distance import Safety
 from ..coverage.sensors.board_packing import Printing, roomy_radius
 from ..coverage.sensors.boards import NOMINAL
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
+from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
@@ -259,6 +260,25 @@ class CoreScene:
         """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
+
+    def sample(self, target: Target, pose: int, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+        """Return points (N, 3) m in a target at a pose, denser where its weight field is larger.
+
+        Raises:
+            ValueError: as ``target_solid`` does, and if the target is empty.
+        """
+        return sample(self.solid(target, pose), count, seed, target.importance)
+
+    def target_named(self, name: str, radius: float | None) -> Target:
+        """Return the goal's target that records list under this key, or else the named volume.
+
+        Raises:
+            ValueError: if there is neither.
+        """
+        for goal in self.goals:
+            if goal.target.key == (name, radius):
+                return goal.target
+        return Target(name, radius)
 
     def limits_of(self, link: str) -> Limits:
         """Return the limits of ``link``."""

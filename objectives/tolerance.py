@@ -95,13 +95,17 @@ def exact_zetas(
     for pose in range(len(verifier.scene.poses)):
         sets, total = cones(pose), 0
         covered = np.zeros(len(sets))
-        for wanted, region in verifier.pieces(target, pose):
-            total += len(wanted)
+        for piece, region in verifier.pieces(target, pose):
+            layers = verifier.layers(target, pose, piece, region)
+            total += sum(weight * len(wanted) for weight, wanted in layers)
             for i, one in enumerate(sets):
-                if seen == 1:
-                    covered[i] += count(one, voxel, "centre", wanted, region, verifier.memory / 2)
-                else:
-                    covered[i] += count_k_covered(one, wanted, seen, region)
+                for weight, wanted in layers:
+                    if seen == 1:
+                        memory = verifier.memory / 2
+                        found = count(one, voxel, "centre", wanted, region, memory)
+                    else:
+                        found = count_k_covered(one, wanted, seen, region)
+                    covered[i] += weight * found
                 tell()
         each.append(covered / total)
     return np.array(

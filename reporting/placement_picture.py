@@ -13,7 +13,6 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Solid
 from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
@@ -237,7 +236,7 @@ def _draw(
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
     solid = scene.solid(target, 0)
     points, seen = (
-        sample(solid, _SAMPLES, seed),
+        scene.sample(target, 0, _SAMPLES, seed),
         [sensor_cones(robot, scene.with_cell(setup), q) for setup, *_ in views],
     )
     corners = np.vstack(

@@ -93,7 +93,8 @@ _TARGETS = {
 def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
     """Return a sentence that explains the targets of the results."""
     names = {r.target for r in results}
-    return "; ".join(text for name, text in _TARGETS.items() if name in names) + "."
+    lines = [text for name, text in _TARGETS.items() if name in names]
+    return "; ".join(lines) + "." if lines else ""
 
 
 def zeta_table(

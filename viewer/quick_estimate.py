@@ -15,7 +15,6 @@ from jaxtyping import Float, Int
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Group, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target
@@ -86,7 +85,7 @@ class QuickEstimate:
         Raises:
             EmptySolidError: if the target is empty.
         """
-        return sample(self.scene.solid(target, pose), count, self.seed)
+        return self.scene.sample(target, pose, count, self.seed)
 
     def _beams_of(self, ring: Group, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
         q = self.scene.poses[pose].q

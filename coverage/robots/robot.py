@@ -68,6 +68,18 @@ class Body:
 
 
 @dataclass(frozen=True)
+class HeldJoint:
+    """A joint of a URDF that the chain does not move."""
+
+    joint: str
+    """Name of the joint."""
+    value: float
+    """Value at which it stands, rad, or m if it slides."""
+    slides: bool = False
+    """Whether it is prismatic."""
+
+
+@dataclass(frozen=True)
 class Links:
     """One description of a robot's links."""
 
@@ -98,6 +110,8 @@ class Robot:
     """Default pose, rad or m."""
     source: str = ""
     """Source of the figures."""
+    held: tuple[HeldJoint, ...] = ()
+    """Joints of the robot's URDF that are not in the chain, at the values that the bodies show."""
     tube_links: Links | None = None
     """Mounts and bodies for real rings: the links' own tubes; None: those in use."""
     joint_links: Links | None = None

@@ -13,13 +13,15 @@ import numpy as np
 from ..arrays import Array, Numbers, cross, dot, rows
 from ..solids.base import Parts
 from ..solids.capsules import Capsules
+from ..solids.closed_mesh import ClosedMesh
 from ..solids.cones import Cones
+from ..solids.cylinders import Cylinders
 from ..solids.domes import Domes
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import MixedBeams, SpecialBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import Bitmask, BlockGrid, product, within
+from .voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, product, within
 
 
 @singledispatch
@@ -136,6 +138,25 @@ def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
     """Return voxels in capsules: in the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
+
+
+@words.register
+def _(parts: Cylinders, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in cylinders: |v|^2 - t^2 <= radius^2 and (half - t) (half + t) >= 0, with t
+    along the axis.
+    """
+    axis, v = rows(parts.axis, index), points - rows(parts.centre, index)
+    half, t = parts.half[index], dot(v, axis)
+    round_ = product(t, axis, t, axis) + within(parts.radius[index], v)
+    return grid.words(round_) & grid.words(product(half - t, -axis, half + t, axis))
+
+
+@words.register
+def _(parts: ClosedMesh, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in a closed mesh, whose centres are tested one by one."""
+    centres = points[:, None] + (CORNER - 1.5) * grid.voxel
+    word = packed(parts.holds(centres.reshape(-1, 3)).reshape(-1, VOXELS))
+    return Bitmask(word, word.copy())
 
 
 def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:

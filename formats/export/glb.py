@@ -9,7 +9,6 @@ from trimesh.visual.material import PBRMaterial
 from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import BASE
-from ...coverage.soft.sampling import sample
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
@@ -93,7 +92,7 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     """Return meshes at the pose: those of the user's URDF if there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = (
-            Meshes(placed.urdf.path, placed.packages),
+            Meshes(placed.urdf.path, placed.packages, placed.package, placed.urdf.addresses),
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
@@ -164,7 +163,7 @@ def _add_points(scene: Any, placed: PlacedSetup) -> None:
     """Add points of each target: covered points in one colour, uncovered points in another."""
     q = placed.scene.poses[placed.pose].q
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):
-        points = sample(placed.scene.solid(goal.target, placed.pose), placed.points, 0)
+        points = placed.scene.sample(goal.target, placed.pose, placed.points, 0)
         seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
         for name, some, colour in (("seen", seen, _SEEN), ("unseen", ~seen, _UNSEEN)):
             if some.any():

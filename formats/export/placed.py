@@ -1,6 +1,7 @@
 """Input of every export: a setup on its robot at one pose of a scene."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -36,6 +37,8 @@ class PlacedSetup:
     """The user's URDF, if the robot comes from one."""
     packages: tuple[Path, ...] = ()
     """Folders that may hold its meshes."""
+    package: Mapping[str, Path] = field(default_factory=dict)
+    """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
 

@@ -177,12 +177,13 @@ class VerifyResult(MappedModel[Verified]):
         distances of V_P.
         """
         poses, target = () if scene is None else scene.poses, verified.target
+        name_of, radius = target.key
         worst = verified.worst
         return cls.from_domain(
             verified,
             setup=name,
-            target=target.name,
-            radius=target.radius,
+            target=name_of,
+            radius=radius,
             proof=ProofModel.of(verified),
             occlusion="ignore" if scene is None else scene.occlusion,
             separation=None if scene is None else SeparationModel.of(scene, target),

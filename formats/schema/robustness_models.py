@@ -109,8 +109,8 @@ class RobustnessResult(StrictModel):
         at = int(ring_of[sensor.index])
         return cls(
             setup=name,
-            target=sure.target.name,
-            radius=sure.target.radius,
+            target=sure.target.key[0],
+            radius=sure.target.key[1],
             voxel=sure.voxel,
             zeta_percent=COVERAGE.write(sure.zeta),
             seen_percent=[COVERAGE.write(z) for z in sure.zetas],

@@ -33,7 +33,8 @@ class PlannedCheck:
         """Create the check that a header describes."""
         scene = about.proposal.scene.to_domain()
         stops = mount_plan_of(about.stops) if about.stops else None
-        plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
+        rods = tuple(rod_plan_of(t, scene) for t in about.trials)
+        plans = Plans(about.seconds, stops, rods, about.wave)
         return PlannedCheck(about, scene, about.proposal.setup(scene), plans)
 
     @staticmethod
