@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ._report import report
     from ._robustness import RobustnessReport, robustness
     from ._safety import SafetyReport, safety
-    from ._scene import Scene, obstacle
+    from ._scene import Scene, attached, obstacle
     from ._search import search
     from ._soft import coverage_fraction, sample_points
     from ._study import StudyReport, study
@@ -75,6 +75,7 @@ __all__ = [
     "StudyReport",
     "ToolSphere",
     "Trajectory",
+    "attached",
     "certify",
     "coverage_fraction",
     "export",
@@ -105,7 +106,7 @@ _MODULES = {
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
-    "_scene": ("Scene", "obstacle"),
+    "_scene": ("Scene", "attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),

@@ -15,11 +15,13 @@ from ._targets import TargetVolume, volume_of
 from ._trajectory import Trajectory
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from .coverage.rings.ring import Ring
+from .coverage.robots.attached import Attached
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
+from .formats.schema.attached_models import AttachedModel, attached_of
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
 from .objectives.prices import Prices
@@ -36,6 +38,7 @@ _KEYS = (
     "mounts",
     "rules",
     "obstacles",
+    "attached",
     "over_poses",
     "safety",
     "prices",
@@ -68,6 +71,7 @@ class Scene:
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
         obstacles: obstacles of the cell, each made by ``obstacle``.
+        attached: tools and payloads on the robot, each made by ``attached``.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
         prices: what a ring and a sensor cost; results then have a ``price``.
@@ -97,6 +101,7 @@ class Scene:
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
+        attached: Sequence[Attached] | Attached | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
         prices: Prices | None = None,
@@ -113,6 +118,8 @@ class Scene:
             "safety": safety,
             "prices": prices,
         }
+        if attached is not None:
+            given["attached"] = attached
         core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
 
@@ -192,6 +199,11 @@ class Scene:
         return self._core.obstacles
 
     @property
+    def attached(self) -> tuple[Attached, ...]:
+        """Tools and payloads on the robot."""
+        return self._core.robot.attached
+
+    @property
     def over_poses(self) -> Literal["mean", "worst"]:
         """Whether a search maximises the mean over the poses or the worst pose."""
         return self._core.over_poses
@@ -232,10 +244,10 @@ class Scene:
         core = self._core
         if "robot" in changes and "poses" not in changes:
             at_rest = len(core.poses) == 1 and np.array_equal(core.poses[0].q, core.robot.rest)
-            core = replace(core, robot=_robot(changes["robot"]))
+            core = _with_robot(core, changes)
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
-            core = replace(core, robot=_robot(changes["robot"]))
+            core = _with_robot(core, changes)
         core = _changed(core, changes)
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
@@ -298,6 +310,8 @@ class Scene:
             parts.append("rings without bodies")
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
+        if core.robot.attached:
+            parts.append(f"attached: {', '.join(a.name for a in core.robot.attached)}")
         return parts
 
 
@@ -365,6 +379,77 @@ def obstacle(
     return obstacles_of([model])[0]
 
 
+def attached(
+    name: str = "",
+    *,
+    link: str = "tcp",
+    centre: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
+    size: Sequence[float] | None = None,
+    points: Sequence[Sequence[float]] | None = None,
+    start: Sequence[float] | None = None,
+    end: Sequence[float] | None = None,
+    radius: float | None = None,
+) -> Attached:
+    """Return a tool or payload on a link. It moves with the link, belongs to the robot's body,
+    occludes sensors, is excluded from targets, and rings keep clear of it.
+
+    Args:
+        name: name in reports.
+        link: link whose frame carries it: a link with a mount, a joint (the link that it moves),
+            ``tcp`` or ``base``.
+        centre: (x, y, z) of the box's centre, or of the origin of the points' or the capsule's
+            frame, m, in the link's frame.
+        rpy_deg: rotations about x, y and z of the link's frame, in this order, degrees.
+        size: (x, y, z) size of a box, m.
+        points: (N, 3) points in m; the solid is their convex hull.
+        start: (x, y, z) of the start of a capsule's axis, m.
+        end: (x, y, z) of the end of a capsule's axis, m.
+        radius: radius of the capsule, m.
+
+    Returns:
+        The solid, for ``Scene(attached=[...])``.
+
+    Raises:
+        InputError: unless exactly one of ``size``, ``points`` and ``start``, with ``end`` and
+            ``radius``, is given and in range.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.attached("gripper", centre=[0, 0, 0.07], size=[0.1, 0.06, 0.14]).link
+        'tcp'
+    """
+    try:
+        three = {"centre": centre, "rpy_deg": rpy_deg, "size": size, "start": start, "end": end}
+        keys: dict[str, Any] = {
+            "name": name,
+            "link": link,
+            "points": None if points is None else [[float(v) for v in p] for p in points],
+            "radius": None if radius is None else float(radius),
+            **{k: None if v is None else [float(c) for c in v] for k, v in three.items()},
+        }
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
+            "attached",
+        ) from error
+    try:
+        model = AttachedModel(**keys)
+    except ValidationError as error:
+        raise InputError(str(explain("attached", error, AttachedModel))) from error
+    return attached_of([model])[0]
+
+
+def _with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:
+    """Return the scene with another robot, which carries the same tools and payloads unless they
+    change as well."""
+    robot = _robot(changes["robot"])
+    if core.robot.attached and "attached" not in changes:
+        with input_errors("attached"):
+            robot = robot.with_attached(core.robot.attached)
+    return replace(core, robot=robot)
+
+
 def _robot(robot: Robot | str) -> Robot:
     if isinstance(robot, Robot):
         return robot
@@ -388,6 +473,10 @@ def _changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
             f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
             "occlusion",
         )
+    if "attached" in given:
+        each = _each(given["attached"], Attached, "attached", "attached(...)")
+        with input_errors("attached"):
+            fields["robot"] = core.robot.with_attached(each)
     return replace(core, **fields)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .robots.kinematics import arm_base, forward, joint_origins
+from .robots.link_bodies import attached_capsules, carried_polyhedra
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
@@ -73,7 +74,8 @@ def target_solid(
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
 ) -> Difference:
-    """Return the target at pose ``q`` in the base frame: the outer solid less V_R and obstacles.
+    """Return the target at pose ``q`` in the base frame: the outer solid less V_R, what is attached
+    to the robot, and obstacles.
 
     Args:
         target: the target volume.
@@ -111,6 +113,9 @@ def target_solid(
     else:
         whole = sphere(arm_base(robot.chain, q), robot.reach)
         outer = Union(whole, sphere(tcp, shape.tcp_range))
+    obstacles = (*obstacles, *carried_polyhedra(robot, q))
+    if (capsules := attached_capsules(robot, q)) is not None:
+        body = Union(body, capsules)
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)

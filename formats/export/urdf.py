@@ -2,6 +2,7 @@
 
 import os
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ from jaxtyping import Float
 
 from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.polyhedra import Polyhedron, box_of
 from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
+from ..robots.urdf_matching import find_robot, moved_links
 from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import SensorFrame, looking_along
 from .markup import document, origin, words
@@ -18,8 +21,8 @@ from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 
 
 def urdf(placed: PlacedSetup) -> dict[str, bytes]:
-    """Return ``robot.urdf``: the user's file with the sensors, or one generated from the robot's
-    chain and bodies.
+    """Return ``robot.urdf``: the user's file with the sensors and what is attached to the robot, or
+    one generated from the robot's chain and bodies; and the meshes of what is attached.
 
     Raises:
         UserError: if the user's file lacks the robot's chain, or has links with the sensors' names.
@@ -38,11 +41,48 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
                         f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without"
                         " these sensors"
                     )
+        _attach(root, placed, placed.urdf)
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
         _fixed(root, _joint(s), placed.links[joint], s.name, looking_along(T, "x"))
-    return {"robot.urdf": document(root)}
+    return {"robot.urdf": document(root), **_meshes(placed.scene.robot)}
+
+
+def _meshes(robot: Robot) -> dict[str, bytes]:
+    """Return the STL files of the polyhedra that the robot carries, other than boxes."""
+    import trimesh  # slow to load
+
+    files = {}
+    for i, carried in enumerate(robot.carried):
+        if box_of(carried.body) is None:
+            hull = trimesh.convex.convex_hull(carried.body.edges.reshape(-1, 3))
+            files[_mesh_name(i)] = bytes(hull.export(file_type="stl"))
+    return files
+
+
+def _mesh_name(i: int) -> str:
+    return f"attached_{i}.stl"
+
+
+def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
+    """Add what is attached to the robot to the user's file: a link, fixed to the link that carries
+    it, for each joint's link or base that carries something."""
+    robot = placed.scene.robot
+    own = 0 if robot.unladen is None else len(robot.unladen.bodies)
+    frames = {b.frame for b in robot.bodies[own:]} | {c.frame for c in robot.carried}
+    picked = find_robot(urdf, robot) if frames else None
+    for frame in sorted(frames) if robot.unladen is not None else ():
+        name = "attached_base" if frame == BASE else f"attached_{frame}"
+        if name in urdf.links or f"{name}_joint" in urdf.joints or picked is None:
+            raise UserError(
+                f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
+            )
+        T = np.eye(4)
+        if frame == BASE:  # the URDF may place its base elsewhere than the scene
+            T = picked.chain.origin[0] @ np.linalg.inv(robot.chain.origin[0])
+        _link(root, name, replace(robot, bodies=robot.bodies[own:]), frame)
+        _fixed(root, f"{name}_joint", moved_links(picked)[frame + 1], name, T)
 
 
 def _joint(sensor: SensorFrame) -> str:
@@ -120,6 +160,21 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
         if body.frame == frame:
             for use in ("visual", "collision"):
                 _capsule(link, use, body.capsule)
+    for i, carried in enumerate(robot.carried):
+        if carried.frame == frame:
+            for use in ("visual", "collision"):
+                _polyhedron(link, use, carried.body, _mesh_name(i))
+
+
+def _polyhedron(link: ET.Element, use: str, body: Polyhedron, file: str) -> None:
+    """Add a box as such, and any other polyhedron as the mesh ``file``."""
+    part = ET.SubElement(link, use)
+    if (box := box_of(body)) is not None:
+        T, size = box
+        ET.SubElement(part, "origin", origin(T))
+        ET.SubElement(ET.SubElement(part, "geometry"), "box", size=words(size))
+    else:
+        ET.SubElement(ET.SubElement(part, "geometry"), "mesh", filename=file)
 
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:

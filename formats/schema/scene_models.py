@@ -23,6 +23,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.targets import NAMES, Shape, Target
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Goal, Pose
 from ..errors import IN_LINE, NAMED
+from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .field_types import Metres
 from .mapping import PERCENT, MappedModel, Of
@@ -171,6 +172,11 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=1000,
         description="obstacles of the cell; they occlude and belong to no target",
     )
+    attached: list[AttachedModel] = Field(
+        default=[],
+        max_length=1000,
+        description="tools and payloads; they move with their links and belong to the robot's body",
+    )
 
     @field_validator("robot")
     @classmethod
@@ -218,6 +224,8 @@ class SceneModel(MappedModel[CoreScene]):
                     " counts as the robot itself"
                 )
                 yield ("targets", i, "radius"), target.radius, allowed
+        for i, one in enumerate(self.attached):
+            yield from one.faults(robot, i)
         for i, ring in enumerate(self.fixed):
             if ring.link not in robot.links:
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
@@ -240,11 +248,11 @@ class SceneModel(MappedModel[CoreScene]):
                 yield ("mounts", link), link, _links_of(robot)
 
     def to_domain(self, **given: Any) -> CoreScene:
-        """Return the scene without the obstacles and poses that other files hold."""
+        """Return the scene without the meshes and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
         robot = robot_of(self.robot)
         return super().to_domain(
-            robot=robot,
+            robot=attached_to(robot, self.attached),
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
@@ -264,6 +272,7 @@ class SceneModel(MappedModel[CoreScene]):
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
+            attached=[AttachedModel(**one.keys) for one in value.robot.attached],
             **given,
         )
 
