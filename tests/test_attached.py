@@ -27,6 +27,7 @@ from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle, Pose
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
+from place_rings.rig.sensing.expected import expected
 from place_rings.viewer.drawing import Drawing, DrawnParts
 from place_rings.viewer.quick_estimate import QuickEstimate
 
@@ -372,3 +373,32 @@ def test_the_page_in_the_browser_shows_what_is_attached():
     corners = carried_polyhedra(scene.core.robot, scene.core.poses[0].q)[0].edges.reshape(-1, 3)
     assert np.ptp(parts["attached0"].vertices, axis=0) == pytest.approx(np.ptp(corners, axis=0))
     assert "attached0" not in drawing.backdrop(DrawnParts(0, NEAR, "shadow", robot=False))
+
+
+def test_expected_readings_are_those_of_an_obstacle_where_the_tool_stands():
+    tool = pr.attached("tool", link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.2])
+    scene, setup = pr.Scene(attached=[tool]).core, Setup((Ring("forearm", 0.2, 6, radius=0.09),))
+    poses = np.stack([scene.poses[0].q, scene.poses[0].q + 0.3])
+    read = expected(scene, setup, np.concatenate([poses, poses[:1]]))
+    assert np.isfinite(read.distance[0]).any()
+    np.testing.assert_array_equal(read.distance[0], read.distance[2])
+    bare = pr.Scene().core
+    for q, distance in zip(poses, read.distance, strict=False):
+        stands = Obstacle("tool", carried_polyhedra(scene.robot, q)[0])
+        other = expected(replace(bare, obstacles=(stands,)), setup, q[None])
+        np.testing.assert_allclose(distance, other.distance[0], atol=1e-9)
+
+
+def test_people_keep_off_what_is_attached():
+    far = pr.attached("far", centre=[0, 0.5, 0], size=[0.1, 1.0, 0.1])
+    bare, on = pr.Scene().core, pr.Scene(attached=[far]).core
+    q = bare.poses[0].q
+    T = link_pose(on.robot, "tcp", q)
+    point = (T[:3, :3] @ [0, 0.9, 0] + T[:3, 3])[None]
+    for scene, inside in ((bare, False), (on, True)):
+        capsules = robot_capsules(scene.robot.enclosed(), forward(scene.robot.chain, q))
+        gap = min(
+            float(Capsules(a, b, r).distance(point)[0])
+            for a, b, r in zip(capsules.start, capsules.end, capsules.radius, strict=True)
+        )
+        assert (gap < 0) == inside
