@@ -1,12 +1,14 @@
 """Reading and writing of proposals, scenes and robots."""
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
+from ._urdf import urdf_options
 from .coverage.robots.robot import Robot
 from .formats.loader import read_proposal, read_robot, read_scene
 from .formats.schema.robot_models import RobotFile
@@ -15,15 +17,29 @@ from .formats.writing import to_toml, write_text
 from .objectives.scene import CoreScene
 
 
-def load(path: str | Path) -> Proposal | Scene | Robot:
+def load(
+    path: str | Path,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    hold: Mapping[str, float] | None = None,
+    packages: Sequence[str | Path] = (),
+    package: Mapping[str, str | Path] | None = None,
+) -> Proposal | Scene | Robot:
     """Read a proposal, a scene or a robot (TOML), or a robot's URDF or MJCF (.xml).
 
     A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
     scene. For a URDF or MJCF, capsules and mounts are fitted to the links, which takes some
-    seconds.
+    seconds. The chain ends at the tip of the longest arm, before its gripper. Joints outside the
+    chain stand still; ``Robot.held`` lists their values.
 
     Args:
         path: path of the file.
+        base: link of a URDF at which the chain begins; by default the root.
+        tip: link of a URDF at which the chain ends.
+        hold: values of a URDF's joints that do not move, by name; rad, or m for prismatic joints.
+        packages: folders that are packages of a URDF's meshes, or hold packages.
+        package: folders of packages by the packages' names, where the folders have others.
 
     Returns:
         A ``Proposal``, a ``Scene`` or a ``Robot``. The coverage of a proposal is counted again.
@@ -42,7 +58,11 @@ def load(path: str | Path) -> Proposal | Scene | Robot:
     file = Path(path)
     with input_errors():
         if file.suffix.lower() in (".urdf", ".xml"):
-            return _robot_of_urdf(file)
+            return urdf_options(base, tip, hold, packages, package).fit(file).robot
+        given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
+        for name, value in given.items():
+            if value:
+                raise InputError(f"allowed only for a URDF (.urdf), found {file.name}", name)
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)
@@ -115,14 +135,3 @@ def _kind(file: Path) -> str:
     except (OSError, ValueError, RecursionError):
         return ""
     return next((key for key in ("rings", "joints") if key in keys), "")
-
-
-def _robot_of_urdf(file: Path) -> Robot:
-    from .formats.robots.description import read_description
-    from .formats.robots.meshes import Meshes
-    from .formats.robots.robot_fit import fit_robot
-    from .formats.robots.urdf_chain import pick_chain
-
-    urdf = read_description(file)
-    picked = pick_chain(urdf, None, None)
-    return fit_robot(picked, Meshes(file, ()), urdf.name, 3, "collision").robot

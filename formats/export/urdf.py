@@ -12,8 +12,8 @@ from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron, box_of
 from ..errors import UserError, shown
-from ..robots.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
-from ..robots.urdf_matching import find_robot, moved_links
+from ..robots.urdf import LARGEST, Urdf
+from ..robots.xml_text import bounded_bytes, plain_xml
 from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import SensorFrame, looking_along
 from .markup import document, origin, words
@@ -45,7 +45,7 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
-        _fixed(root, _joint(s), placed.links[joint], s.name, looking_along(T, "x"))
+        _fixed(root, _joint(s), placed.carrier(joint), s.name, looking_along(T, "x"))
     return {"robot.urdf": document(root), **_meshes(placed.scene.robot)}
 
 
@@ -69,20 +69,19 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
     """Add what is attached to the robot to the user's file: a link, fixed to the link that carries
     it, for each joint's link or base that carries something."""
     robot = placed.scene.robot
-    own = 0 if robot.unladen is None else len(robot.unladen.bodies)
-    frames = {b.frame for b in robot.bodies[own:]} | {c.frame for c in robot.carried}
-    picked = find_robot(urdf, robot) if frames else None
-    for frame in sorted(frames) if robot.unladen is not None else ():
+    if robot.unladen is None:
+        return
+    attached = replace(robot, bodies=robot.bodies[len(robot.unladen.bodies) :])
+    frames = {part.frame for part in (*attached.bodies, *attached.carried)}
+    for frame in sorted(frames):
         name = "attached_base" if frame == BASE else f"attached_{frame}"
-        if name in urdf.links or f"{name}_joint" in urdf.joints or picked is None:
+        if name in urdf.links or f"{name}_joint" in urdf.joints:
             raise UserError(
                 f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
             )
-        T = np.eye(4)
-        if frame == BASE:  # the URDF may place its base elsewhere than the scene
-            T = picked.chain.origin[0] @ np.linalg.inv(robot.chain.origin[0])
-        _link(root, name, replace(robot, bodies=robot.bodies[own:]), frame)
-        _fixed(root, f"{name}_joint", moved_links(picked)[frame + 1], name, T)
+        _link(root, name, attached, frame)
+        T = np.linalg.inv(placed.T_base_root) if frame == BASE else np.eye(4)
+        _fixed(root, f"{name}_joint", placed.carrier(frame), name, T)
 
 
 def _joint(sensor: SensorFrame) -> str:
@@ -101,9 +100,7 @@ def _fixed(
 
 def _own(urdf: Urdf, folder: Path) -> ET.Element:
     """Return the user's file, with relative mesh names adapted to ``folder``."""
-    data = bounded_bytes(urdf.path, LARGEST)
-    plain_xml(data, str(urdf.path))
-    root = ET.fromstring(data, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+    root = plain_xml(bounded_bytes(urdf.path, LARGEST), str(urdf.path), comments=True)
     for element in root.iter():
         name = element.get("filename")
         if (
