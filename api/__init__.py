@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ._report import report
     from ._robustness import RobustnessReport, robustness
     from ._safety import SafetyReport, safety
-    from ._scene import Scene, obstacle
+    from ._scene import Scene, attached, obstacle
     from ._search import search
     from ._soft import coverage_fraction, sample_points
     from ._study import StudyReport, study
@@ -100,6 +100,7 @@ __all__ = [
     "ToolSphere",
     "Trajectory",
     "UnionOf",
+    "attached",
     "certify",
     "coverage_fraction",
     "export",
@@ -131,7 +132,7 @@ _MODULES = {
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
-    "_scene": ("Scene", "obstacle"),
+    "_scene": ("Scene", "attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),

@@ -17,11 +17,13 @@ from ._trajectory import Trajectory
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
+from .coverage.robots.attached import Attached
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
+from .formats.schema.attached_models import AttachedModel, attached_of
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
 from .formats.schema.target_models import boxed
@@ -39,6 +41,7 @@ _KEYS = (
     "mounts",
     "rules",
     "obstacles",
+    "attached",
     "cell_sensors",
     "over_poses",
     "safety",
@@ -72,6 +75,7 @@ class Scene:
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
         obstacles: obstacles of the cell, each made by ``obstacle``.
+        attached: tools and payloads on the robot, each made by ``attached``.
         cell_sensors: cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What
             they see counts as covered with any setup.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
@@ -103,6 +107,7 @@ class Scene:
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
+        attached: Sequence[Attached] | Attached | None = None,
         cell_sensors: Sequence[MountedSensor] | MountedSensor | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
@@ -121,6 +126,8 @@ class Scene:
             "safety": safety,
             "prices": prices,
         }
+        if attached is not None:
+            given["attached"] = attached
         with input_errors("scene"):
             core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
@@ -201,6 +208,11 @@ class Scene:
         return self._core.obstacles
 
     @property
+    def attached(self) -> tuple[Attached, ...]:
+        """Tools and payloads on the robot."""
+        return self._core.robot.attached
+
+    @property
     def cell_sensors(self) -> tuple[MountedSensor, ...]:
         """Sensors of the cell."""
         return self._core.cell_sensors
@@ -246,10 +258,10 @@ class Scene:
         core = self._core
         if "robot" in changes and "poses" not in changes:
             at_rest = len(core.poses) == 1 and np.array_equal(core.poses[0].q, core.robot.rest)
-            core = replace(core, robot=_robot(changes["robot"]))
+            core = _with_robot(core, changes)
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
-            core = replace(core, robot=_robot(changes["robot"]))
+            core = _with_robot(core, changes)
         with input_errors("scene"):
             core = _changed(core, changes)
         if "poses" in changes:
@@ -313,6 +325,8 @@ class Scene:
             parts.append("rings without bodies")
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
+        if core.robot.attached:
+            parts.append(f"attached: {', '.join(a.name for a in core.robot.attached)}")
         if core.cell_sensors:
             parts.append(f"{len(core.cell_sensors)} sensors of the cell")
         return parts
@@ -382,6 +396,77 @@ def obstacle(
     return obstacles_of([model])[0]
 
 
+def attached(
+    name: str = "",
+    *,
+    link: str = "tcp",
+    centre: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
+    size: Sequence[float] | None = None,
+    points: Sequence[Sequence[float]] | None = None,
+    start: Sequence[float] | None = None,
+    end: Sequence[float] | None = None,
+    radius: float | None = None,
+) -> Attached:
+    """Return a tool or payload on a link. It moves with the link, belongs to the robot's body,
+    occludes sensors, is excluded from targets, and rings keep clear of it.
+
+    Args:
+        name: name in reports.
+        link: link whose frame carries it: a link with a mount, a joint (the link that it moves),
+            ``tcp`` or ``base``.
+        centre: (x, y, z) of the box's centre, or of the origin of the points' or the capsule's
+            frame, m, in the link's frame.
+        rpy_deg: rotations about x, y and z of the link's frame, in this order, degrees.
+        size: (x, y, z) size of a box, m.
+        points: (N, 3) points in m; the solid is their convex hull.
+        start: (x, y, z) of the start of a capsule's axis, m.
+        end: (x, y, z) of the end of a capsule's axis, m.
+        radius: radius of the capsule, m.
+
+    Returns:
+        The solid, for ``Scene(attached=[...])``.
+
+    Raises:
+        InputError: unless exactly one of ``size``, ``points`` and ``start``, with ``end`` and
+            ``radius``, is given and in range.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.attached("gripper", centre=[0, 0, 0.07], size=[0.1, 0.06, 0.14]).link
+        'tcp'
+    """
+    try:
+        three = {"centre": centre, "rpy_deg": rpy_deg, "size": size, "start": start, "end": end}
+        keys: dict[str, Any] = {
+            "name": name,
+            "link": link,
+            "points": None if points is None else [[float(v) for v in p] for p in points],
+            "radius": None if radius is None else float(radius),
+            **{k: None if v is None else [float(c) for c in v] for k, v in three.items()},
+        }
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
+            "attached",
+        ) from error
+    try:
+        model = AttachedModel(**keys)
+    except ValidationError as error:
+        raise InputError(str(explain("attached", error, AttachedModel))) from error
+    return attached_of([model])[0]
+
+
+def _with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:
+    """Return the scene with another robot, which carries the same tools and payloads unless they
+    change as well."""
+    robot = _robot(changes["robot"])
+    if core.robot.attached and "attached" not in changes:
+        with input_errors("attached"):
+            robot = robot.with_attached(core.robot.attached)
+    return replace(core, robot=robot)
+
+
 def _robot(robot: Robot | str) -> Robot:
     if isinstance(robot, Robot):
         return robot
@@ -405,6 +490,10 @@ def _changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
             f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
             "occlusion",
         )
+    if "attached" in given:
+        each = _each(given["attached"], Attached, "attached", "attached(...)")
+        with input_errors("attached"):
+            fields["robot"] = core.robot.with_attached(each)
     return replace(core, **fields)
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from .reachable import reachable
 from .robots.kinematics import arm_base, forward, joint_origins
+from .robots.link_bodies import attached_capsules, carried_polyhedra
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
@@ -145,7 +146,8 @@ def target_solid(
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
 ) -> Difference:
-    """Return the target at pose ``q`` in the base frame: the outer solid less V_R and obstacles.
+    """Return the target at pose ``q`` in the base frame: the outer solid less V_R, what is attached
+    to the robot, and obstacles.
 
     Args:
         target: the target volume.
@@ -177,6 +179,9 @@ def target_solid(
     body = place.named(OWN, None)
     if any(isinstance(v, NamedVolume) and v.name == "V_P" for v in target.volumes):
         body = Union(body, place.protective[1])
+    obstacles = (*obstacles, *carried_polyhedra(robot, q))
+    if (capsules := attached_capsules(robot, q)) is not None:
+        body = Union(body, capsules)
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)

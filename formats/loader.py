@@ -17,7 +17,7 @@ from ..coverage.sensors.sensor import Sensor
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
-from .obstacle_meshes import with_meshes
+from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
 from .schema.mounted_sensor_models import links_text
@@ -198,6 +198,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
             raise explain(str(path), error, SceneModel) from error
     scene, trajectory = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
+    scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read)
     if trajectory is None:
         return scene
     record = _beside(path, f"{key}trajectory.file", trajectory.file)

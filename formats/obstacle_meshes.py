@@ -1,4 +1,4 @@
-"""Reader of the obstacle meshes that a scene names."""
+"""Reader of the meshes that a scene names: obstacles, and what is attached to the robot."""
 
 import io
 from dataclasses import replace
@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.robots.attached import Attached
 from ..coverage.solids.polyhedra import hull
 from ..objectives.scene import CoreScene, Obstacle
 from .errors import UserError, shown
+from .schema.attached_models import AttachedModel
 from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
 
@@ -39,6 +41,25 @@ def with_meshes(scene: CoreScene, models: list[ObstacleModel], where: str, read:
         path, data = read(key, model.file)
         obstacles += _parts(model, key, path, data)
     return replace(scene, obstacles=tuple(obstacles))
+
+
+def with_attached_meshes(
+    scene: CoreScene, models: list[AttachedModel], where: str, read: Any
+) -> CoreScene:
+    """Return ``scene`` with the attached meshes of its file; each connected part counts by its
+    convex hull. For arguments and errors see ``with_meshes``."""
+    if not any(model.file for model in models):
+        return scene
+    attached = list(scene.robot.attached)
+    for i, model in enumerate(models):
+        if model.file is None:
+            continue
+        key = f"{where}[{i}].file"
+        path, data = read(key, model.file)
+        for part in _parts(model.shape(), key, path, data):
+            keys = {**part.keys, "link": model.link}
+            attached.append(Attached(part.name, model.link, part.body, keys, part.hulled))
+    return replace(scene, robot=scene.robot.with_attached(tuple(attached)))
 
 
 def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:

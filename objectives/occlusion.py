@@ -13,7 +13,7 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup, ring_values
 from ..coverage.rings.ring_kinematics import ring_arrays, sensor_cones, sensor_poses
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
@@ -49,7 +49,8 @@ def occluders(
     check_bodies(scene, occlusion)
     if occlusion == "ignore":
         return Occluders(None, bodies)
-    return Occluders(robot_capsules(scene.robot, forward(scene.robot.chain, q)), bodies)
+    capsules = robot_capsules(scene.robot, forward(scene.robot.chain, q))
+    return Occluders(capsules, (*bodies, *carried_polyhedra(scene.robot, q)))
 
 
 def sight(
@@ -138,6 +139,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
     names = [
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
+        *(c.name for c in scene.robot.carried if scene.occlusion != "ignore"),
     ]
     occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
     unit = np.random.default_rng(0).random((_SAMPLES, 3))

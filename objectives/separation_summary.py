@@ -32,10 +32,10 @@ def separations(scene: CoreScene, target: Target) -> Separations | None:
     """
     if target.name != "V_P":
         return None
-    by_pose = []
+    by_pose, robot = [], scene.robot.enclosed()
     for pose in scene.poses:
-        parts = moving(scene.robot, pose.q, pose.rate, scene.safety.speed)
-        terms, fastest = distances(scene.robot, parts, scene.safety), float(parts.speed.max())
+        parts = moving(robot, pose.q, pose.rate, scene.safety.speed)
+        terms, fastest = distances(robot, parts, scene.safety), float(parts.speed.max())
         by_pose.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
     each, largest, speeds = zip(*by_pose, strict=True)
     return Separations(

@@ -12,19 +12,25 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..coverage.arrays import Array
+from ..coverage.robots.attached import CarriedPolyhedron
 from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import BASE
 from ..coverage.soft.beams import Hidden, InCell, Seen
 from ..coverage.soft.estimator import Soft
 from ..coverage.soft.k_coverage import soft_seen
 from ..coverage.soft.leave_one_out import soft_losses
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
+from ..coverage.solids.polyhedra import Polyhedron, placed
 from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import CoreScene
 
 # rows per call, and how many of them at once: on a CPU one after the other,
 _ROWS = {"cpu": (16, None)}
 _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory allows
+
+# a polyhedron at P poses: normals (P, F, 3), offsets (P, F) m and edges (P, E, 2, 3) m; its faces
+Moved = tuple[list[np.ndarray], np.ndarray]
 
 
 class Rows(NamedTuple):
@@ -62,8 +68,10 @@ class SoftTerms:
         """
         self._seen, self._occlusion, self._bodies = seen, scene.occlusion, None
         self._obstacles = tuple(o.body for o in scene.obstacles)
+        self._carried: list[Moved] = []
         if scene.occlusion != "ignore":
             self._bodies = robot_capsules(scene.robot, np.asarray(frames, np.float32))
+            self._carried = [_moved(one, frames) for one in scene.robot.carried]
         self._each: Callable[..., Soft] = jax.jit(self._of_each)
         self._compiling, self._compiled = Lock(), False
 
@@ -130,7 +138,23 @@ class SoftTerms:
         if self._bodies is not None:
             bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
             seen = Hidden(cones, bodies, self._occlusion)
-        return InCell(seen, self._obstacles) if self._obstacles else seen
+        carried = (
+            Polyhedron(*(jnp.asarray(a)[pose] for a in at_poses), faces)
+            for at_poses, faces in self._carried
+        )
+        obstacles = (*self._obstacles, *carried)
+        return InCell(seen, obstacles) if obstacles else seen
+
+
+def _moved(one: CarriedPolyhedron, frames: Float[np.ndarray, "P F 4 4"]) -> Moved:
+    """Return what the robot carries at P poses, base frame."""
+    still = np.broadcast_to(np.eye(4), (len(frames), 4, 4))
+    each = [placed(one.body, T) for T in (still if one.frame == BASE else frames[:, one.frame])]
+    at_poses = [
+        np.stack([np.asarray(getattr(b, key), np.float32) for b in each])
+        for key in ("normal", "offset", "edges")
+    ]
+    return at_poses, one.body.faces
 
 
 def _rows() -> tuple[int, int | None]:

@@ -67,7 +67,7 @@ def _travelled(
     The bound covers the TCP and the bodies: the travel of a body's ends, plus the effect of its
     rotation at a distance of its radius.
     """
-    tcp, most = [], []
+    robot, tcp, most = robot.enclosed(), [], []
     for i in range(0, len(q) - 1, _CHUNK):
         frames = forward(robot.chain, q[i : i + _CHUNK + 1])
         points = frames[:, -1:, :3, 3]

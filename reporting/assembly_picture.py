@@ -103,7 +103,7 @@ def assembly_picture(
         data: STL files by name.
     """
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
-    bodies = robot_capsules(scene.robot, frames)
+    bodies = robot_capsules(scene.robot.enclosed(), frames)
     parts = [
         [_surface(half) for half in halves]
         for halves in printed_parts(scene.robot, result, data, frames)

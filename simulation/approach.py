@@ -52,7 +52,7 @@ class _Scene:
     def __init__(
         self, robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], moving_only: bool
     ) -> None:
-        self.cones = sensor_cones(robot, setup, q)
+        self.cones, robot = sensor_cones(robot, setup, q), robot.enclosed()
         self.bodies = robot_capsules(robot, forward(robot.chain, q))
         chosen = np.array([b.frame > 0 or not moving_only for b in robot.bodies])
         c = self.cones

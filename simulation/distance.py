@@ -119,7 +119,7 @@ def series(
     if mode not in MODES:
         raise ValueError(f"unknown mode {mode!r}; known: {', '.join(MODES)}")
     frames = forward(robot.chain, q)
-    bodies = robot_capsules(robot, frames)
+    bodies = robot_capsules(robot.enclosed(), frames)
     centre, radius = thing_balls(thing, seed, time_s, bodies)
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, frames))
     half, range_m = sensor_optics(setup)

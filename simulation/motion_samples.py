@@ -72,7 +72,7 @@ def _moments(
     safety: Safety,
     together: bool,
 ) -> Moments:
-    frames = np.asarray(forward(robot.chain, q))
+    frames, robot = np.asarray(forward(robot.chain, q)), robot.enclosed()
     parts = [moving(robot, *at, safety.speed) for at in zip(q, rates, strict=True)]
     return Moments(
         q,

@@ -15,7 +15,7 @@ import trimesh
 from jaxtyping import Float
 from manifold3d import Manifold, Mesh
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from place_rings.objectives.scene import CoreScene
 
 _ROUND = 32  # facets of a body
@@ -85,6 +85,10 @@ def judge(scene: CoreScene, data: Mapping[str, bytes]) -> Verdict:
                 own = {frame, frame - 1} if frame == len(robot.chain) else {frame}
                 if body.frame not in own:
                     verdict.bodies = min(verdict.bodies, solid.min_gap(there, _NEAR))
+            for one, body in zip(robot.carried, carried_polyhedra(robot, pose.q), strict=True):
+                there = Manifold.hull_points(1000 * body.edges.reshape(-1, 3))
+                _note(verdict, solid, there, f"{name}, {one.name}")
+                verdict.bodies = min(verdict.bodies, solid.min_gap(there, _NEAR))
     return verdict
 
 

@@ -448,6 +448,16 @@ CASES = {
         NEAR.replace(obstacles=[pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])]),
         pr.Setup.named("n1_4_25"),
     ),
+    "a tool, two poses": (
+        pr.Scene(
+            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1.4, -1.8, -1.6, 0.3]],
+            attached=[
+                pr.attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
+                pr.attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
+            ],
+        ),
+        pr.Setup.named("n1_4_25", radius=0.1),
+    ),
 }
 
 

@@ -12,9 +12,18 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Group, Ring, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import attached_at, carried_at
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
-from ..reporting.rendering.meshes import band, faces_within, lengths_within, loops, tube
+from ..reporting.rendering.meshes import (
+    band,
+    capsule,
+    faces_of,
+    faces_within,
+    lengths_within,
+    loops,
+    tube,
+)
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
@@ -131,7 +140,22 @@ class Drawing:
                 found[f"obstacle{i}"] = DrawnMesh(
                     corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7
                 )
+        for i, solid in enumerate(self._attached(choice.pose) if choice.robot else ()):
+            found[f"attached{i}"] = DrawnMesh(*solid, ROBOT)
         return found
+
+    def _attached(self, pose: int) -> list[Surface]:
+        """Return the polyhedra that the robot carries; and, where its own surface is drawn, the
+        attached capsules, which belong to the bodies."""
+        robot, q = self.scene.robot, self.scene.poses[pose].q
+        frames = np.asarray(forward(robot.chain, q))
+        corners = [faces_of(body).reshape(-1, 3) for body in carried_at(robot, frames)]
+        solids: list[Surface] = [(c, np.arange(len(c)).reshape(-1, 3)) for c in corners]
+        capsules = None if self.body is None else attached_at(robot, frames)
+        if capsules is not None:
+            ends = zip(capsules.start, capsules.end, capsules.radius, strict=True)
+            solids += [tube(capsule(a, b, float(r))) for a, b, r in ends]
+        return solids
 
     def _robot_at(self, pose: int) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
         robot, q = self.scene.robot, self.scene.poses[pose].q

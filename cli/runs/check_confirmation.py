@@ -46,7 +46,9 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: CoreScene, console: T
         table.add_column(name, justify="right")
     table.add_column("lowered by the robot's own (sensors)")
     for name, ring in zip(
-        ring_names(setup), by_ring(stops, setup, [b.name for b in scene.robot.bodies]), strict=True
+        ring_names(setup),
+        by_ring(stops, setup, [b.name for b in scene.robot.enclosed().bodies]),
+        strict=True,
     ):
         counts = (ring.sensors, ring.always_full, ring.sometimes_less, ring.sometimes_none)
         why = ", ".join(f"{body} ({count})" for body, count in ring.why)

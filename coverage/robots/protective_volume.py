@@ -99,8 +99,11 @@ def protective(
 ) -> tuple[Capsules, Capsules]:
     """Return V_P with the robot in it, and the robot's bodies, at a pose.
 
+    Capsules about the polyhedra that the robot carries count in V_P, but not as bodies.
     For arguments and errors see ``moving`` and ``distances``.
     """
-    parts = moving(robot, q, rate, safety.speed)
-    rods = parts.rods
-    return Capsules(rods.start, rods.end, rods.radius + distances(robot, parts, safety).total), rods
+    parts = moving(robot.enclosed(), q, rate, safety.speed)
+    rods, own = parts.rods, len(robot.bodies) * PIECES
+    bodies = Capsules(rods.start[:own], rods.end[:own], rods.radius[:own])
+    total = distances(robot, parts, safety).total
+    return Capsules(rods.start, rods.end, rods.radius + total), bodies

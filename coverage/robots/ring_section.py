@@ -18,10 +18,11 @@ def tube_of(robot: Robot, mount: Mount) -> list[Body]:
 
     They lie along its axis, or are balls about it; housings across it are excluded. The last link
     carries the TCP, so its bodies belong to a mount at the TCP as well, and also those that exceed
-    the measured section by a fifth at most.
+    the measured section by a fifth at most. What is attached to the robot is no part of a tube:
+    rings keep clear of it.
     """
     last, tubes = len(robot.chain) - 1, []
-    for body in robot.bodies:
+    for body in (robot.unladen or robot).bodies:
         start, end = body.capsule.start, body.capsule.end
         if body.frame == last and mount.frame == last + 1:
             T = np.linalg.inv(robot.chain.origin[-1])

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ..solids.capsules import Capsules
+from ..solids.polyhedra import Polyhedron
+from .attached import Attached, CarriedPolyhedron
 from .kinematics import Chain
 
 _ROUNDING = 1e-8  # rad or m, by which a file's value may exceed its limit
@@ -117,6 +119,12 @@ class Robot:
     joint_links: Links | None = None
     """Mounts and bodies for rings without bodies: on the lines between the joints, as in the paper;
     None: those in use."""
+    attached: tuple[Attached, ...] = ()
+    """Tools and payloads; its capsules are among the bodies. Set by ``with_attached``."""
+    carried: tuple[CarriedPolyhedron, ...] = ()
+    """The polyhedra of ``attached`` in the frames that carry them. Set by ``with_attached``."""
+    unladen: "Robot | None" = None
+    """The robot without ``attached``; None if nothing is attached."""
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)
@@ -146,11 +154,62 @@ class Robot:
         )
         return int(over[0]) if len(over) else None
 
+    def with_attached(self, attached: tuple[Attached, ...]) -> "Robot":
+        """Return the robot with these tools and payloads, in place of any that it carries.
+
+        Capsules become bodies, and polyhedra become ``carried``.
+
+        Raises:
+            ValueError: if a link is unknown, or if the robot has no bodies.
+        """
+        bare, last = self.unladen or self, len(self.chain) - 1
+        if not attached:
+            return bare
+        if not bare.bodies:
+            raise ValueError(f"robot {bare.name} has no bodies, so nothing can be attached to it")
+        bodies, carried = list(bare.bodies), list[CarriedPolyhedron]()
+        for one in attached:
+            if one.link not in bare.carriers:
+                known = ", ".join(bare.carriers)
+                raise ValueError(f"robot {bare.name} has no link {one.link!r}; known: {known}")
+            frame, T = bare.carriers[one.link], np.eye(4)
+            if frame > last:  # the TCP, which the last joint moves
+                frame, T = last, bare.chain.origin[-1]
+            solid = one.moved(T)
+            if isinstance(solid, Polyhedron):
+                carried.append(CarriedPolyhedron(one.name, frame, solid, one.hulled))
+            else:
+                bodies.append(Body(one.name, frame, solid))
+        return replace(
+            bare,
+            bodies=tuple(bodies),
+            attached=tuple(attached),
+            carried=tuple(carried),
+            unladen=bare,
+        )
+
+    @property
+    def carriers(self) -> dict[str, int]:
+        """``frames`` with the links of both descriptions, whichever is in use."""
+        described = [links.mounts for links in (self.tube_links, self.joint_links) if links]
+        return {**{m.link: m.frame for some in described for m in some}, **self.frames}
+
+    def enclosed(self) -> "Robot":
+        """Return the robot with bodies that contain all of it: a capsule about each polyhedron that
+        it carries stands for that polyhedron."""
+        if not self.carried:
+            return self
+        capsules = (Body(c.name, c.frame, c.enclosing) for c in self.carried)
+        return replace(self, bodies=(*self.bodies, *capsules), carried=())
+
     def with_links(self, real: bool) -> "Robot":
         """Return the robot with the links for real rings, or for rings without bodies, in use.
 
         Links in use that are neither of them stay as they are.
         """
+        if self.unladen is not None:
+            bare = self.unladen.with_links(real)
+            return self if bare is self.unladen else bare.with_attached(self.attached)
         wanted, known = self.tube_links if real else self.joint_links, False
         for links in (self.tube_links, self.joint_links):
             if links is not None and links.mounts is self.mounts and links.bodies is self.bodies:

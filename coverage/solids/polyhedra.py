@@ -124,6 +124,31 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     )
 
 
+def box_of(
+    body: Polyhedron,
+) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, " 3"]] | None:
+    """Return the pose (4, 4) m of a box's centre and the sizes (3,) m along its axes; None if the
+    polyhedron is no box with its faces in the order of ``box``."""
+    if body.normal.shape != (6, 3):
+        return None
+    R = np.asarray(body.normal[:3]).T
+    if not np.allclose(R.T @ R, np.eye(3), atol=1e-9) or np.linalg.det(R) < 0:
+        return None
+    if not np.allclose(body.normal[3:], -R.T, atol=1e-9):
+        return None
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:3, 3] = R @ ((body.offset[:3] - body.offset[3:]) / 2)
+    return T, np.asarray(body.offset[:3] + body.offset[3:])
+
+
+def placed(body: Polyhedron, T: Float[np.ndarray, "4 4"]) -> Polyhedron:
+    """Return ``body`` in the frame in which its own frame has the pose ``T`` (4, 4) m."""
+    normal = body.normal @ T[:3, :3].T
+    edges = body.edges @ T[:3, :3].T + T[:3, 3]
+    return Polyhedron(normal, body.offset + normal @ T[:3, 3], edges, body.faces)
+
+
 def polyhedron_shadow(
     apex: Float[Array, "K 3"], body: Polyhedron
 ) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:

@@ -8,6 +8,7 @@ from trimesh.visual.material import PBRMaterial
 
 from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.link_bodies import attached_at, carried_at
 from ...coverage.robots.robot import BASE
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
@@ -44,6 +45,14 @@ def glb(placed: PlacedSetup) -> dict[str, bytes]:
         corners = np.asarray(obstacle.body.edges).reshape(-1, 3)
         if len(corners):
             _add(scene, f"obstacle_{i}", trimesh.convex.convex_hull(corners), _OBSTACLE)
+    for i, body in enumerate(carried_at(placed.scene.robot, placed.T_base_frame)):
+        corners = np.asarray(body.edges).reshape(-1, 3)
+        _add(scene, f"attached_{i}", trimesh.convex.convex_hull(corners), _ROBOT)
+    capsules = attached_at(placed.scene.robot, placed.T_base_frame)
+    if placed.urdf is not None and capsules is not None:  # without a URDF they are among the bodies
+        ends = zip(capsules.start, capsules.end, capsules.radius, strict=True)
+        for i, (a, b, radius) in enumerate(ends):
+            _add(scene, f"attached_capsule_{i}", _capsule(a, b, float(radius)), _ROBOT)
     unit = trimesh.creation.cylinder(_UNIT[0], _UNIT[1], sections=16)
     unit.visual = trimesh.visual.TextureVisuals(material=_material(_SENSOR))
     for s in placed.sensors:

@@ -51,6 +51,12 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
             {"type": "sphere", "pos": words(start)} if ball else {"fromto": words([*start, *end])}
         )
         geom.attrib.update({"type": "capsule", **shape, "size": words([radius])})
+    names = plain_names(f"attached_{i}_{c.name}" for i, c in enumerate(robot.carried))
+    for carried, name in zip(robot.carried, names, strict=True):
+        corners = np.unique(carried.body.edges.reshape(-1, 3), axis=0)
+        ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
+        holder = bodies[0 if carried.frame == BASE else carried.frame + 1]
+        ET.SubElement(holder, "geom", name=name, type="mesh", mesh=name)
     for s in placed.sensors:
         joint_of, T = placed.on_link(s)
         held = ET.SubElement(bodies[joint_of + 1], "body", _place(T), name=s.name)

@@ -2,6 +2,7 @@
 
 import os
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from jaxtyping import Float
 
 from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.polyhedra import Polyhedron, box_of
 from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
@@ -19,8 +21,8 @@ from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 
 
 def urdf(placed: PlacedSetup) -> dict[str, bytes]:
-    """Return ``robot.urdf``: the user's file with the sensors, or one generated from the robot's
-    chain and bodies.
+    """Return ``robot.urdf``: the user's file with the sensors and what is attached to the robot, or
+    one generated from the robot's chain and bodies; and the meshes of what is attached.
 
     Raises:
         UserError: if the user's file lacks the robot's chain, or has links with the sensors' names.
@@ -39,11 +41,47 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
                         f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without"
                         " these sensors"
                     )
+        _attach(root, placed, placed.urdf)
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
         _fixed(root, _joint(s), placed.carrier(joint), s.name, looking_along(T, "x"))
-    return {"robot.urdf": document(root)}
+    return {"robot.urdf": document(root), **_meshes(placed.scene.robot)}
+
+
+def _meshes(robot: Robot) -> dict[str, bytes]:
+    """Return the STL files of the polyhedra that the robot carries, other than boxes."""
+    import trimesh  # slow to load
+
+    files = {}
+    for i, carried in enumerate(robot.carried):
+        if box_of(carried.body) is None:
+            hull = trimesh.convex.convex_hull(carried.body.edges.reshape(-1, 3))
+            files[_mesh_name(i)] = bytes(hull.export(file_type="stl"))
+    return files
+
+
+def _mesh_name(i: int) -> str:
+    return f"attached_{i}.stl"
+
+
+def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
+    """Add what is attached to the robot to the user's file: a link, fixed to the link that carries
+    it, for each joint's link or base that carries something."""
+    robot = placed.scene.robot
+    if robot.unladen is None:
+        return
+    attached = replace(robot, bodies=robot.bodies[len(robot.unladen.bodies) :])
+    frames = {part.frame for part in (*attached.bodies, *attached.carried)}
+    for frame in sorted(frames):
+        name = "attached_base" if frame == BASE else f"attached_{frame}"
+        if name in urdf.links or f"{name}_joint" in urdf.joints:
+            raise UserError(
+                f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
+            )
+        _link(root, name, attached, frame)
+        T = np.linalg.inv(placed.T_base_root) if frame == BASE else np.eye(4)
+        _fixed(root, f"{name}_joint", placed.carrier(frame), name, T)
 
 
 def _joint(sensor: SensorFrame) -> str:
@@ -119,6 +157,21 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
         if body.frame == frame:
             for use in ("visual", "collision"):
                 _capsule(link, use, body.capsule)
+    for i, carried in enumerate(robot.carried):
+        if carried.frame == frame:
+            for use in ("visual", "collision"):
+                _polyhedron(link, use, carried.body, _mesh_name(i))
+
+
+def _polyhedron(link: ET.Element, use: str, body: Polyhedron, file: str) -> None:
+    """Add a box as such, and any other polyhedron as the mesh ``file``."""
+    part = ET.SubElement(link, use)
+    if (box := box_of(body)) is not None:
+        T, size = box
+        ET.SubElement(part, "origin", origin(T))
+        ET.SubElement(ET.SubElement(part, "geometry"), "box", size=words(size))
+    else:
+        ET.SubElement(ET.SubElement(part, "geometry"), "mesh", filename=file)
 
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:

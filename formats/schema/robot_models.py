@@ -350,7 +350,8 @@ class RobotModel(MappedModel[Robot]):
 
     @classmethod
     def from_domain(cls, value: Robot, **given: Any) -> Self:
-        """Return the table of a robot, rounded as in files."""
+        """Return the table of a robot, rounded as in files; it omits what is attached."""
+        value = value.unladen or value
         chain = value.chain
         frames = dict(enumerate(chain.joints)) | {BASE: BASE_FRAME, len(chain): TCP_FRAME}
         limits = [None] * len(chain) if value.limits is None else list(value.limits)
@@ -411,5 +412,7 @@ def robot_of(key: str | RobotModel) -> Robot:
 
 
 def robot_key(robot: Robot) -> str | RobotModel:
-    """Return a robot as a scene names it: by name if it is built in, else in-line."""
+    """Return a robot as a scene names it, without what is attached to it: by name if it is built
+    in, else in-line."""
+    robot = robot.unladen or robot
     return robot.name if built_in(robot) else RobotModel.from_domain(robot)

@@ -22,6 +22,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.targets import Shape, Target
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Pose
 from ..errors import IN_LINE, NAMED
+from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .field_types import Metres
 from .mapping import MappedModel, Of
@@ -146,6 +147,11 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=1000,
         description="obstacles of the cell; they occlude and belong to no target",
     )
+    attached: list[AttachedModel] = Field(
+        default=[],
+        max_length=1000,
+        description="tools and payloads; they move with their links and belong to the robot's body",
+    )
 
     @field_validator("robot")
     @classmethod
@@ -186,6 +192,8 @@ class SceneModel(MappedModel[CoreScene]):
     def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield targets, rings and rules that the robot does not allow."""
         yield from self._target_faults()
+        for i, one in enumerate(self.attached):
+            yield from one.faults(robot, i)
         for i, ring in enumerate(self.fixed):
             if ring.link not in robot.links:
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
@@ -227,11 +235,11 @@ class SceneModel(MappedModel[CoreScene]):
                 yield ("mounts", link), link, _links_of(robot)
 
     def to_domain(self, **given: Any) -> CoreScene:
-        """Return the scene without the obstacles and poses that other files hold."""
+        """Return the scene without the meshes and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
         robot = robot_of(self.robot)
         return super().to_domain(
-            robot=robot,
+            robot=attached_to(robot, self.attached),
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
@@ -255,6 +263,7 @@ class SceneModel(MappedModel[CoreScene]):
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
             fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
+            attached=[AttachedModel(**one.keys) for one in value.robot.attached],
             **given,
         )
 

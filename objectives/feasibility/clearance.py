@@ -11,7 +11,7 @@ from ...coverage.rings.envelope_clearance import Blocked, blocked_by_capsules, b
 from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_envelope import Envelope, hull
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..link_segments import Room, Stretches
@@ -232,14 +232,20 @@ class MountClearance:
             which = rows[:, 6].astype(int)
             start, end, thick = rows[:, :3], rows[:, 3:6], np.asarray(capsules.radius)[which]
             names = [robot.bodies[i].name for i in which]
-        most = max((len(o.body.offset) for o in self.scene.obstacles), default=1)
-        count = len(self.scene.obstacles) * len(T)
+        solid = [(o.name, [o.body] * len(T)) for o in self.scene.obstacles]
+        carried = zip(*(carried_polyhedra(robot, p.q) for p in self.scene.poses), strict=True)
+        solid += [(c.name, list(at)) for c, at in zip(robot.carried, carried, strict=True)]
+        most = max((len(at[0].offset) for _, at in solid), default=1)
+        count = len(solid) * len(T)
         normal, offset = np.zeros((count, most, 3)), np.full((count, most), NOWHERE)
-        for i, obstacle in enumerate(self.scene.obstacles):
-            n, here = obstacle.body.normal, slice(i * len(T), (i + 1) * len(T))
-            normal[here, : len(n)] = np.einsum("paj,mj->pma", turn, n)
-            offset[here, : len(n)] = obstacle.body.offset - origin @ n.T
-            names += [obstacle.name] * len(T)
+        for i, (name, at) in enumerate(solid):
+            n = np.stack([body.normal for body in at])  # (P, M, 3)
+            faces, here = n.shape[1], slice(i * len(T), (i + 1) * len(T))
+            normal[here, :faces] = np.einsum("paj,pmj->pma", turn, n)
+            offset[here, :faces] = np.stack([b.offset for b in at]) - np.einsum(
+                "pj,pmj->pm", origin, n
+            )
+            names += [name] * len(T)
         return _Things(start, end, thick, normal, offset, names)
 
 

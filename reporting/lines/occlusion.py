@@ -134,11 +134,19 @@ def scene_lines(scene: CoreScene) -> list[str]:
         f"Robot {scene.robot.name} has no bodies: beams pass through it, and rings need no room on"
         " it. place-rings robot fits bodies to a URDF."
     )
-    return [bodiless] * (not scene.robot.bodies) + [
-        f"Obstacle {o.name} is not convex; its convex hull is used."
-        for o in scene.obstacles
-        if o.hulled
-    ]
+    return (
+        [bodiless] * (not scene.robot.bodies)
+        + [
+            f"Obstacle {o.name} is not convex; its convex hull is used."
+            for o in scene.obstacles
+            if o.hulled
+        ]
+        + [
+            f"Attached {one.name} is not convex; its convex hull is used."
+            for one in scene.robot.attached
+            if one.hulled
+        ]
+    )
 
 
 def print_sight(

@@ -176,6 +176,14 @@ def lengths_within(cones: Cones, outer: Solid) -> Any:
     return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
 
 
+def faces_of(body: Polyhedron) -> Any:
+    """Return triangles (N, 3, 3) m of a bounded polyhedron."""
+    from scipy.spatial import ConvexHull
+
+    corners = np.asarray(body.edges).reshape(-1, 3)
+    return corners[ConvexHull(corners).simplices]
+
+
 def faces_within(body: Polyhedron, box: Any) -> Any:
     """Return triangles (N, 3, 3) m of the part of a polyhedron inside the box (2, 3) m; may be
     empty.

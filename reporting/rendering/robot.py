@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from ...coverage.rings.ring import Setup
-from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.link_bodies import attached_at, carried_at, robot_capsules
 from ...coverage.robots.robot import Robot
 from ...objectives.scene import CoreScene
 from .canvas import Canvas
 from .colours import rgb
-from .meshes import ball, band, body, capsule, circle, closed, loops, rod, tube
+from .meshes import ball, band, body, capsule, circle, closed, faces_of, loops, rod, tube
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
@@ -44,6 +44,7 @@ def add_robot(
         _add_bodies(canvas, robot, frames)
     else:
         _add_stick(canvas, robot, frames)
+    _add_attached(canvas, robot, frames, bool(real and robot.bodies))
     for ring in setup.rings:
         rims = band(scene, frames, ring)
         canvas.mesh(tube(rims), colour[ring.link])
@@ -55,6 +56,16 @@ def _add_bodies(canvas: Canvas, robot: Robot, frames: Any) -> None:
     bodies = robot_capsules(robot, frames)
     for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
         canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+
+
+def _add_attached(canvas: Canvas, robot: Robot, frames: Any, with_bodies: bool) -> None:
+    """Add what is attached to the robot; its capsules only if they are not drawn as bodies."""
+    for solid in carried_at(robot, frames):
+        canvas.faces(faces_of(solid), _LINK)
+    capsules = None if with_bodies else attached_at(robot, frames)
+    if capsules is not None:
+        for a, b, r in zip(capsules.start, capsules.end, capsules.radius, strict=True):
+            canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
 
 
 def _add_stick(canvas: Canvas, robot: Robot, frames: Any) -> None:

@@ -128,6 +128,9 @@ def _asked(f: Facts) -> Iterator[str]:
         f" {escaped(listed([title(s) for s in dict.fromkeys(g.sensor for g in f.setup.groups)]))}."
     )
     yield f"- Occlusion: `{scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
+    if scene.robot.attached:
+        names = listed([escaped(one.name) for one in scene.robot.attached])
+        yield f"- Attached to the robot: {names}."
     mounts = "with bodies, as on a real mount" if scene.real else "without bodies, as in the paper"
     yield f"- Rings: {mounts}.\n"
 

@@ -28,7 +28,9 @@ def gaps(
     """Return the distances at P poses, m: (P, A) between each pair of the robot's bodies, and (P,
     B) between each body and each obstacle; see ``from_cell``.
     """
-    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
+    bodies = robot_capsules(
+        scene.robot.enclosed(), forward(scene.robot.chain, np.asarray(joints, float))
+    )
     return _from_each_other(bodies), from_cell(scene, bodies)
 
 
@@ -124,7 +126,7 @@ def neighbours(scene: CoreScene) -> Bool[np.ndarray, " A"]:
     """
     low, high = _bounds(scene)
     joints = np.random.default_rng(0).uniform(low, high, (_MANY, len(low)))
-    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
+    bodies = robot_capsules(scene.robot.enclosed(), forward(scene.robot.chain, joints))
     return np.asarray((_from_each_other(bodies) < _APART).all(axis=0))
 
 
@@ -154,7 +156,7 @@ def sunk(scene: CoreScene) -> list[str]:
     bodies that no joint moves are omitted.
     """
     found = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
-    names = [(b.name, o.name) for b in scene.robot.bodies for o in scene.obstacles]
+    names = [(b.name, o.name) for b in scene.robot.enclosed().bodies for o in scene.obstacles]
     return [
         f"poses[{p}]: {names[b][0]} is {-1000 * found[p, b]:.0f} mm inside {names[b][1]}"
         for p, b in np.argwhere((found < -_ROUNDING) & ~fixed(scene))

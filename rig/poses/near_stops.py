@@ -113,7 +113,8 @@ def _to_robot(
     body's number; bodies ``most`` m away or farther may be omitted.
     """
     # (P, B, 3), (B,)
-    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints)).arrays()
+    robot = scene.robot.enclosed()
+    start, end, radius = robot_capsules(robot, forward(robot.chain, joints)).arrays()
     beams, of = beams_at(scene, setup, joints), np.repeat(np.arange(len(joints)), setup.sensors)
     shape, within = (len(joints), setup.sensors), np.full(len(beams), most)
     found, body = np.full(shape, np.inf), np.full(shape, NOBODY)

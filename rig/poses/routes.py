@@ -64,7 +64,7 @@ class Clearance:
         if self._some(q[None], slack)[0]:
             return None
         names, obstacles, motion = (
-            [b.name for b in self.scene.robot.bodies],
+            [b.name for b in self.scene.robot.enclosed().bodies],
             self.scene.obstacles,
             self.scene.motion,
         )

@@ -83,7 +83,8 @@ def placeable(
     stands = rod.at(points)
     good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
     if scene.robot.bodies:
-        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q)).arrays()
+        robot = scene.robot.enclosed()
+        start, end, radius = robot_capsules(robot, forward(robot.chain, q)).arrays()
         for a, b, r in zip(start, end, radius, strict=True):
             a, b = (np.broadcast_to(v, points.shape) for v in (a, b))
             good &= (

@@ -17,7 +17,8 @@ from ...coverage.pytrees import mapped
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
+from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
@@ -61,7 +62,10 @@ def expected(
     found[CELL] = cell.reshape(len(poses), -1)[which.ravel()]
     if scene.robot.bodies:
         bodies = robot_capsules(scene.robot, forward(scene.robot.chain, poses))
-        found[ROBOT] = to_capsules(beams, of, bodies, cell).reshape(len(poses), -1)[which.ravel()]
+        own = np.minimum(
+            to_capsules(beams, of, bodies, cell), _to_carried(scene.robot, beams, of, poses)
+        )
+        found[ROBOT] = own.reshape(len(poses), -1)[which.ravel()]
     if rod is not None:
         every, within = np.repeat(np.arange(len(joints)), setup.sensors), found.min(axis=0).ravel()
         found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod, within).reshape(
@@ -96,6 +100,18 @@ def to_cell(beams: MixedBeams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarr
     each = [to_body(beams, body) for body in bodies]
     nearest: np.ndarray = np.min(each, axis=0, initial=np.inf) + np.zeros(len(beams))
     return nearest
+
+
+def _to_carried(
+    robot: Robot, beams: MixedBeams, of: Int[np.ndarray, " R"], poses: Float[np.ndarray, "P J"]
+) -> Float[np.ndarray, " R"]:
+    """Return the distance (R,) m of the nearest polyhedron that the robot carries in each of R
+    beams at the poses ``of`` (R,); infinite if none is in it."""
+    distance = np.full(len(beams), np.inf)
+    for p in range(len(poses)) if robot.carried else ():
+        here = np.flatnonzero(of == p)
+        distance[here] = to_cell(only(beams, here), carried_polyhedra(robot, poses[p]))
+    return distance
 
 
 def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
