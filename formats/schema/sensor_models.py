@@ -99,7 +99,7 @@ class SensorModel(MappedModel[Sensor]):
                 refuse([(("zones",), self.zones, "1 for a round beam; more only with fov_up_deg")])
             return self
         if use.own is None and use.model not in MODELS:
-            refuse([(("model",), use.model, f"a sensor file (.toml), or {', '.join(MODELS)}")])
+            refuse([(("model",), use.model, f"{', '.join(MODELS)}, or a sensor file (.toml)")])
         try:
             sensor = effective(use).sensor
         except ValueError as error:
