@@ -37,7 +37,7 @@ class SensorCatalogue(Mapping[str, Sensor]):
 
     def under(
         self,
-        name: str,
+        name: str | Sensor,
         *,
         ambient: str | None = None,
         reflectance: float | None = None,
@@ -46,7 +46,8 @@ class SensorCatalogue(Mapping[str, Sensor]):
         """Return a sensor with its effective range under given conditions.
 
         Args:
-            name: name of the sensor in the catalogue.
+            name: name of the sensor in the catalogue, or a sensor of the catalogue or of a sensor
+                file, as ``load`` returns it.
             ambient: ambient light as the catalogue writes it, such as ``50kcps``; the darkest
                 listed condition by default.
             reflectance: reflectance of the target in (0, 1]; the manufacturer's white target by
@@ -64,12 +65,15 @@ class SensorCatalogue(Mapping[str, Sensor]):
             >>> round(pr.sensors.under("vl53l1x", ambient="50kcps").range_m, 2)
             1.61
         """
-        if name not in MODELS:
-            raise InputError(f"found {name}, allowed: {', '.join(MODELS)}", "sensor")
+        use = name.use if isinstance(name, Sensor) else Use(name)
+        if use is None:
+            raise InputError("found a nominal beam, allowed: a sensor with a model", "sensor")
+        if use.own is None and use.model not in MODELS:
+            raise InputError(f"found {use.model}, allowed: {', '.join(MODELS)}", "sensor")
         try:
-            return effective(Use(name, ambient, reflectance, target_size)).sensor
+            return effective(Use(use.model, ambient, reflectance, target_size, use.own)).sensor
         except ValueError as error:
-            raise InputError(str(error), "sensor", name) from error
+            raise InputError(str(error), "sensor", use.model) from error
 
 
 class RobotCatalogue(Mapping[str, Robot]):

@@ -1,4 +1,4 @@
-"""Reading and writing of proposals, scenes and robots."""
+"""Reading of proposals, scenes, robots and sensors, and writing of the first three."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,9 @@ from ._proposal import Proposal
 from ._scene import Scene
 from ._urdf import urdf_options
 from .coverage.robots.robot import Robot
-from .formats.loader import read_proposal, read_robot, read_scene
+from .coverage.sensors.effective_range import effective
+from .coverage.sensors.sensor import Sensor, Use
+from .formats.loader import read_proposal, read_robot, read_scene, read_sensor
 from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
 from .formats.writing import to_toml, write_text
@@ -25,13 +27,13 @@ def load(
     hold: Mapping[str, float] | None = None,
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
-) -> Proposal | Scene | Robot:
-    """Read a proposal, a scene or a robot (TOML), or a robot's URDF or MJCF (.xml).
+) -> Proposal | Scene | Robot | Sensor:
+    """Read a proposal, a scene, a robot or a sensor (TOML), or a robot's URDF or MJCF (.xml).
 
-    A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
-    scene. For a URDF or MJCF, capsules and mounts are fitted to the links, which takes some
-    seconds. The chain ends at the tip of the longest arm, before its gripper. Joints outside the
-    chain stand still; ``Robot.held`` lists their values.
+    A file with ``[[rings]]`` is a proposal, one with ``[[joints]]`` a robot, one with
+    ``[[ranges]]`` a sensor, any other file a scene. For a URDF or MJCF, capsules and mounts are
+    fitted to the links, which takes some seconds. The chain ends at the tip of the longest arm,
+    before its gripper. Joints outside the chain stand still; ``Robot.held`` lists their values.
 
     Args:
         path: path of the file.
@@ -42,7 +44,8 @@ def load(
         package: folders of packages by the packages' names, where the folders have others.
 
     Returns:
-        A ``Proposal``, a ``Scene`` or a ``Robot``. The coverage of a proposal is counted again.
+        A ``Proposal``, a ``Scene``, a ``Robot`` or a ``Sensor``. The coverage of a proposal is
+        counted again. A sensor has its range for the best case; ``sensors.under`` limits it.
 
     Raises:
         InputError: if the file cannot be read; the message names the file, the key, the value and
@@ -78,6 +81,8 @@ def load(
                 )
             case "joints":
                 return read_robot(file)
+            case "ranges":
+                return effective(Use.of(read_sensor(file))).sensor
             case _:
                 return Scene.of(read_scene(file))
 
@@ -126,7 +131,8 @@ def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
 
 
 def _kind(file: Path) -> str:
-    """Return the key that identifies a file: ``rings``, ``joints``, or empty for a scene.
+    """Return the key that identifies a file: ``rings``, ``joints``, ``ranges``, or empty for a
+    scene.
 
     A file that cannot be read counts as a scene; reading it then reports the error.
     """
@@ -134,4 +140,4 @@ def _kind(file: Path) -> str:
         keys = tomllib.loads(file.read_text("utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return ""
-    return next((key for key in ("rings", "joints") if key in keys), "")
+    return next((key for key in ("rings", "joints", "ranges") if key in keys), "")

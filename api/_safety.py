@@ -19,7 +19,7 @@ from ._validation import SetupLike, resolve_setup
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.ring import Setup, sensor_optics
 from .coverage.robots.separation_distance import Safety, separation, stopping_time
-from .coverage.sensors.catalogue import MODELS
+from .coverage.sensors.catalogue import model_of
 from .formats.schema.sensor_records import sensor_records
 from .formats.schema.separation_models import (
     DirectionModel,
@@ -283,7 +283,7 @@ def _motion(
         InputError: for a motion that does not fit the robot, or a robot without a stopping time.
     """
     rates = [
-        options.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
+        options.rate or (model_of(r.sensor.use).rate_hz if r.sensor.use else None)
         for r in setup.groups
     ]
     period = np.repeat(

@@ -14,6 +14,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
+from ..coverage.sensors.sensor_model import Model
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
@@ -21,6 +22,7 @@ from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
 from .schema.mounted_sensor_models import links_text
+from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
@@ -90,6 +92,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         if issubclass(model, VersionedFile):
             refuse_newer(raw)
         raw = _with_robot(path, raw, model)
+        raw = _with_sensors(path, raw, model)
         raw = raw if robot is None else _on_robot(raw, robot)
         return model.model_validate(raw, context=FROM_FILE)
     except ValidationError as error:
@@ -117,6 +120,17 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
+    tables."""
+
+    def read(key: str, name: str) -> OwnSensorModel:
+        file = read_model(_beside(path, key, name), OwnSensorFile)
+        return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
+
+    return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
 
 
 def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
@@ -165,6 +179,15 @@ def read_robot(path: Path) -> Robot:
         UserError: if it cannot be read or is not valid.
     """
     return robot_of(read_model(path, RobotFile))
+
+
+def read_sensor(path: Path) -> Model:
+    """Return the model of the sensor in a TOML file.
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
+    return read_model(path, OwnSensorFile).to_domain()
 
 
 def read_scene(path: Path, robot: Robot | None = None) -> CoreScene:

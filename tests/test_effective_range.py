@@ -4,6 +4,7 @@ extrapolated in silence.
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.sensors.catalogue import MODELS, model
 from place_rings.coverage.sensors.effective_range import effective, size_of
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.coverage.sensors.sensor_model import side_of_diagonal
+from place_rings.coverage.sensors.sensor_model import diagonal_of_sides, side_of_diagonal
 from place_rings.formats.schema.sensor_models import SensorModel
 
 NAMES = st.sampled_from(sorted(MODELS))
@@ -38,7 +39,10 @@ def slant_m(found):
 # the worked examples beside the datasheets
 @pytest.mark.parametrize(("size", "wanted"), [((0.45, 0.70), 2.45), ((0.04, 10.0), 1.16)])
 def test_fill_rule_gives_the_worked_examples(size, wanted):
-    assert slant_m(effective(Use("vl53l1x", size=size))) == pytest.approx(wanted, abs=0.006)
+    # they take sides of 27°/√2
+    own = replace(model("vl53l1x"), name="worked", diagonal_deg=None, fov_deg=27 / math.sqrt(2))
+    own = replace(own, fov_up_deg=own.fov_deg)
+    assert slant_m(effective(replace(Use.of(own), size=size))) == pytest.approx(wanted, abs=0.006)
 
 
 @pytest.mark.parametrize(
@@ -113,10 +117,8 @@ def test_stronger_light_is_never_seen_through_farther(name):
 def test_the_flat_base_lies_within_the_range(drawn):
     use = use_of(drawn)
     found = effective(use)
-    half = math.radians(found.model.side_deg) / 2
-    corner = found.range_m * np.array(
-        [1, math.tan(half), math.tan(half) if found.model.square else 0.0]
-    )
+    along, up = (math.tan(math.radians(side) / 2) for side in found.model.sides_deg)
+    corner = found.range_m * np.array([1, along, up if found.model.square else 0.0])
     assert np.linalg.norm(corner) <= slant_m(found) * (1 + 1e-12)
 
 
@@ -124,6 +126,40 @@ def test_side_of_a_diagonal_is_that_of_the_square_within():
     # the geometry that the facts state
     assert side_of_diagonal(60.74) == pytest.approx(45.0, abs=0.05)
     assert side_of_diagonal(78.46) == pytest.approx(60.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("sides", "diagonal"), [((45, 45), 65), ((60, 60), 90), ((55, 42), 71)], ids=str
+)
+def test_the_makers_squares_are_consistent_by_its_own_rule_only(sides, diagonal):
+    assert diagonal_of_sides(*sides, "sines") == pytest.approx(diagonal, abs=0.6)
+    assert abs(diagonal_of_sides(*sides) - diagonal) > 3
+
+
+@given(st.floats(0.1, 175), st.sampled_from(["tangents", "sines"]))
+def test_side_and_diagonal_are_inverse(diagonal, corners):
+    side = side_of_diagonal(diagonal, corners)
+    assert diagonal_of_sides(side, side, corners) == pytest.approx(diagonal, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_beam_of_the_catalogue_lies_within_the_stated_one(name):
+    m = model(name)
+    along, up = (math.radians(side) / 2 for side in m.sides_deg)
+    edge = np.linspace(-1, 1, 41)
+    for x, y in itertools.product(edge * math.tan(along), edge * math.tan(up) * m.square):
+        ray = np.array([x, y, 1.0]) / math.hypot(x, y, 1.0)
+        if m.corners == "sines":  # ST's square, in the components of a direction
+            assert abs(ray[0]) <= math.sin(along) + 1e-12
+            assert abs(ray[1]) <= math.sin(up) + 1e-12
+        if m.diagonal_deg is not None:
+            assert math.acos(ray[2]) <= math.radians(m.diagonal_deg / 2) + 1e-9
+    stated = (m.fov_deg, m.fov_up_deg)
+    assert all(s is None or side <= s for side, s in zip(m.sides_deg, stated, strict=True))
+    if m.square and m.diagonal_deg is not None:
+        across = diagonal_of_sides(*m.sides_deg, m.corners)
+        assert across == pytest.approx(m.diagonal_deg, abs=1.0)
+    assert m.zones * m.rows == 1 or m.square
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.sensors.catalogue import SUPPLIES
+from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.coverage.solids.spheres import sphere
@@ -207,7 +207,7 @@ def test_materials_add_up():
     assert escaped("<b>`a`</b>*") in "\n".join(
         materials(paper_scene(), Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
     )
-    assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
+    assert f"at most {11 * MODELS['tfmini-s'].supply.power_w:.2f} W" in said
     assert (
         f"{11 * 100:,} distances and {(frame_length(5) + frame_length(6)) * 100:,} bytes per second"
         in said

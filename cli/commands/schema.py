@@ -15,6 +15,7 @@ def schema(
             "scene",
             "robot",
             "target",
+            "sensor",
             "proposal",
             "verify",
             "robustness",

@@ -79,8 +79,8 @@ class SensorOptions:
         str | None,
         Parameter(
             help=(
-                "Sensor of the catalogue (see place-rings sensors). Default: the sensor of the"
-                " scene (reference scene: a cone of 25°, 1.5 m long)."
+                "Sensor of the catalogue (see place-rings sensors), or a sensor file (.toml)."
+                " Default: the sensor of the scene (reference scene: a cone of 25°, 1.5 m long)."
             )
         ),
     ] = None

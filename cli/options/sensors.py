@@ -1,9 +1,12 @@
-"""Sensors on the command line: a model of the catalogue, its light and its target."""
+"""Sensors on the command line: a model of the catalogue or of a file, its light, its target."""
+
+from pathlib import Path
 
 from ..._catalogue import sensors
-from ...coverage.sensors.effective_range import size_of
+from ...coverage.sensors.effective_range import effective, size_of
 from ...coverage.sensors.sensor import Sensor, Use
 from ...formats.errors import UserError
+from ...formats.loader import read_sensor
 
 
 def resolve_sensor(
@@ -16,14 +19,14 @@ def resolve_sensor(
     """Return the sensor of ``--sensor`` under the given conditions, or None if none is given.
 
     Args:
-        name: model in the catalogue.
+        name: model in the catalogue, or a sensor file (.toml).
         ambient: ambient light.
         reflectance: reflectance of the target.
         size: size of the target, WIDTHxHEIGHT in metres.
         own: the scene's sensor, to which conditions apply without ``--sensor``.
 
     Raises:
-        UserError: if conditions are given for a sensor that is not in the catalogue.
+        UserError: for an invalid sensor file, or conditions for a sensor without a model.
     """
     given = {"--ambient": ambient, "--reflectance": reflectance, "--target-size": size}
     stated = {option: value for option, value in given.items() if value is not None}
@@ -33,17 +36,22 @@ def resolve_sensor(
     if name is None and base is None:
         option, value = next(iter(stated.items()))
         raise UserError(
-            f"{option} {value}: allowed only for a sensor of the catalogue; add --sensor, or set"
-            " model in [sensor] of the scene"
+            f"{option} {value}: allowed only for a sensor of the catalogue or of a sensor file; add"
+            " --sensor, or set model in [sensor] of the scene"
         )
-    use = base or Use(str(name))
+    use = base or _use_of(str(name))
     try:
         target_size = use.size if size is None else size_of(size)
     except ValueError as error:
         raise UserError(f"--sensor {use.model}: {error}") from error
     return sensors.under(
-        use.model,
+        use.model if use.own is None else effective(Use.of(use.own)).sensor,
         ambient=use.ambient if ambient is None else ambient,
         reflectance=use.reflectance if reflectance is None else reflectance,
         target_size=target_size,
     )
+
+
+def _use_of(name: str) -> Use:
+    own = name.lower().endswith(".toml")
+    return Use.of(read_sensor(Path(name))) if own else Use(name)

@@ -1,16 +1,70 @@
-"""Print the sensor catalogue as a table."""
+"""Print the sensor catalogue, or a sensor file, as a table."""
 
 import json
+from collections.abc import Iterator
+from pathlib import Path
 
+from rich.padding import Padding
 from rich.table import Table
 
+from ...coverage.sensors.boards import Board
 from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Use
 from ...coverage.sensors.sensor_model import Model
 from ...formats.schema.sensor_records import SensorRecord
 from ...reporting.explained import Explained
-from ...reporting.terminal import Terminal, say, say_json
+from ...reporting.terminal import Terminal, say_json
+
+_LEGEND = (
+    "beam: full angle of a cone, or sides of a square beam; range: for a white target (88 %, of"
+    " Benewake 90 %) that fills the beam, unless another reflectance is stated, in the light in"
+    " brackets; least: shortest distance that is measured correctly; Hz: measurements per second;"
+    " targets: most that one zone reports. –: not stated. The sources follow."
+)
+
+
+def sensors(as_json: bool, file: Path | None = None) -> None:
+    """Print the catalogue, or the sensor in ``file``."""
+    uses = [Use(name) for name in MODELS]
+    if file is not None:
+        from ...formats.loader import read_sensor
+
+        uses = [Use.of(read_sensor(file))]
+    found = [effective(use) for use in uses]
+    if as_json:
+        records = [SensorRecord.from_domain(each).model_dump(mode="json") for each in found]
+        say_json(json.dumps(records, indent=2))
+        return
+    models = [each.model for each in found]
+    console = Terminal()
+    title = "Sensor catalogue" if file is None else "Sensor file"
+    console.print(Explained(title, _table(models), _LEGEND))
+    first: dict[Board, str] = {}  # the model that a board was described for
+    for m in models:
+        console.print(f"{m.name}: {m.title}", highlight=False)
+        for line in (*_details(m), *_board(m, first)):
+            console.print(Padding(line, (0, 0, 0, 2), expand=False), highlight=False)
+    console.print(
+        "Below its least distance a sensor still answers, but the distance is wrong."
+        + " The catalogue has no prices, because no dated offer is known." * (file is None),
+        highlight=False,
+    )
+
+
+def _table(models: list[Model]) -> Table:
+    table = Table()
+    for column in ("sensor", "beam", "zones", "range, m", "least", "Hz", "targets"):
+        numbers = column in ("least", "Hz", "targets")
+        table.add_column(
+            column, justify="right" if numbers else "left", no_wrap=column in ("sensor", "beam")
+        )
+    for m in models:
+        beam = "×".join(f"{side:.3g}°" for side in m.sides_deg[: 2 if m.square else 1])
+        zones = "1" if m.zones * m.rows == 1 else f"{m.zones}×{m.rows}"
+        rest = ("–" if v is None else f"{v:g}" for v in (m.least_m, m.rate_hz, m.targets))
+        table.add_row(m.name, beam, zones, _figures(m), *rest)
+    return table
 
 
 def _figures(model: Model) -> str:
@@ -21,55 +75,35 @@ def _figures(model: Model) -> str:
     )
 
 
-def sensors(as_json: bool) -> None:
-    """Print the catalogue."""
-    if as_json:
-        say_json(
-            json.dumps(
-                [
-                    SensorRecord.from_domain(effective(Use(name))).model_dump(mode="json")
-                    for name in MODELS
-                ],
-                indent=2,
-            )
-        )
+def _details(m: Model) -> Iterator[str]:
+    """Yield the lines about a model below the table."""
+    yield f"source: {m.source}{f' ({m.note})' if m.note else ''}"
+    if m.square:
+        yield f"beam: {m.definition}"
+    if m.separation_m is not None:
+        yield f"targets: at least {m.separation_m:g} m apart"
+    if m.histogram is not None:
+        yield f"raw histogram: {'yes' if m.histogram else 'no'}"
+    if m.safety:
+        yield f"safety rating: {m.safety}"
+    if m.life_cycle:
+        yield f"life cycle: {m.life_cycle}"
+    if m.supply is not None:
+        most = "at most " if m.supply.limit else ""
+        yield f"power: {most}{m.supply.power_w:g} W ({m.supply.source})"
+    if m.price is not None:
+        price = m.price
+        yield f"price: {price.amount:g} {price.currency} on {price.date} ({price.source})"
+
+
+def _board(m: Model, first: dict[Board, str]) -> Iterator[str]:
+    """Yield the line about a model's board; ``first`` names the model that it stands at."""
+    if m.board is None:
         return
-    table = Table()
-    for column in ("sensor", "beam", "zones", "range, m", "least m", "Hz"):
-        table.add_column(
-            column,
-            justify="right" if column in ("least m", "Hz") else "left",
-            no_wrap=column == "sensor",
-        )
-    for m in MODELS.values():
-        beam = f"{m.side_deg:.3g}° {'square' if m.square else 'cone'}"
-        least, rate = ("–" if v is None else f"{v:g}" for v in (m.least_m, m.rate_hz))
-        zones = "1" if m.zones == 1 else f"{m.zones}×{m.zones}"
-        table.add_row(m.name, beam, zones, _figures(m), least, rate)
-    console = Terminal()
-    console.print(
-        Explained(
-            "Sensor catalogue",
-            table,
-            "beam: full angle, of a square beam from side to side; range: for a white target (88 %,"
-            " of Benewake 90 %) that fills the beam, unless another reflectance is stated, in the"
-            " light in brackets; least: shortest distance that is measured correctly; Hz:"
-            " measurements per second. The sources follow.",
-        )
-    )
-    for m in MODELS.values():
-        note = f" ({m.note})" if m.note else ""
-        console.print(f"{m.name}: {m.source}{note}", highlight=False, soft_wrap=True)
-        if m.board is not None:
-            size = " × ".join(
-                f"{1000 * side:.4g}" for side in (m.board.width, m.board.height, m.board.thickness)
-            )
-            console.print(
-                f"{m.name} on a board of {size} mm: {m.board.source}",
-                highlight=False,
-                soft_wrap=True,
-            )
-    say(
-        "Below its least distance a sensor still answers, but the distance is wrong. The catalogue"
-        " has no prices."
-    )
+    if m.board in first:
+        yield f"board: that of {first[m.board]}"
+        return
+    first[m.board] = m.name
+    sizes = (m.board.width, m.board.height, m.board.thickness)
+    size = " × ".join(f"{1000 * side:.4g}" for side in sizes)
+    yield f"board of {size} mm: {m.board.source}"

@@ -1,4 +1,4 @@
-"""Effective range of a catalogue sensor for a target: the rules that limit it, applied one after
+"""Effective range of a sensor for a target: the rules that limit it, applied one after
 the other.
 
 No rule extrapolates silently.
@@ -20,7 +20,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from .catalogue import model
+from .catalogue import model_of
 from .sensor import Sensor, Use
 from .sensor_model import DARK, Figure, Light, Model
 
@@ -45,7 +45,7 @@ class Effective:
     """A sensor for a use, and the derivation of its range."""
 
     model: Model
-    """The catalogue's model."""
+    """The model, of the catalogue or the user's own."""
     use: Use
     """The use."""
     steps: tuple[Step, ...]
@@ -58,19 +58,19 @@ class Effective:
     @property
     def sensor(self) -> Sensor:
         """The resulting sensor."""
-        side = math.radians(self.model.side_deg)
         m = self.model
-        return Sensor(side, self.range_m, self.use, side if m.square else None, m.zones, m.board)
+        along, up = (math.radians(side) for side in m.sides_deg)
+        return Sensor(along, self.range_m, self.use, up if m.square else None, m.zones, m.board)
 
 
 def effective(use: Use) -> Effective:
-    """Return the effective range of a catalogue sensor for ``use``.
+    """Return the effective range of a sensor for ``use``.
 
     Raises:
         ValueError: if the model is unknown, the light has no figure, the reflectance is outside
             (0, 1], or a size is not positive.
     """
-    m = model(use.model)
+    m = model_of(use)
     best = max((f for f in m.figures if f.light == m.lights[0]), key=lambda f: f.reflectance)
     steps = [
         Step(
@@ -175,12 +175,13 @@ def _by_size(m: Model, size: tuple[float, float], before: Step) -> Step:
 
 
 def _by_base(m: Model, range_m: float) -> Step:
-    tangent = math.tan(math.radians(m.side_deg) / 2) * (math.sqrt(2) if m.square else 1.0)
+    along, up = (math.tan(math.radians(side) / 2) for side in m.sides_deg)
     shape = "square" if m.square else "round"
+    sides = " by ".join(f"{side:.3g}°" for side in dict.fromkeys(m.sides_deg))
     return Step(
         "base",
-        f"{shape} beam of {m.side_deg:.3g}° ends in a plane",
-        range_m / math.hypot(1.0, tangent),
+        f"{shape} beam of {sides} ends in a plane",
+        range_m / math.hypot(1.0, along, up if m.square else 0.0),
         False,
     )
 

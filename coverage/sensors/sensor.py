@@ -6,22 +6,30 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from .boards import Board
+from .sensor_model import Model
 
 Shape = Literal["beam", "dome", "fan"]
 
 
 @dataclass(frozen=True)
 class Use:
-    """A catalogue model and its use. None: as the manufacturer measured."""
+    """A sensor model and its use. None: as the manufacturer measured."""
 
     model: str
-    """Name in the catalogue."""
+    """Name in the catalogue, or of ``own``."""
     ambient: str | None = None
     """Ambient light in the catalogue's notation, such as ``50kcps``."""
     reflectance: float | None = None
     """Reflectance of the target, in (0, 1]."""
     size: tuple[float, float] | None = None
     """Width and height of the target, m."""
+    own: Model | None = None
+    """The user's own model, of a sensor file; None: that of the catalogue."""
+
+    @classmethod
+    def of(cls, own: Model) -> "Use":
+        """Return the use of a user's own model, as its source measured."""
+        return cls(own.name, own=own)
 
 
 @dataclass(frozen=True)

@@ -1,74 +1,35 @@
-"""Models of a sensor and of the board that carries it."""
+"""Model of a sensor: its beam, or a model with its operating conditions."""
 
 import math
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from ...coverage.sensors.boards import Board
 from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Sensor, Use
+from ..errors import IN_LINE, NAMED
 from .base_model import Fault, refuse
+from .board_models import BoardModel
 from .field_types import Metres
 from .mapping import DEGREES, MappedModel, Of
+from .own_sensor_models import OwnSensorModel
 
 _USES = ("ambient", "reflectance", "target_size")
 _SAME = 1e-6  # degrees and metres, largest difference between a stated beam and the catalogue's
 
 
-_Small = Annotated[float, Field(gt=0, le=0.2, description="length, m")]
-_OnBoard = Annotated[
-    list[Annotated[float, Field(ge=-0.1, le=0.1, description="coordinate from the middle, m")]],
-    Field(min_length=2, max_length=2),
+SensorKey = Annotated[
+    Annotated[str, Field(max_length=100), Tag(NAMED)] | Annotated[OwnSensorModel, Tag(IN_LINE)],
+    Discriminator(lambda found: IN_LINE if isinstance(found, dict | OwnSensorModel) else NAMED),
 ]
 
 
-class BoardModel(MappedModel[Board]):
-    """The board that carries a sensor, seen from the front; x points right, y up, from its
-    middle."""
-
-    width: _Small = Field(description="width of the board, m")
-    height: _Small = Field(description="height of the board, m")
-    thickness: _Small = Field(default=0.0016, description="thickness of the board, m")
-    lens: _OnBoard = Field(default=[0.0, 0.0], description="position of the sensor's lens, m")
-    lens_height: float = Field(
-        default=0.001, ge=0, le=0.1, description="height of the sensor's front above the board, m"
-    )
-    holes: list[_OnBoard] = Field(
-        default=[], max_length=16, description="positions of the screw holes, m"
-    )
-    hole: _Small = Field(default=0.0025, description="diameter of the holes, m")
-    plugs: Annotated[
-        list[Annotated[float, Field(ge=0, le=0.1, description="room beyond an edge, m")]],
-        Field(min_length=2, max_length=2),
-    ] = Field(
-        default=[0.0, 0.0],
-        description="room for plugs beyond the edges left and right, and above and below, m",
-    )
-    plug_height: float = Field(
-        default=0.003, ge=0, le=0.1, description="height of plugs above the board's front, m"
-    )
-    source: str = Field(default="", max_length=1000, description="source of the figures")
-
-    @model_validator(mode="after")
-    def _within_its_outline(self) -> Self:
-        half = (self.width / 2, self.height / 2)
-        spots = {("lens",): (self.lens, 0.0)} | {
-            ("holes", i): (at, self.hole / 2) for i, at in enumerate(self.holes)
-        }
-        refuse(
-            (loc, str(at), f"within the outline of {self.width:g} by {self.height:g} m")
-            for loc, (at, r) in spots.items()
-            if any(abs(x) + r > h for x, h in zip(at, half, strict=True))
-        )
-        return self
-
-
 class SensorModel(MappedModel[Sensor]):
-    """A sensor, stated by its beam or by a catalogue model with its operating conditions.
+    """A sensor, stated by its beam or by a model with its operating conditions. The model is one
+    of the catalogue or the user's own.
 
     The conditions determine the beam. A file may state both if they agree; files that place-rings
     writes do. A square beam with neither a model nor a number of zones counts as one zone, so that
@@ -102,8 +63,9 @@ class SensorModel(MappedModel[Sensor]):
             "for the whole beam"
         ),
     )
-    model: Annotated[str, Field(max_length=100)] | None = Field(
-        default=None, description="model in the catalogue"
+    model: SensorKey | None = Field(
+        default=None,
+        description="model in the catalogue, a sensor file (.toml), or a sensor's table in-line",
     )
     ambient: Annotated[str, Field(max_length=100)] | None = Field(
         default=None, description="ambient light, for example 50kcps or 5klx"
@@ -135,11 +97,13 @@ class SensorModel(MappedModel[Sensor]):
 
     @property
     def use(self) -> Use | None:
-        """Operating conditions of the catalogue model; None without a model."""
+        """Model with its operating conditions; None without a model."""
         if self.model is None:
             return None
         size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
-        return Use(self.model, self.ambient, self.reflectance, size)
+        own = None if isinstance(self.model, str) else self.model.to_domain()
+        name = self.model if isinstance(self.model, str) else self.model.name
+        return Use(name, self.ambient, self.reflectance, size, own)
 
     @model_validator(mode="after")
     def _of_its_shape(self) -> Self:
@@ -175,8 +139,8 @@ class SensorModel(MappedModel[Sensor]):
             if self.zones > 1 and self.fov_up_deg is None:
                 refuse([(("zones",), self.zones, "1 for a round beam; more only with fov_up_deg")])
             return self
-        if use.model not in MODELS:
-            refuse([(("model",), use.model, ", ".join(MODELS))])
+        if use.own is None and use.model not in MODELS:
+            refuse([(("model",), use.model, f"{', '.join(MODELS)}, or a sensor file (.toml)")])
         try:
             sensor = effective(use).sensor
         except ValueError as error:
@@ -222,7 +186,8 @@ class SensorModel(MappedModel[Sensor]):
         if use is not None:
             known = effective(use).sensor.board
             size = None if use.size is None else list(use.size)
-            stated = {"model": use.model, "ambient": use.ambient} | {
+            model = use.model if use.own is None else OwnSensorModel.from_domain(use.own)
+            stated = {"model": model, "ambient": use.ambient} | {
                 "reflectance": use.reflectance,
                 "target_size": size,
             }

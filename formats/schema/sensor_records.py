@@ -1,4 +1,4 @@
-"""Records of catalogue sensors: those of a setup, and their effective ranges."""
+"""Records of sensors with a model: those of a setup, and their effective ranges."""
 
 import math
 from typing import Annotated, Any, Self
@@ -6,11 +6,23 @@ from typing import Annotated, Any, Self
 from pydantic import Field
 
 from ...coverage.rings.ring import Setup
-from ...coverage.sensors.catalogue import model
+from ...coverage.sensors.catalogue import model_of
 from ...coverage.sensors.effective_range import Effective, Step, effective
 from ...coverage.sensors.sensor import Sensor
 from .field_types import Metres
 from .mapping import MappedModel, Of
+
+_STATED = (
+    "least_m",
+    "rate_hz",
+    "targets",
+    "separation_m",
+    "histogram",
+    "safety",
+    "life_cycle",
+    "source",
+    "note",
+)
 
 
 class RuleModel(MappedModel[Step]):
@@ -23,9 +35,10 @@ class RuleModel(MappedModel[Step]):
 
 
 class SensorRecord(MappedModel[Effective]):
-    """A catalogue sensor: operating conditions, effective range rule by rule, and source."""
+    """A sensor of the catalogue or of a sensor file: operating conditions, effective range rule by
+    rule, and source."""
 
-    model: str = Field(description="name in the catalogue")
+    model: str = Field(description="name of the model")
     title: str = Field(description="full name")
     ambient: str | None = Field(default=None, description="ambient light")
     reflectance: float | None = Field(
@@ -35,16 +48,31 @@ class SensorRecord(MappedModel[Effective]):
         default=None, description="width and height of the target, m"
     )
     fov_deg: float = Field(description="full field of view, degrees")
+    fov_up_deg: float | None = Field(
+        default=None,
+        description="full field of view of a square beam along the ring's axis, degrees",
+    )
+    beam: str = Field(default="", description="which of the stated angles the beam is taken from")
+    zones: list[int] = Field(default=[1, 1], description="zones in a row, and rows")
     range_m: Metres = Field(description="effective range, m")
     rules: Annotated[list[RuleModel], Of("steps")] = Field(description="rules that limit the range")
     least_m: float | None = Field(default=None, description="least measurable distance, m")
     rate_hz: float | None = Field(default=None, description="rate of readings, Hz")
+    targets: int | None = Field(default=None, description="most targets that a zone reports")
+    separation_m: float | None = Field(
+        default=None, description="least distance between two such targets, m"
+    )
+    histogram: bool | None = Field(
+        default=None, description="whether the raw histogram of returns can be read"
+    )
+    safety: str = Field(default="", description="safety rating")
+    life_cycle: str = Field(default="", description="whether the sensor is still made")
     source: str = Field(description="source of the figures")
     note: str = Field(default="", description="remark")
 
     @classmethod
     def from_domain(cls, value: Effective, **given: Any) -> Self:
-        """Return the record of a catalogue sensor under its operating conditions."""
+        """Return the record of a sensor under its operating conditions."""
         model, use = value.model, value.use
         return super().from_domain(
             value,
@@ -53,11 +81,11 @@ class SensorRecord(MappedModel[Effective]):
             ambient=use.ambient,
             reflectance=use.reflectance,
             target_size=None if use.size is None else list(use.size),
-            fov_deg=math.degrees(value.sensor.fov),
-            least_m=model.least_m,
-            rate_hz=model.rate_hz,
-            source=model.source,
-            note=model.note,
+            fov_deg=model.sides_deg[0],
+            fov_up_deg=model.sides_deg[1] if model.square else None,
+            beam=model.definition,
+            zones=[model.zones, model.rows],
+            **{key: getattr(model, key) for key in _STATED},
             **given,
         )
 
@@ -75,7 +103,7 @@ def used(setup: Setup) -> list[Effective]:
 def title(sensor: Sensor) -> str:
     """Return the name of a sensor: its model, or its nominal beam."""
     if sensor.use is not None:
-        return model(sensor.use.model).title
+        return model_of(sensor.use).title
     up = "" if sensor.fov_up is None else f" by {math.degrees(sensor.fov_up):.3g}°"
     return f"A nominal sensor of {math.degrees(sensor.fov):.3g}°{up}"
 

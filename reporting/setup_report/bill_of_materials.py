@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from ...coverage.rings.ring import Setup
-from ...coverage.sensors.catalogue import MODELS, SUPPLIES
+from ...coverage.sensors.catalogue import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.sensors.sensor_model import Supply
 from ...formats.schema.sensor_records import title
@@ -16,18 +16,19 @@ UNKNOWN = "not known"
 
 
 def _supply(sensor: Sensor) -> Supply | None:
-    return None if sensor.use is None else SUPPLIES.get(sensor.use.model)
+    return None if sensor.use is None else model_of(sensor.use).supply
 
 
 def rate_hz(sensor: Sensor) -> float | None:
-    """Return the highest rate of readings in Hz, or None if the catalogue has none."""
-    return None if sensor.use is None else MODELS[sensor.use.model].rate_hz
+    """Return the highest rate of readings in Hz, or None if its model states none."""
+    return None if sensor.use is None else model_of(sensor.use).rate_hz
 
 
 def distances(sensor: Sensor) -> int:
     """Return the number of distances in one reading, one for each zone."""
     if sensor.use is not None:
-        return MODELS[sensor.use.model].zones ** 2
+        model = model_of(sensor.use)
+        return model.zones * model.rows
     return sensor.zones**2 if sensor.zoned else 1
 
 
@@ -104,7 +105,7 @@ def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> l
     ]
     total = _total(setup, length)
     sources = {
-        f"Power of the {MODELS[s.use.model].title}: {found.source}."
+        f"Power of the {model_of(s.use).title}: {found.source}."
         for s in kinds
         if s.use and (found := _supply(s))
     }
