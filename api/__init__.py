@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
     from .coverage.sensors.sensor import Sensor
+    from .objectives.prices import Prices
     from .objectives.scene import Limits, Pose, Rules
     from .placement.search.feasible_set import InfeasibleError
     from .placement.search.progress import Outcome, Progress
@@ -55,6 +56,7 @@ __all__ = [
     "Limits",
     "Outcome",
     "Pose",
+    "Prices",
     "Progress",
     "Proposal",
     "ProtectiveVolume",
@@ -114,6 +116,7 @@ _MODULES = {
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.sensors.sensor": ("Sensor",),
+    "objectives.prices": ("Prices",),
     "objectives.scene": ("Limits", "Pose", "Rules"),
     "placement.search.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),

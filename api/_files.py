@@ -26,12 +26,12 @@ def load(
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
 ) -> Proposal | Scene | Robot:
-    """Read a proposal, a scene or a robot (TOML), or a robot's URDF.
+    """Read a proposal, a scene or a robot (TOML), or a robot's URDF or MJCF (.xml).
 
     A file with ``[[rings]]`` is a proposal, a file with ``[[joints]]`` a robot, any other file a
-    scene. For a URDF, capsules and mounts are fitted to the links, which takes some seconds. The
-    chain ends at the tip of the longest arm, before its gripper. Joints outside the chain stand
-    still; ``Robot.held`` lists their values.
+    scene. For a URDF or MJCF, capsules and mounts are fitted to the links, which takes some
+    seconds. The chain ends at the tip of the longest arm, before its gripper. Joints outside the
+    chain stand still; ``Robot.held`` lists their values.
 
     Args:
         path: path of the file.
@@ -57,12 +57,14 @@ def load(
     """
     file = Path(path)
     with input_errors():
-        if file.suffix.lower() == ".urdf":
+        if file.suffix.lower() in (".urdf", ".xml"):
             return urdf_options(base, tip, hold, packages, package).fit(file).robot
         given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
         for name, value in given.items():
             if value:
-                raise InputError(f"allowed only for a URDF (.urdf), found {file.name}", name)
+                raise InputError(
+                    f"allowed only for a URDF (.urdf) or MJCF (.xml), found {file.name}", name
+                )
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)

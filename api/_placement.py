@@ -69,6 +69,16 @@ class Placement:
 
         return export(self, to=to, folder=folder, **options)
 
+    @property
+    def price(self) -> float | None:
+        """Price of all new rings with their sensors; None if the scene has no prices."""
+        return self.scene.core.price_of(self.setup)
+
+    def price_rows(self) -> Iterable[Sequence[str]]:
+        prices, price = self.scene.core.prices, self.price
+        if prices is not None and price is not None:
+            yield "price", prices.text(price)
+
     def rows(self) -> Iterable[Sequence[str]]:
         """Return name and value of each line of the printed result."""
         return ()

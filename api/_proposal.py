@@ -12,12 +12,15 @@ from ._placement import Placement
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
+from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
+    FewestRingsModel,
     FoundModel,
     ProposalFile,
     ReachedModel,
     ReachModel,
     SearchFile,
+    TriedRingsModel,
 )
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.robustness_models import ErrorsModel
@@ -26,6 +29,7 @@ from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
 from .objectives.verify import Verified, Verifier
+from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
 from .placement.search.search import SearchResult
@@ -60,6 +64,8 @@ class Proposal(Placement):
     """Coverage reached with each number of sensors, if the search minimised the sensors."""
     wanted_percent: float | None = None
     """Coverage to reach with the fewest sensors, percent."""
+    fewest: FewestRings | None = None
+    """Results with each number of rings, if the search minimised the rings."""
     command: str = ""
     """The call or the command that ran the search."""
     found: FoundModel | None = None
@@ -88,6 +94,12 @@ class Proposal(Placement):
     def by_target(self) -> dict[str, float]:
         """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
         return {str(v.target): v.zeta for v in self.each}
+
+    @property
+    def rings_tried(self) -> dict[int, float]:
+        """Exact value of the criterion in [0, 1] by the number of rings, for a search with
+        ``fewest_rings``; empty otherwise."""
+        return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
 
     @property
     def value(self) -> float | None:
@@ -212,6 +224,8 @@ class Proposal(Placement):
             asked_percent=criterion_percent,
             files=files,
             reach=self.reach_record(),
+            fewest_rings=self.rings_record(),
+            price=PriceModel.of(self.scene.core, self.setup),
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
         )
@@ -232,6 +246,22 @@ class Proposal(Placement):
         return ReachModel(
             wanted_percent=self.wanted_percent, reached=self.reach.reached, tried=tried
         )
+
+    def rings_record(self) -> FewestRingsModel | None:
+        """Return the searches for the fewest rings in percent; None if there were none."""
+        if self.fewest is None:
+            return None
+        tried = [
+            TriedRingsModel(
+                rings=n,
+                exact_percent=100 * one.exact,
+                within=self.fewest.suffices(one),
+                price=self.scene.core.price_of(one.setup),
+                seconds=round(one.statistics.seconds, 1),
+            )
+            for n, one in self.fewest.tried.items()
+        ]
+        return FewestRingsModel(within_points=100 * self.fewest.within, tried=tried)
 
     def save(self, path: str | Path) -> Path:
         """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or
@@ -260,6 +290,7 @@ class Proposal(Placement):
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
         if not self.criterion.plain and self.value is not None:
             yield str(self.criterion), f"{100 * self.value:.2f} %"
+        yield from self.price_rows()
         if self.outcome is not None:
             yield "search", self.outcome.value
 

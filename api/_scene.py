@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ValidationError
 
+from ._arguments import number
 from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._targets import TargetVolume, volume_of
@@ -21,6 +22,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
+from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
@@ -36,6 +38,7 @@ _KEYS = (
     "obstacles",
     "over_poses",
     "safety",
+    "prices",
 )
 
 
@@ -52,8 +55,10 @@ class Scene:
     Args:
         robot: a name in ``robots``, or a ``Robot``.
         targets: one or more target volumes such as ``Shell(0.5, weight=0.6)``.
-        poses: a ``Trajectory``, a list of ``Pose``, or joint angles in rad: (J,) for one pose or
-            (P, J) for P poses of equal weight. The robot's rest pose by default.
+        poses: a ``Trajectory``, a list of ``Pose``, joint values by name and unit such as
+            ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or joint angles in rad (and m
+            for prismatic joints): (J,) for one pose or (P, J) for P poses of equal weight. The
+            robot's rest pose by default.
         sensor: sensor of new rings.
         occlusion: model of occlusion: ``ignore`` (transparent bodies, as in the paper), ``shadow``
             (points behind a body are not covered) or ``blind`` (a one-zone sensor covers nothing
@@ -65,6 +70,7 @@ class Scene:
         obstacles: obstacles of the cell, each made by ``obstacle``.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
+        prices: what a ring and a sensor cost; results then have a ``price``.
 
     Raises:
         InputError: for an invalid argument; the message states the value and the allowed ones.
@@ -93,6 +99,7 @@ class Scene:
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
+        prices: Prices | None = None,
     ) -> None:
         given = {
             "targets": targets or None,
@@ -104,6 +111,7 @@ class Scene:
             "obstacles": obstacles,
             "over_poses": over_poses,
             "safety": safety,
+            "prices": prices,
         }
         core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
@@ -192,6 +200,11 @@ class Scene:
     def safety(self) -> Safety:
         """Terms of the separation distance that defines ``ProtectiveVolume``."""
         return self._core.safety
+
+    @property
+    def prices(self) -> Prices | None:
+        """What a ring and a sensor cost; None if unknown."""
+        return self._core.prices
 
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
@@ -398,6 +411,10 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
             fields[name] = value
+    if "prices" in given:
+        if not isinstance(given["prices"], Prices | None):
+            raise InputError(f"found {given['prices']!r}, allowed: Prices", "prices")
+        fields["prices"] = given["prices"]
     if "mounts" in given:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:
@@ -458,16 +475,24 @@ def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
 def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
     if poses is None:
         return CoreScene.poses if robot.name in PAPER_ROBOTS else (Pose(robot.rest),)
-    if isinstance(poses, Pose):
-        return [poses]
+    if isinstance(poses, Pose | Mapping):
+        poses = [poses]
     if isinstance(poses, Iterable) and not isinstance(poses, np.ndarray):
         poses = list(poses)
-        if poses and all(isinstance(pose, Pose) for pose in poses):
-            return list[Pose](poses)
+        if poses and all(isinstance(pose, Pose | Mapping) for pose in poses):
+            return [_named(robot, one) if isinstance(one, Mapping) else one for one in poses]
     angles = np.atleast_2d(_numbers(poses))
     if np.ndim(poses) == 0 or angles.ndim != 2 or not angles.size:
         raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
     return [Pose(q) for q in angles]
+
+
+def _named(robot: Robot, joints: Mapping[Any, Any]) -> Pose:
+    """Return the pose of joint values by name and unit; raise InputError for a wrong key."""
+    with input_errors("poses"):
+        for key, value in joints.items():
+            number(str(key), value, "a number in the unit of its name")
+        return Pose.of(robot, joints)
 
 
 def _frozen(pose: Pose) -> Pose:
@@ -486,8 +511,8 @@ def _numbers(values: Any) -> np.ndarray:
         return np.asarray(values, float)
     except (TypeError, ValueError) as error:
         raise InputError(
-            "found values that are not numbers, allowed: a Trajectory, Poses, or joint angles in"
-            " rad, (J,) or (P, J)",
+            "found values that are not numbers, allowed: a Trajectory, Poses, joint values by name,"
+            " or joint angles in rad, (J,) or (P, J)",
             "poses",
         ) from error
 

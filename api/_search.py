@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, get_args
 
 from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from ._proposal import Proposal
+from ._rings import Rings
 from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
 from ._validation import check_scene, check_search_sight
@@ -15,94 +16,17 @@ from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
-from .objectives.scene import CoreScene, Rules
+from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verifier
 from .placement.search import search as searching
-from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
+from .placement.search.fewest_rings import FewestRings, fewest_rings
 from .placement.search.fewest_sensors import Reach, fewest_sensors
-from .placement.search.layout import ring_layout
 from .placement.search.progress import Progress
 
-__all__ = ["InfeasibleError", "Rings", "search"]
+__all__ = ["InfeasibleError", "search"]
 
-_RINGS_PER_LINK = 2
-_SENSORS_PER_RING = 16  # default where the scene's rules allow it
-# the rule of a scene that limits what an argument fixes
-_LIMITED_BY = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
 _MOST_COVERING = 10  # redundancy; the time of a search grows with it
-
-
-@dataclass(frozen=True)
-class Rings:
-    """Layouts that a search chooses from; see ``search``."""
-
-    sensors: int | None = None
-    """Number of sensors, in any rings."""
-    rings_per_link: int | None = None
-    """Rings on each link of a fixed layout."""
-    sensors_per_ring: int | None = None
-    """Sensors on each ring of a fixed layout."""
-    reach_percent: float | None = None
-    """Coverage to reach with the fewest sensors, percent."""
-
-    def space(self, scene: CoreScene) -> Space | None:
-        """Return the design space of a search; None if the number of sensors is free.
-
-        Raises:
-            InfeasibleError: if the scene's rules admit no setup.
-            InputError: for numbers that contradict each other or a rule of the scene.
-        """
-        self.check()
-        if self.reach_percent is not None:
-            return None
-        if self.sensors is not None:
-            return Space(scene, sensors=self.sensors)
-        least, most = scene.rules.sensors
-        each = self.sensors_per_ring
-        count = min(max(_SENSORS_PER_RING, least), most) if each is None else each
-        if not least <= count <= most and (least, most) != Rules().sensors:
-            raise InputError(
-                f"found {count}, allowed: {least} to {most}, the scene's rules.sensors_per_ring",
-                "sensors_per_ring",
-            )
-        return Space(scene, ring_layout(scene, self.rings_per_link or _RINGS_PER_LINK, count))
-
-    def check(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            InputError: for numbers that are out of range or contradict each other.
-        """
-        reach, sensors = self.reach_percent, self.sensors
-        if reach is not None:
-            number("reach_percent", reach, "above 0 and below 100 (percent)")
-        if reach is not None and not 0 < reach < 100:
-            raise InputError(
-                f"found {reach:g}, allowed: above 0 and below 100 (percent)", "reach_percent"
-            )
-        if reach is not None and sensors is not None:
-            raise InputError(
-                f"found {reach:g} with sensors {sensors}; use only one of them",
-                "reach_percent",
-                others=("sensors",),
-            )
-        for name, value, most in (
-            ("sensors", sensors, 2000),
-            ("rings_per_link", self.rings_per_link, 200),
-            ("sensors_per_ring", self.sensors_per_ring, 200),
-        ):
-            if value is not None:
-                whole(name, value, 1, most)
-            if name == "sensors" or value is None or (sensors is None and reach is None):
-                continue
-            beside = "reach_percent" if reach is not None else f"sensors {sensors}"
-            raise InputError(
-                f"found {value} with {beside}, where the search chooses the rings; use only one of"
-                f" them, or set rules.{_LIMITED_BY[name]} in the scene",
-                name,
-                others=("reach_percent", "sensors"),
-            )
 
 
 def cap_of(time_cap: float | None) -> float:
@@ -157,6 +81,9 @@ def search(
     sensors: int | None = None,
     rings_per_link: int | None = None,
     sensors_per_ring: int | None = None,
+    rings: int | None = None,
+    fewest_rings: bool = False,
+    within_points: float | None = None,
     reach_percent: float | None = None,
     redundancy: int = 1,
     losing: Losing | None = None,
@@ -179,7 +106,14 @@ def search(
         sensors: number of sensors, in rings that the search chooses. The default is a fixed layout:
             two rings of 16 sensors on each link with a length, and one ring on the tool.
         rings_per_link: rings on each link of the fixed layout.
-        sensors_per_ring: sensors on each ring of the fixed layout.
+        sensors_per_ring: sensors on each ring, of the fixed layout or with ``rings``.
+        rings: number of rings, on links that the search chooses. With ``sensors`` the search also
+            divides these among the rings; otherwise all rings have ``sensors_per_ring``, by default
+            16 or as many as fit.
+        fewest_rings: find the fewest rings for ``sensors`` whose coverage is near the best;
+            ``rings_tried`` of the result has the coverage of each number of rings.
+        within_points: with ``fewest_rings``, the largest loss of coverage against the best,
+            percentage points; by default 1.
         reach_percent: find the fewest sensors with this coverage, percent.
         redundancy: maximise the share that at least this number of sensors covers, 1 to 10.
         losing: maximise the share that stays covered after the worst loss of one ``ring`` or one
@@ -213,23 +147,34 @@ def search(
     cap = cap_of(time_cap)
     whole("seed", seed, 0)
     known = _starts(start)
-    rings = Rings(sensors, rings_per_link, sensors_per_ring, reach_percent)
-    rings.check()
+    choice = Rings(
+        sensors,
+        rings_per_link,
+        sensors_per_ring,
+        reach_percent,
+        rings,
+        fewest_rings,
+        within_points,
+    )
+    choice.check()
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
     aim = criterion(core, redundancy, losing, errors)
-    space = rings.space(core)
+    space = choice.space(core)
     check_scene(core, voxel)
     check_search_sight(core)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
+    reach = fewest = None
     with input_errors(but=(InfeasibleError,)):
         if space is not None:
             result = searching.search(
                 core, space, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
             )
-            reach = None
+        elif choice.fewest_rings:
+            fewest = _fewest_rings(core, choice, seed, cap, tell, known, aim, verifier)
+            result = fewest.result
         else:
-            reach = _fewest(core, rings, seed, cap, voxel, tell, aim)
+            reach = _fewest_sensors(core, choice, seed, cap, voxel, tell, aim)
             result = reach.result
     return Proposal(
         result.setup,
@@ -239,6 +184,7 @@ def search(
         seed=seed,
         reach=reach,
         wanted_percent=reach_percent,
+        fewest=fewest,
         command=f"place_rings.search(..., seed={seed})",
         verifier=verifier,
     )
@@ -253,9 +199,9 @@ def _starts(start: Any) -> tuple[Setup, ...]:
     return each
 
 
-def _fewest(
+def _fewest_sensors(
     scene: CoreScene,
-    rings: Rings,
+    choice: Rings,
     seed: int,
     cap: float,
     voxel: float,
@@ -265,5 +211,33 @@ def _fewest(
     def of_one(count: int, progress: Progress) -> None:
         tell(replace(progress, sensors=count))
 
-    wanted = (rings.reach_percent or 0.0) / 100
-    return fewest_sensors(scene, wanted, seed, cap, voxel=voxel, tell=of_one, aim=aim)
+    wanted = (choice.reach_percent or 0.0) / 100
+    return fewest_sensors(
+        scene, wanted, seed, cap, voxel=voxel, tell=of_one, aim=aim, rings=choice.rings
+    )
+
+
+def _fewest_rings(
+    scene: CoreScene,
+    choice: Rings,
+    seed: int,
+    cap: float,
+    tell: Callable[[Progress], None],
+    known: Sequence[Setup],
+    aim: Criterion,
+    verifier: Verifier,
+) -> FewestRings:
+    def of_one(count: int | None, progress: Progress) -> None:
+        tell(replace(progress, rings=count))
+
+    return fewest_rings(
+        scene,
+        choice.sensors or 0,
+        choice.within,
+        seed,
+        cap,
+        tell=of_one,
+        known=known,
+        aim=aim,
+        verifier=verifier,
+    )

@@ -36,7 +36,7 @@ class Trajectory:
     time_s: Any
     """(T,) times in s, strictly ascending."""
     q: Any
-    """(T, J) joint angles in rad."""
+    """(T, J) joint angles in rad, or, of prismatic joints, distances in m."""
     poses: int = 200
     """Largest number of poses, 1 to 2000."""
     within: float = math.radians(2)
@@ -91,12 +91,13 @@ class Trajectory:
         """Return the motion in a CSV file.
 
         The file has a column of times (``t``, ``time_s``, ...) and one for each joint, headed by
-        the robot's joint names, ``q0`` ... or ``actual_q_0`` .... It is read when a scene uses the
-        motion, because only the scene knows the robot.
+        the robot's joint names, with or without units (``shoulder_deg``, ``rail_m``), or, without
+        prismatic joints, ``q0`` ... or ``actual_q_0`` .... It is read when a scene uses the motion,
+        because only the scene knows the robot.
 
         Args:
             path: path of the file.
-            degrees: whether the angles are in degrees; radians by default.
+            degrees: whether angles without a stated unit are in degrees; radians by default.
             poses: largest number of poses.
             within: use fewer poses if then no joint of any sample is farther than this from its
                 pose, rad.

@@ -98,6 +98,7 @@ class Coverage(Placement):
                 yield str(v.target), f"{100 * v.zeta:.2f} %"
         if len(self.each) > 1:
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
+        yield from self.price_rows()
 
     def __float__(self) -> float:
         return self.coverage

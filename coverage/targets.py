@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from .robots.kinematics import forward, joint_origins
+from .robots.kinematics import arm_base, forward, joint_origins
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
@@ -105,11 +105,12 @@ def target_solid(
     elif target.radius is not None:
         outer = curve.tube(target.radius, shape.points_per_bend)
     elif target.name == "V_O":
-        outer = sphere(np.zeros(3), robot.reach)
+        outer = sphere(arm_base(robot.chain, q), robot.reach)
     elif target.name == "V_T":
         outer = sphere(tcp, shape.tcp_range)
     else:
-        outer = Union(sphere(np.zeros(3), robot.reach), sphere(tcp, shape.tcp_range))
+        whole = sphere(arm_base(robot.chain, q), robot.reach)
+        outer = Union(whole, sphere(tcp, shape.tcp_range))
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)

@@ -3,7 +3,7 @@
 The picture of a robot needs the extra ``robots``, that of the viewer Chromium and the extra
 ``test``.
 
-Run: python docs/screenshots.py [placement | ring | robot | viewer] ...
+Run: python docs/screenshots.py [placement | ring | assembled_ur10 | robot | viewer | ...] ...
 """
 
 import math
@@ -39,7 +39,20 @@ def ring(folder: Path) -> Path:
     scene = pr.Scene(sensor=pr.sensors["vl53l4cd"])
     one = scene.ring("forearm", 0.9, 12, tilt=math.radians(-45), phase=math.radians(15))
     pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
-    return folder / "assembled.png"
+    return folder / "mounted.png"
+
+
+def assembled(name: str, rings: int, sensors: int) -> Callable[[Path], Path]:
+    """Return a function that draws a robot with the printed rings of a proposal."""
+
+    def drawn(folder: Path) -> Path:
+        scene = ("--robot", name, "--occlusion", "shadow", "--target", "V_S", "--radius", "0.5")
+        budget = ("--sensor", "vl53l4cd", "--rings", str(rings), "--sensors", str(sensors))
+        command(*scene, *budget, "--voxel", "0.02", "--out", str(folder))
+        command("export", str(folder / "proposal.toml"), "--to", "stl", "--out", str(folder))
+        return folder / "assembled.png"
+
+    return drawn
 
 
 def robot(folder: Path) -> Path:
@@ -77,6 +90,9 @@ def viewer(folder: Path) -> Path:
 PICTURES: dict[str, Callable[[Path], Path]] = {
     "placement": placement,
     "ring": ring,
+    "assembled_ur10": assembled("ur10", 5, 50),
+    "assembled_ur5e": assembled("ur5e", 5, 50),
+    "assembled_panda": assembled("panda", 3, 24),
     "robot": robot,
     "viewer": viewer,
 }

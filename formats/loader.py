@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings.ring import Setup
+from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..objectives.named_layouts import layout_in
@@ -120,12 +121,17 @@ def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
     A single pose that is the rest pose of the scene's own robot becomes that of ``robot``.
     """
     moved = {**raw, "robot": robot_key(robot)}
+    own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
+    chain, rest = robot_of(own.robot).chain, robot_of(own.robot).rest
     match raw.get("poses"):
         case [{"q_deg": [*q_deg]}] if all(isinstance(a, int | float) for a in q_deg):
-            own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
-            rest = robot_of(own.robot).rest
-            if len(rest) == len(q_deg) and np.allclose(np.radians(q_deg), rest, rtol=0, atol=1e-9):
-                del moved["poses"]
+            stated = np.radians(q_deg)
+        case [{"q": dict(values)}] if all(isinstance(v, int | float) for v in values.values()):
+            stated = ordered(chain, values) if misnamed(chain, values) is None else np.zeros(0)
+        case _:
+            return moved
+    if len(rest) == len(stated) and np.allclose(stated, rest, rtol=0, atol=1e-9):
+        del moved["poses"]
     return moved
 
 

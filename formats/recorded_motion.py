@@ -3,23 +3,25 @@
 import csv
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
 from ..objectives.scene import CoreScene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .errors import UserError, shown
-from .schema.field_types import MOST_DEG_S
+from .schema.field_types import FARTHEST, MOST_DEG_S
 
 TIMES = ("t", "time", "time_s", "timestamp")
 MOST_ROWS = 5_000_000
 _LEAST_SECONDS, _MOST_SECONDS = 1e-3, 1e6
 _LONGEST = 1 << 16  # most characters of a line
+_MOST_M_S = 20  # m/s, largest speed of a prismatic joint
 _TURNS = 2  # most revolutions of a joint in either direction
 _CHUNK = 1 << 15  # rows checked in one batch
 _SHOWN = 12  # most columns that an error names
@@ -29,13 +31,15 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
     """Return the motion of ``robot`` in a CSV file.
 
     The first line names the columns, separated by commas, semicolons, tabs or blanks: one of
-    ``TIMES`` in seconds, and one for each joint by the robot's names (with or without ``_joint``),
-    as q0, q1, ... or as actual_q_0, actual_q_1, ... Other columns are ignored.
+    ``TIMES`` in seconds, and one for each joint: by the robot's names (with or without ``_joint``),
+    by names with the unit (``_rad``, or ``_deg``; ``_m`` for prismatic joints), or, without
+    prismatic joints, as q0, q1, ... or as actual_q_0, actual_q_1, ... Other columns are ignored.
 
     Args:
         path: the file.
         robot: the robot whose joints it records.
-        degrees: whether angles are in degrees; otherwise in radians.
+        degrees: whether angles are in degrees; otherwise in radians. Columns with a unit in their
+            names have that unit. Prismatic joints are in metres.
 
     Raises:
         UserError: if the file cannot be read, lacks a column, or holds an invalid line; the message
@@ -76,20 +80,19 @@ def check_limits(
     Args:
         path: the file, for messages.
         robot: the robot with its limits.
-        moments: times in s and joint angles in rad.
+        moments: times in s and joint values in rad or m.
 
     Raises:
         UserError: for the first joint beyond its limits.
     """
     for time_s, q in moments:
         beyond = robot.beyond(q)
-        if beyond is not None:
-            low, high = (
-                np.degrees(robot.limits[beyond]) if robot.limits is not None else (-np.inf, np.inf)
-            )
-            joint, angle = robot.chain.joints[beyond], np.degrees(q[beyond])
+        if beyond is not None and robot.limits is not None:
+            low, high = (in_file_units(robot.chain, end)[beyond] for end in robot.limits.T)
+            value = in_file_units(robot.chain, q)[beyond]
+            unit = "m" if robot.chain.slides[beyond] else "degrees"
             raise UserError(
-                f"{path}: {joint} at {time_s:g} s: found {angle:.6g} degrees,"
+                f"{path}: {robot.chain.joints[beyond]} at {time_s:g} s: found {value:.6g} {unit},"
                 f" allowed: {low:.6g} to {high:.6g}, its limits on {robot.name}"
             )
 
@@ -103,32 +106,61 @@ def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
     total = float(record.time_s[-1] - record.time_s[0])
     step = np.maximum(np.diff(record.time_s), min(CELL, total / CELLS[0]))
     for joint, name in enumerate(robot.chain.joints):
-        rate = np.degrees(np.abs(np.diff(record.q[:, joint])) / step)
-        if rate.max() > MOST_DEG_S:
+        slides = bool(robot.chain.slides[joint])
+        most, unit = (_MOST_M_S, "m") if slides else (MOST_DEG_S, "degrees")
+        value = record.q[:, joint] if slides else np.degrees(record.q[:, joint])
+        rate = np.abs(np.diff(value)) / step
+        if rate.max() > most:
             row = int(rate.argmax())
-            jump = np.degrees(np.diff(record.q[row : row + 2, joint])[0])
+            jump = value[row + 1] - value[row]
+            hint = "" if slides else "; unwrap angles that jump at half a turn"
             raise UserError(
                 f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g}"
-                f" degrees in {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed:"
-                f" at most {MOST_DEG_S} degrees per second; unwrap angles that jump at half a turn"
+                f" {unit} in {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed:"
+                f" at most {most} {unit} per second{hint}"
             )
 
 
-def _schemes(robot: Robot) -> list[list[str]]:
-    """Return the sets of names that the joints may have."""
-    names, each = robot.chain.joints, range(len(robot.chain))
-    return [
-        [f"q{i}" for i in each],
-        [f"actual_q_{i}" for i in each],
-        list(names),
-        [f"{name}_joint" for name in names],
+@dataclass(frozen=True)
+class _Scheme:
+    """Names that the joints' columns may have."""
+
+    names: list[str]
+    """One name for each joint, in lower case."""
+    unit: str = ""
+    """Unit of angles that the names state: deg or rad; empty if they state none."""
+
+
+def _schemes(robot: Robot) -> list[_Scheme]:
+    """Return the sets of names that the joints may have; those without a joint's name cannot say
+    which joint is prismatic."""
+    names, slides, each = robot.chain.joints, robot.chain.slides, range(len(robot.chain))
+    plain = [
+        _Scheme([name.lower() for name in names]),
+        _Scheme([f"{name}_joint".lower() for name in names]),
+        *(
+            _Scheme(
+                [f"{n}_{'m' if s else unit}".lower() for n, s in zip(names, slides, strict=True)],
+                unit,
+            )
+            for unit in ("deg", "rad")
+        ),
     ]
+    if robot.chain.prismatic:
+        return plain
+    return [_Scheme([f"q{i}" for i in each]), _Scheme([f"actual_q_{i}" for i in each]), *plain]
 
 
 class _Reader:
     def __init__(self, name: str, robot: Robot, degrees: bool) -> None:
         self.name, self.schemes, self.degrees = name, _schemes(robot), degrees
-        self.most = 360.0 * _TURNS if degrees else 2 * math.pi * _TURNS
+        self.slides = robot.chain.slides
+
+    @property
+    def most(self) -> Float[np.ndarray, " J"]:
+        """Largest absolute value of each joint in its unit."""
+        turns = 360.0 * _TURNS if self.degrees else 2 * math.pi * _TURNS
+        return np.where(self.slides, FARTHEST, turns)
 
     def _refuse(self, line: int, column: str, found: str, allowed: str) -> UserError:
         where = f"line {line}, column {column}" if column else f"line {line}"
@@ -178,17 +210,18 @@ class _Reader:
                 f"{len(times)} columns of times among {named or 'nothing'}",
                 f"one of {', '.join(TIMES)}",
             )
-        scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
-        for name in scheme:
+        scheme = max(self.schemes, key=lambda one: sum(name in lower for name in one.names))
+        for name in scheme.names:
             if lower.count(name) != 1:
-                ways = " or ".join(f"{names[0]} … {names[-1]}" for names in self.schemes)
+                ways = " or ".join(f"{one.names[0]} … {one.names[-1]}" for one in self.schemes)
                 raise self._refuse(
                     1,
                     name,
                     f"{lower.count(name)} columns of that name among {named}",
                     f"one column for each joint, named {ways}",
                 )
-        names = [times[0], *scheme]
+        self.degrees = scheme.unit == "deg" if scheme.unit else self.degrees
+        names = [times[0], *scheme.names]
         return [lower.index(name) for name in names], names
 
     def read(self, file: TextIO) -> MotionRecord:
@@ -255,12 +288,13 @@ class _Reader:
         elif column == 0:
             allowed = f"above {before[row]:g}, the time of the row before"
         else:
-            unit, hint = (
-                ("degrees", "")
-                if self.degrees
-                else ("rad", '; if the angles are in degrees, pass --degrees, or set unit = "deg"')
-            )
-            allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
+            unit, hint, most = "degrees", "", self.most[column - 1]
+            if self.slides[column - 1]:
+                unit = "m"
+            elif not self.degrees:
+                unit = "rad"
+                hint = '; if the angles are in degrees, pass --degrees, or set unit = "deg"'
+            allowed = f"{-most:.5g} to {most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
 
     def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> MotionRecord:
@@ -275,7 +309,8 @@ class _Reader:
                 f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}"
             )
         q = np.ascontiguousarray(table[:, 1:])
-        return MotionRecord(table[:, 0].copy(), np.radians(q) if self.degrees else q)
+        turned = np.where(self.slides, q, np.radians(q)) if self.degrees else q
+        return MotionRecord(table[:, 0].copy(), turned)
 
 
 def _fields(line: str, separator: str | None) -> list[str]:

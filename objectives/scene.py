@@ -1,6 +1,7 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -8,8 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
-from ..coverage.rings.ring import RING_RADIUS, Ring
+from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.built_in import UR10
+from ..coverage.robots.joint_values import ordered
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
@@ -19,6 +21,7 @@ from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
+from .prices import Prices
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
@@ -30,13 +33,28 @@ class Pose:
     """A pose of the robot."""
 
     q: Float[np.ndarray, " J"]
-    """Joint angles, rad."""
+    """Joint values: angles, rad, and of prismatic joints distances, m."""
     weight: float = 1.0
     """Weight of the pose in the mean."""
     time_s: float | None = None
     """Time in the recorded motion, s; None if the pose is not from a record."""
     rate: Float[np.ndarray, " J"] | None = None
-    """Joint speeds, rad/s; None if unknown."""
+    """Joint speeds, rad/s or m/s; None if unknown."""
+
+    @staticmethod
+    def of(robot: Robot, joints: Mapping[str, float], weight: float = 1.0) -> "Pose":
+        """Return a pose from joint values by name and unit.
+
+        Args:
+            robot: the robot.
+            joints: one value for each joint, in degrees or metres, by the joint's name with the
+                unit: ``{"rail_m": 0.3, "shoulder_deg": 20.0}``.
+            weight: weight of the pose in the mean.
+
+        Raises:
+            ValueError: for a key that is unknown or missing.
+        """
+        return Pose(ordered(robot.chain, joints), weight)
 
 
 @dataclass(frozen=True)
@@ -50,7 +68,10 @@ class Recorded:
     seconds: float
     """Its duration, s."""
     within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad."""
+    """Largest difference in any joint between a recorded sample and its pose, rad.
+
+    Metres of a prismatic joint count as ``radians_of`` weighs them.
+    """
     speed_weight: float
     """Factor by which TCP speed adds to the weights."""
 
@@ -193,6 +214,8 @@ class CoreScene:
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
+    prices: Prices | None = None
+    """What rings and sensors cost, if known."""
 
     def __post_init__(self) -> None:
         """Put the links into use that the rules ask for; a robot without bodies has free mounts."""
@@ -274,6 +297,12 @@ class CoreScene:
             )
             / 1000
         )
+
+    def price_of(self, setup: Setup) -> float | None:
+        """Return the price of a setup; None without prices. Fixed rings exist and cost nothing."""
+        if self.prices is None:
+            return None
+        return self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

@@ -132,6 +132,7 @@ class CoverageObjective:
         self,
         slots: RingArrays,
         where: Interval,
+        values: Float[np.ndarray, "3 R"],
         here: SensorPoses,
         some: Int[np.ndarray, " T"],
         slopes: Sequence[Float[Array, "T K 3"] | None],
@@ -145,7 +146,7 @@ class CoverageObjective:
                     self._mounting[some],
                     in_links(slots, slope, self._frames[self._pose[some]]),
                 )
-        return value_slopes(where, *ring_slopes(slots, here, *by))
+        return value_slopes(where, values, *ring_slopes(slots, here, *by))
 
     def _of_some(
         self,
@@ -187,7 +188,7 @@ class CoverageObjective:
                 mine = slice(i * len(some), (i + 1) * len(some))
                 by = [None if a is None else pull[:, None, None] * a[mine] for a in soft[1:]]
                 slots, where = each[i]
-                slope = self._pulled_back(slots, where, places[i], some, by)
+                slope = self._pulled_back(slots, where, values[i], places[i], some, by)
             results.append((value, slope, by_pose))
         worths, gradients, by_poses = zip(*results, strict=True)
         return np.stack(worths), np.stack(gradients), np.stack(by_poses)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..coverage.robots.joint_values import radians_of
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
@@ -17,7 +18,7 @@ REDUCED_SPEED = 0.25  # m/s, at the TCP: the limit of reduced speed in ISO 10218
 CELL = 0.01  # s, length of a time cell
 CELLS = (1_000, 200_000)  # minimum and maximum number of cells
 _CHUNK = 1 << 16  # samples in memory at once
-_RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
+_RATE_DIGITS = 6  # decimals of a joint's speed, rad/s or m/s
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class MotionRecord:
     time_s: Float[np.ndarray, " T"]
     """Times of the samples, s, strictly ascending."""
     q: Float[np.ndarray, "T J"]
-    """Joint angles, rad."""
+    """Joint values, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,10 @@ class Thinning:
     poses: int = 200
     """Maximum number of poses."""
     within: float = math.radians(2)
-    """Use fewer poses if then no joint of any sample is further than this from its pose, rad."""
+    """Use fewer poses if then no joint of any sample is further than this from its pose, rad.
+
+    Metres of a prismatic joint count as ``radians_of`` weighs them.
+    """
     speed_weight: float = 1.0
     """Factor by which TCP speed adds to the weights; 0: dwell time only."""
 
@@ -49,7 +53,10 @@ class Thinned:
     poses: tuple[Pose, ...]
     """The poses in order of time."""
     within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad."""
+    """Largest difference in any joint between a recorded sample and its pose, rad.
+
+    Metres of a prismatic joint count as ``radians_of`` weighs them.
+    """
 
 
 def _travelled(
@@ -117,9 +124,9 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
 
     Time is divided into equal cells of 10 ms (1,000 to 200,000 cells, independent of the record's
     rate). Cells are grouped by farthest points in joint space, with the largest difference of any
-    joint as the distance. Each group's pose is the cell nearest to its mean, and every cell is then
-    assigned to the nearest pose. The weight of a pose is the sum over its cells of duration dt and
-    TCP speed v of
+    joint as the distance; ``radians_of`` weighs the metres of prismatic joints. Each group's pose
+    is the cell nearest to its mean, and every cell is then assigned to the nearest pose. The weight
+    of a pose is the sum over its cells of duration dt and TCP speed v of
 
         dt * (1 + speed_weight * v / 0.25 m/s),
 
@@ -145,18 +152,20 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
     travelled, most = _travelled(robot, at_edges)
     weight = step + how.speed_weight * travelled / REDUCED_SPEED
     # A group's middle may lie at its edge, so groups are half as wide as ``within``.
-    chosen = _middles(q, weight, _spread(q, how.poses, how.within / 2))
+    per_unit = radians_of(robot.chain)
+    weighed = q * per_unit
+    chosen = _middles(weighed, weight, _spread(weighed, how.poses, how.within / 2))
     chosen = np.sort(chosen)
     from scipy.spatial import KDTree
 
-    tree = KDTree(q[chosen])
-    owner = tree.query(q, p=math.inf)[1]
+    tree = KDTree(weighed[chosen])
+    owner = tree.query(weighed, p=math.inf)[1]
     sums = np.bincount(owner, weight, len(chosen))
     order = np.lexsort((np.arange(len(q)), -most / step, owner))
     fastest = order[np.unique(owner[order], return_index=True)[1]]
     rate = np.diff(at_edges, axis=0)[fastest] / step[fastest, None]
     distance = [
-        tree.query(record.q[i : i + _CHUNK], p=math.inf)[0].max()
+        tree.query(record.q[i : i + _CHUNK] * per_unit, p=math.inf)[0].max()
         for i in range(0, len(record.q), _CHUNK)
     ]
     scale = total / math.fsum(sums)

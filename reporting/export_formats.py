@@ -19,10 +19,12 @@ def _urdf(placed: PlacedSetup) -> Files:
 
 
 def _stl(placed: PlacedSetup) -> Files:
-    from ..formats.printing.print_files import ring_files  # loads solids
+    from ..formats.printing.print_files import ASSEMBLED, ring_files  # loads solids
+    from .assembly_picture import assembly_picture
     from .ring_pictures import ring_pictures
 
-    return ring_files(placed.setup, placed.scene, ring_pictures)[1]
+    result, data = ring_files(placed.setup, placed.scene, ring_pictures)
+    return data | {ASSEMBLED: assembly_picture(placed.scene, placed.setup, result, data)}
 
 
 FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..formats.printing.primitives import union
-from ..formats.printing.print_files import ASSEMBLED
+from ..formats.printing.print_files import MOUNTED
 from ..formats.printing.print_plan import PrintPlan
 from ..formats.printing.ring_solids import Assembly
 from ..formats.schema.print_models import PrintedRing
@@ -124,7 +124,7 @@ def _allowed(least: float | None, most: float | None) -> str:
     return "" if most is None else f" (at most {most:.3g})"
 
 
-def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
+def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     """Return a PNG of a ring with boards and bolts around its link, from two sides.
 
     Arrows show the directions of the sensors.
@@ -166,4 +166,4 @@ def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> b
 def ring_pictures(plan: PrintPlan, made: Assembly, record: PrintedRing) -> dict[str, bytes]:
     """Return the pictures of a ring by file name, with a mounted view for the first ring."""
     own = {record.files[2]: ring_picture(plan, made, record)}
-    return own if record.ring else own | {ASSEMBLED: assembled_picture(plan, made, record)}
+    return own if record.ring else own | {MOUNTED: mounted_picture(plan, made, record)}

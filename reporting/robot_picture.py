@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.robots.joint_values import joint_text
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
@@ -133,13 +134,13 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
         ax.margins(0.13, 0.04)
         ax.axis("off")
         ax.set_title(caption, fontsize=11, color=GREY)
-    angles = ", ".join(f"{a:g}" for a in np.degrees(robot.rest).round(1) + 0.0)
+    angles = joint_text(robot.chain, robot.rest)
     figure.text(0.03, 0.955, robot.name, fontsize=17, color=INK, weight="bold")
     figure.text(
         0.03,
         0.925,
         f"{len(robot.chain)} joints   ·   reach {robot.reach:g} m   ·   {len(robot.bodies)}"
-        f" capsules   ·   pose {angles}°",
+        f" capsules   ·   pose {angles}",
         fontsize=11,
         color=GREY,
     )

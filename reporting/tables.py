@@ -1,7 +1,8 @@
 """Tables for the terminal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from rich.table import Table
 
@@ -93,7 +94,12 @@ def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
     return "; ".join(text for name, text in _TARGETS.items() if name in names) + "."
 
 
-def zeta_table(results: list[VerifyResult], sensors: dict[str, int], where: str) -> Explained:
+def zeta_table(
+    results: list[VerifyResult],
+    sensors: dict[str, int],
+    where: str,
+    prices: Mapping[str, str] = MappingProxyType({}),
+) -> Explained:
     """Return ζ in percent with a row for each setup and a column for each target.
 
     Over several poses ζ is their mean; for few targets the table also shows the worst pose.
@@ -102,11 +108,14 @@ def zeta_table(results: list[VerifyResult], sensors: dict[str, int], where: str)
         results: the counts.
         sensors: number of sensors of each setup.
         where: scene and way to count, for the title.
+        prices: price of each setup, as text; none without prices.
     """
     labels = list(dict.fromkeys(target_label(r) for r in results))
     table = Table()
     table.add_column("setup")
     table.add_column("sensors", justify="right")
+    if prices:
+        table.add_column("price", justify="right")
     for label in labels:
         table.add_column(label, justify="right")
     worst = [label for label in labels if any(r.worst for r in results if target_label(r) == label)]
@@ -124,6 +133,7 @@ def zeta_table(results: list[VerifyResult], sensors: dict[str, int], where: str)
         table.add_row(
             name,
             str(sensors[name]),
+            *([prices.get(name, "")] if prices else []),
             *(cells.get(label, "") for label in labels),
             *(least.get(label, "") for label in worst),
             style=style,

@@ -1,17 +1,24 @@
 """Printed rings as a user mounts them: at no pose do parts overlap, or lie in a body."""
 
+import io
+
 import numpy as np
 import pytest
+from PIL import Image
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.printing.print_files import ring_files
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import CoreScene, Pose, Rules
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.moves import fresh
+from place_rings.reporting.assembly_picture import assembly_picture, printed_parts
 
 from .assembly import judge
 
@@ -31,6 +38,39 @@ def drawn_proposal(rng: np.random.Generator, name: str):
     except InfeasibleError:
         return None
     return scene, rounded(space.setup(candidate), sensor)
+
+
+def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_sensors_are():
+    """Each sensor of a ring lies within the box around the ring's own printed halves."""
+    sensor = effective(Use("vl53l4cd")).sensor
+    scene = CoreScene(occlusion="shadow", rules=Rules(mount="real"), sensor=sensor)
+    rings = [("upper_arm", 0.3, 5, 0.9), ("forearm", 0.5, 3, -0.4), ("tool", 0.0, 4, 0.0)]
+    setup = Setup(
+        tuple(
+            Ring(link, at, n, tilt, 0.2, scene.radius_of(link), sensor)
+            for link, at, n, tilt in rings
+        )
+    )
+    result, data = ring_files(setup, scene, lambda *_: {})
+    frames = forward(scene.robot.chain, scene.poses[0].q)
+    parts = printed_parts(scene.robot, result, data, frames)
+    assert [len(halves) for halves in parts] == [2, 2, 2]
+    apex = sensor_cones(scene.robot, setup, scene.poses[0].q).apex
+    of_ring = np.split(apex, np.cumsum([ring.count for ring in setup.rings])[:-1])
+    for halves, own in zip(parts, of_ring, strict=True):
+        boxes = np.array([half.bounding_box() for half in halves])
+        low, high = boxes[:, :3].min(axis=0) - 0.002, boxes[:, 3:].max(axis=0) + 0.002
+        assert np.all((low < own) & (own < high))
+        others = [a for a in of_ring if a is not own]
+        assert not np.any(np.all((low < np.vstack(others)) & (np.vstack(others) < high), axis=1))
+    picture = np.asarray(
+        Image.open(io.BytesIO(assembly_picture(scene, setup, result, data))).convert("RGB"), int
+    )
+    orange = (picture[..., 0] - picture[..., 2] > 60).any(axis=0)  # columns with printed parts
+    assert orange[: len(orange) // 2].any()
+    assert orange[len(orange) // 2 :].any()
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert np.all(edge == 255)  # nothing is cut off
 
 
 @pytest.mark.parametrize("name", ["ur10", "ur5e", "panda"])

@@ -37,8 +37,8 @@ from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.link_segments import GRAIN, TILTS, segments
 from place_rings.objectives.occlusion import occluders
-from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart
@@ -393,7 +393,14 @@ def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
     assert work.radii["upper_arm"] == 0.08
     for s in work.segments((0, 1, 2, 3)):
         ((low, high),) = work.clear.stretches(s.link, work.radii[s.link])
-        assert low <= s.low <= s.high <= high
+        assert s.low <= low + GRAIN
+        assert high - GRAIN <= s.high
+        for tilt, ends in zip(TILTS[10:-10:5], s.by_tilt[:2, 10:-10:5].T, strict=True):
+            for end in ends:
+                ring = Ring(s.link, float(end), 16, float(tilt), 0.0, work.radii[s.link])
+                closes = work.clear.closed(ring)
+                assert closes[0] <= end <= closes[1]
+                assert work.clear.within(ring) == []
 
 
 def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from place_rings._search import Rings
+from place_rings._rings import Rings
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
 from place_rings.coverage.rings.ring import named_setup
@@ -525,8 +525,9 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
             "ring0_forearm_a.stl",
             "ring0_forearm_b.stl",
             "ring0_forearm.png",
-            "assembled.png",
+            "mounted.png",
             "printing.json",
+            "assembled.png",
         )
     ]
     (tmp_path / "mine.toml").write_text(

@@ -13,13 +13,15 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.objectives.parameterization import GRAIN, decode, segments
+from place_rings.objectives.link_segments import GRAIN, segments
+from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, Limits, Rules, paper_scene
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fitted, fresh, papers, vary
+from place_rings.placement.search.ring_budget import RingBudget
 from place_rings.placement.search.search import search
 
 from . import drawing
@@ -117,6 +119,89 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         c = vary(space, c, rng)
 
 
+@given(st.integers(1, 60), st.integers(1, 9), st.none() | st.integers(1, 20), drawing.seeds)
+def test_all_that_is_drawn_and_varied_has_the_stated_number_of_rings(sensors, rings, each, seed):
+    rng = np.random.default_rng(seed)
+    scene = drawn_scene(rng)
+    try:
+        if each is None:
+            space = Space(scene, sensors=sensors, rings=rings)
+        else:
+            space = Space(scene, rings=rings, each=each)
+    except InfeasibleError:
+        return
+    c = fresh(space, rng)
+    for _ in range(6):
+        setup = space.setup(c)
+        assert len(setup.rings) == rings
+        if each is None:
+            check(space, setup, sensors)
+        else:
+            assert {ring.count for ring in setup.rings if ring not in scene.rules.fixed} <= {each}
+        again = space.candidate(rounded(setup, scene.sensor))
+        assert again is None or len(space.setup(again).rings) == rings
+        c = vary(space, c, rng)
+
+
+@given(
+    st.integers(1, 6),
+    st.lists(st.integers(0, 9), max_size=5),
+    st.integers(1, 8),
+    st.integers(0, 3),
+    st.integers(0, 9),
+    st.integers(0, 60),
+)
+def test_rings_are_refused_exactly_where_no_division_of_the_sensors_fits(
+    least, more, rings, fixed, held, sensors
+):
+    """By all sums of sizes of rings, one after the other."""
+    largest, held = sorted((least + n for n in more), reverse=True), held if fixed else 0
+    sums, new = {held}, rings - fixed
+    for most in largest[: max(new, 0)]:
+        sums = {total + n for total in sums for n in range(least, most + 1)}
+    can = 0 <= new <= len(largest) and sensors in sums
+    reason = RingBudget(rings, fixed, sensors, held, least, largest).refusal()
+    assert (reason is None) == can
+    assert reason is None or "\n" not in reason
+
+
+@pytest.mark.parametrize(
+    ("rules", "wanted", "says"),
+    [
+        (
+            Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.5, 5),)),
+            {"rings": 6, "sensors": 40},
+            "6 rings of at least 3 sensors do not fit: there is room for 4 besides the 1 fixed",
+        ),
+        (Rules(), {"rings": 3, "sensors": 8}, "8 sensors are too few for 3 rings: they need at"),
+        (Rules(), {"rings": 2, "sensors": 49}, "49 sensors do not fit on 2 rings, which hold at"),
+        (Rules(), {"rings": 17, "sensors": 60}, "17 rings do not fit: a search places at most 16"),
+        (
+            Rules(fixed=(Ring("forearm", 0.5, 5), Ring("forearm", 0.9, 5))),
+            {"rings": 1, "sensors": 40},
+            "1 ring is fewer than the 2 fixed ones",
+        ),
+    ],
+)
+def test_a_number_of_rings_that_cannot_be_is_refused_with_the_reason(rules, wanted, says):
+    scene = CoreScene(rules=replace(rules, mount="free"), occlusion="ignore")
+    with pytest.raises(InfeasibleError, match=re.escape(says)):
+        Space(scene, **wanted)
+
+
+def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_does():
+    scene = CoreScene(sensor=Sensor(board=VL53L1X), occlusion="shadow", rules=Rules(mount="real"))
+    with pytest.raises(InfeasibleError, match=r"4 rings of 24 sensors do not fit.*at most (\d+)"):
+        Space(scene, rings=4, each=24)
+    try:
+        Space(scene, rings=4, each=24)
+    except InfeasibleError as error:
+        most = int(re.search(r"at most (\d+)", str(error))[1])
+    assert Space(scene, rings=4, each=most).sensors == 4 * most
+    with pytest.raises(InfeasibleError, match="do not fit"):
+        Space(scene, rings=4, each=most + 1)
+
+
 def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
     scene = paper_scene(limits=limits, rules=Rules(spacing=0.3))
@@ -198,7 +283,8 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
     scene = CoreScene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
-    for sensors in range(1, sum(first.largest()) + 2):
+    most = sum(first.largest())
+    for sensors in sorted({*range(1, most, 25), least - 1, most, most + 1}):
         if sensors in first.totals:
             space = Space(scene, sensors=sensors)
             assert space.setup(fresh(space, RNG)).sensors == sensors

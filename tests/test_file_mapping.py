@@ -26,6 +26,7 @@ from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
+from place_rings.objectives.prices import Prices
 from place_rings.objectives.scene import (
     CoreScene,
     Goal,
@@ -195,6 +196,14 @@ SCENES = drawn(
     safety=SAFETIES,
     motion=MOTIONS,
     printing=PRINTINGS,
+    prices=st.none()
+    | drawn(
+        Prices,
+        ring=numbers(0, 90),
+        sensor=numbers(0, 90),
+        currency=st.sampled_from(["", "EUR", "€"]),
+        models=st.dictionaries(st.sampled_from(["vl53l1x", "vl53l5cx"]), numbers(0, 90)),
+    ),
 )
 
 

@@ -45,7 +45,7 @@ BAD_SCENES = {
     "poses = []": "poses: found a list of 0",
     "[[poses]]\nq_deg = [0, 1]": "poses[0].q_deg: found 2, allowed: 6 angles",
     "[[poses]]\nq_deg = [0, 0, 0, 0, 0, nan]": "poses[0].q_deg[5]: found nan",
-    "[[poses]]\nweight = 2": "poses[0].q_deg: missing; give a list of",
+    "[[poses]]\nweight = 2": "poses[0].q_deg: found nothing, allowed: joint angles",
     "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nweight = 0": "poses[0].weight: found 0",
     "[[targets]]\nname = 'V_X'": 'targets[0].name: found "V_X", allowed: V_O, V_T, V_OT, V_S, V_P',
     "[[targets]]\nname = 'V_S'": "targets[0].radius: found nothing",

@@ -100,7 +100,7 @@ def test_derivative_by_q_is_the_central_difference(q):
 
 
 def test_wrong_number_of_angles_and_unknown_names_are_refused(reference_pose):
-    with pytest.raises(ValueError, match="5 angles"):
+    with pytest.raises(ValueError, match="5 values"):
         forward(UR10.chain, reference_pose[:5])
     with pytest.raises(ValueError, match="known: ur10, ur10_dh, ur3"):
         robot("r2d2")

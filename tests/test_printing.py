@@ -333,7 +333,7 @@ def test_files_and_pictures_of_a_proposal():
         "ring0___frac__a.stl",
         "ring0___frac__b.stl",
         "ring0___frac_.png",
-        "assembled.png",
+        "mounted.png",
         "printing.json",
     }
     assert data.keys() == names

@@ -203,9 +203,9 @@ def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(setup, frame_length))
+    said = "\n".join(materials(paper_scene(), setup, frame_length))
     assert escaped("<b>`a`</b>*") in "\n".join(
-        materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
+        materials(paper_scene(), Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
     )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert (
@@ -213,8 +213,8 @@ def test_materials_add_up():
         in said
     )
     assert (
-        "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |"
-        in "\n".join(materials(Setup((nominal,)), frame_length))
+        "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known |"
+        in "\n".join(materials(paper_scene(), Setup((nominal,)), frame_length))
     )
 
 

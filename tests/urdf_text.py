@@ -70,7 +70,7 @@ def chain_text(chain: Chain, name: str = "drawn") -> str:
         joint(
             robot,
             chain.joints[j],
-            "revolute",
+            "prismatic" if chain.slides[j] else "revolute",
             links[j],
             links[j + 1],
             chain.origin[j],
@@ -82,16 +82,18 @@ def chain_text(chain: Chain, name: str = "drawn") -> str:
 
 
 def drawn_chain(rng: np.random.Generator) -> Chain:
-    """One to eight joints about any axes, some at the same place."""
+    """One to eight joints about or along any axes, some at the same place, a quarter of them
+    prismatic.
+    """
     n = int(rng.integers(1, 9))
     origin = np.tile(np.eye(4), (n + 1, 1, 1))
     origin[:, :3, :3] = Rotation.random(n + 1, rng).as_matrix()
     origin[:, :3, 3] = rng.uniform(-0.5, 0.5, (n + 1, 3)) * rng.integers(0, 2, n + 1)[:, None]
     origin[-1, 2, 3] += 0.1
     axis = rng.normal(size=(n, 3))
-    return Chain(
-        tuple(f"j{i}" for i in range(n)), origin, axis / np.linalg.norm(axis, axis=1, keepdims=True)
-    )
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    slides = np.flatnonzero(rng.uniform(size=n) < 0.25).tolist()
+    return Chain(tuple(f"j{i}" for i in range(n)), origin, axis, tuple(slides))
 
 
 class Peer:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.robots.kinematics import Chain, forward, joint_origins
+from ..coverage.robots.kinematics import Chain, forward
 from ..coverage.robots.robot import BASE, Robot
 from ..formats.errors import UserError, shown
 from ..formats.robots.urdf import read_urdf
@@ -63,7 +63,7 @@ def read_skin(path: Path, reading: UrdfOptions, robot: Robot) -> Skin:
         ends = robot.chain.origin[[0, -1]]
         chain = replace(chain, origin=np.stack([ends[0], *chain.origin[1:-1], ends[1]]))
     for q in (robot.rest, *np.random.default_rng(0).uniform(-1, 1, (_POSES, len(robot.chain)))):
-        off = joint_origins(chain, q)[1:] - joint_origins(robot.chain, q)[1:]
+        off = (forward(chain, q) - forward(robot.chain, q))[:, :3, 3]
         if (worst := float(np.abs(off).max())) > _SAME:
             raise UserError(
                 f"--urdf: found joints of {path} off by up to {worst:.3g} m, allowed: {wanted}"

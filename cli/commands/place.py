@@ -30,7 +30,7 @@ def place(
         int | None,
         Parameter(
             validator=_COUNT,
-            help="Rings on each link, besides one on the tool. Default: 2.",
+            help="Rings on each link, besides one on the tool (--rings: in all). Default: 2.",
         ),
     ] = None,
     sensors_per_ring: Annotated[
@@ -38,8 +38,8 @@ def place(
         Parameter(
             validator=_COUNT,
             help=(
-                "Sensors on each ring. Default: 16, or the nearest number that the rules of the"
-                " scene allow."
+                "Sensors on each ring, with --rings-per-link or --rings. Default: 16, or the"
+                " nearest number that the rules of the scene allow."
             ),
         ),
     ] = None,
@@ -47,7 +47,41 @@ def place(
         int | None,
         Parameter(
             validator=Number(gte=1, lte=2000),
-            help="Number of sensors to place; the search also chooses the rings.",
+            help=(
+                "Number of sensors to place. The search also chooses the rings and divides the"
+                " sensors among them, often into many small rings; add --rings or --fewest-rings"
+                " for fewer."
+            ),
+        ),
+    ] = None,
+    rings: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=1000),
+            help=(
+                "Number of rings to place; the search chooses their links. With --sensors it also"
+                " divides the sensors among them; otherwise all have --sensors-per-ring. Default:"
+                " two on each link and one on the tool, or with --sensors any number."
+            ),
+        ),
+    ] = None,
+    fewest_rings: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "With --sensors: find the fewest rings whose coverage is near the best, by one"
+                " search for each number of rings, and show the coverage of each."
+            ),
+        ),
+    ] = False,
+    within: Annotated[
+        float | None,
+        Parameter(
+            help=(
+                "With --fewest-rings: largest loss of coverage against the best, in percentage"
+                " points. Default: 1."
+            ),
         ),
     ] = None,
     reach: Annotated[
@@ -132,6 +166,9 @@ def place(
         sensors=sensors,
         rings_per_link=rings_per_link,
         sensors_per_ring=sensors_per_ring,
+        rings=rings,
+        fewest_rings=fewest_rings,
+        within_points=within,
         reach_percent=reach,
         redundancy=redundancy,
         losing=losing,
@@ -141,7 +178,8 @@ def place(
         voxel=voxel,
         **errors,
     )
+    any_rings = rings is None and not fewest_rings and (sensors is not None or reach is not None)
     try:
-        run(find, scene, voxel, out, as_json)
+        run(find, scene, voxel, out, as_json, any_rings)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

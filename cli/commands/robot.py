@@ -12,7 +12,8 @@ from ..options.reading import AS_WRITTEN, ReadingOptions
 
 def robot(
     what: Annotated[
-        str, Parameter(name="URDF_OR_NAME", help="A URDF (.urdf), or the name of a built-in robot.")
+        str,
+        Parameter(name="URDF_OR_NAME", help="A URDF (.urdf), an MJCF (.xml), or a built-in robot."),
     ],
     /,
     *,

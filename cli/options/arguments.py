@@ -7,6 +7,7 @@ _OPTIONS = {
     "reach_percent": "--reach",
     "targets": "--target",
     "time_cap": "--time",
+    "within_points": "--within",
 }
 
 

@@ -48,8 +48,8 @@ RobotOption = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Built-in robot (see place-rings robots), robot file (.toml) or URDF (.urdf)."
-            " Default: the robot of the scene."
+            "Built-in robot (see place-rings robots), robot file (.toml), URDF (.urdf) or MJCF"
+            " (.xml). Default: the robot of the scene."
         ),
     ),
 ]

@@ -52,21 +52,25 @@ def urdf_of(robot: str | None) -> Path | None:
 
 
 def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
-    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF.
+    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF or
+    MJCF.
 
     Raises:
         UserError: if it is none of them.
     """
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
-    if (urdf := urdf_of(text)) is not None:
+    mjcf = Path(text) if text.lower().endswith(".xml") else None
+    if (urdf := urdf_of(text) or mjcf) is not None:
         from .urdf_robot import import_urdf  # reading meshes takes a while to load
 
         return import_urdf(urdf, reading.resolve()).robot
     try:
         return built_in(text)
     except ValueError as error:
-        raise UserError(f"--robot: {error}, a robot file (.toml), or a URDF (.urdf)") from error
+        raise UserError(
+            f"--robot: {error}, a robot file (.toml), a URDF (.urdf) or an MJCF (.xml)"
+        ) from error
 
 
 def with_occlusion(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..._proposal import Proposal, write_proposal
+from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import made_folder, write_text
@@ -14,6 +15,7 @@ from ...objectives.scene import CoreScene
 from ...placement.search.progress import Progress
 from ...placement.search.search import SearchResult
 from ...reporting.comparison import papers
+from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
     occlusion_table,
@@ -21,6 +23,7 @@ from ...reporting.lines.occlusion import (
     unmounted_lines,
     without_lines,
 )
+from ...reporting.lines.prices import price_line
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.reach import reach_lines
 from ...reporting.lines.sensors import sensor_lines
@@ -36,7 +39,12 @@ _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 
 def place(
-    find: Callable[..., Proposal], scene: CoreScene, voxel: float, out: Path, as_json: bool
+    find: Callable[..., Proposal],
+    scene: CoreScene,
+    voxel: float,
+    out: Path,
+    as_json: bool,
+    any_rings: bool = False,
 ) -> None:
     """Search a placement, compare it with the paper's layouts, and write and print it.
 
@@ -46,6 +54,7 @@ def place(
         voxel: side of a voxel, m.
         out: output folder.
         as_json: print JSON instead of text.
+        any_rings: whether the search chose the number of rings, however small their gain.
 
     Raises:
         InfeasibleError: if no setup satisfies the rules of the scene.
@@ -73,6 +82,8 @@ def place(
         say_json(record.model_dump_json(indent=2))
         return
     _show(proposal, record, mine, voxel, console)
+    if any_rings and len(proposal.setup.rings) > 1:
+        console.print(_fewer_line(proposal.setup, record.reach is not None), highlight=False)
     for path in paths.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(folder)])
@@ -96,6 +107,8 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
             what = f"stage {p.stage} of {p.stages}"
             if p.sensors is not None:
                 what = f"{p.sensors} sensors"
+            elif p.rings is not None:
+                what = f"{counted(p.rings, 'ring')}, {what}"
             elif p.to_count:
                 what, total, done = "counting the finalists", p.to_count, p.counted
             best = f"best so far {100 * p.best:.1f} %"
@@ -141,16 +154,20 @@ def _show(
     """Print the rings, ζ next to the paper's layouts, and how the search ended."""
     scene, setup, comparison = proposal.scene.core, proposal.setup, record.comparison
     console.print(ring_table(setup, scene.robot))
-    sensors = {"proposal": setup.sensors} | {
-        name: one.sensors for name, one in papers(scene).items()
+    compared = {"proposal": setup} | papers(scene)
+    sensors = {name: one.sensors for name, one in compared.items()}
+    prices = {
+        name: scene.prices.text(price)
+        for name, one in compared.items()
+        if scene.prices is not None and (price := scene.price_of(one)) is not None
     }
     where = (
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
         f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
     )
-    seen = occlusion_table(comparison, sensors, where)
+    seen = occlusion_table(comparison, sensors, where, prices)
     if seen is None or any(r.worst for r in comparison):
-        console.print(zeta_table(comparison, sensors, where))
+        console.print(zeta_table(comparison, sensors, where, prices))
     if seen is not None:
         console.print(seen)
     if (error := count_error_line(voxel)) is not None:
@@ -166,6 +183,7 @@ def _show(
             f"Search criterion ({proposal.criterion}), in percent: {each}.", highlight=False
         )
     lines = (
+        price_line(scene, setup),
         *(worst_line(r) for r in mine),
         record_line(scene),
         *protective_lines(mine, setup),
@@ -178,6 +196,9 @@ def _show(
         _show_search(proposal.search, scene, voxel, console)
     if record.reach:
         console.print(_reached_line(record.reach))
+    if record.fewest_rings:
+        console.print(fewest_rings_table(record.fewest_rings, scene.prices))
+        console.print(fewest_rings_line(record.fewest_rings), highlight=False)
     if record.short_percent:
         console.print(
             f"The minimum coverages (--at-least) are missed by {record.short_percent:.2f} points."
@@ -197,6 +218,12 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
         f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
         f" {result.outcome.value}."
     )
+
+
+def _fewer_line(setup: Setup, reach: bool) -> str:
+    rings = counted(len(setup.rings), "ring")
+    fewer = "--rings N" if reach else "--fewest-rings or --rings N"
+    return f"The search chose {rings}. For fewer rings with nearly the same coverage: {fewer}."
 
 
 def _reached_line(reached: ReachModel) -> str:

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from ...coverage.choices import Surface
 from ...coverage.robots.built_in import ROBOTS
+from ...coverage.robots.joint_values import from_file_units, in_file_units, joint_keys
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, shown
 from ...formats.escaping import printable
@@ -47,13 +48,20 @@ def ring_radius(robot: Robot) -> float:
 
 def scene_text(robot: Robot, file: str) -> str:
     """Return a scene that names the robot's file, as TOML."""
-    angles = ", ".join(f"{round(math.degrees(a), 3) + 0.0:g}" for a in robot.rest)
+    exact = in_file_units(robot.chain, robot.rest)
+    short = [round(v, 3) + 0.0 for v in exact]
+    if robot.beyond(from_file_units(robot.chain, short)) is not None:  # rounded beyond a limit
+        short = exact
+    joints = dict(zip(joint_keys(robot.chain), short, strict=True))
+    pose = f"q_deg = [{', '.join(f'{v:.12g}' for v in short)}]\n"
+    if robot.chain.prismatic:
+        pose = f"[poses.q]\n{tomli_w.dumps(joints)}"
     keys = [tomli_w.dumps({link: 0}).removesuffix(" = 0\n") for link in robot.links]
     links = "".join(f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n" for key in keys)
     return (
         f"# A scene on {printable(robot.name)}. Edit it, then: place-rings --scene scene.toml\n"
         f'robot = "{file}"\nring_radius = {ring_radius(robot):g}  # m, clear of all mounts\n\n'
-        f"[[poses]]\nq_deg = [{angles}]\n"
+        f"[[poses]]\n{pose}"
         f"{links}"
     )
 
@@ -75,7 +83,8 @@ def robot(
         fit = import_urdf(Path(what), reading.resolve(), capsules, surface, name)
     else:
         raise UserError(
-            f"robot: found {shown(what)}, allowed: a URDF (.urdf), or one of {', '.join(ROBOTS)}"
+            f"robot: found {shown(what)}, allowed: a URDF (.urdf), an MJCF (.xml), or one of"
+            f" {', '.join(ROBOTS)}"
         )
     fitted = fit.robot
     folder = output_folder(out)

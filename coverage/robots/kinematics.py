@@ -1,11 +1,12 @@
-"""A serial chain of revolute joints and its forward kinematics."""
+"""A serial chain of revolute and prismatic joints, and its forward kinematics."""
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, Vector, namespace
 
@@ -17,13 +18,31 @@ class Chain:
     joints: tuple[str, ...]
     """Names of the J joints."""
     origin: Float[np.ndarray, "F 4 4"]
-    """T_parent_joint (J + 1, 4, 4): pose of each joint's frame in the frame before it at joint
-    angle 0, m; the last is the TCP in the last link's frame."""
+    """T_parent_joint (J + 1, 4, 4): pose of each joint's frame in the frame before it where the
+    joint is at 0, m; the last is the TCP in the last link's frame."""
     axis: Float[np.ndarray, "J 3"]
-    """Unit axis of each joint in its own frame."""
+    """Unit axis of each joint in its own frame; a prismatic joint slides along it."""
+    prismatic: tuple[int, ...] = ()
+    """Indices of the prismatic joints; the others are revolute."""
 
     def __len__(self) -> int:
         return len(self.joints)
+
+    @cached_property
+    def slides(self) -> Bool[np.ndarray, " J"]:
+        """Whether each joint is prismatic."""
+        slides = np.zeros(len(self), bool)
+        slides[list(self.prismatic)] = True
+        return slides
+
+    @property
+    def first_revolute(self) -> int:
+        """Index of the first revolute joint, where the arm begins; 0 if all are prismatic.
+
+        The prismatic joints before it (a rail, a lift) carry the whole arm.
+        """
+        turns = np.flatnonzero(~self.slides)
+        return int(turns[0]) if len(turns) else 0
 
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
@@ -82,40 +101,70 @@ def _rotation(axis: Array, angle: Array) -> Any:
     return one + s * K + (1 - c) * K2
 
 
+def _translation(axis: Array, distance: Array) -> Any:
+    """Return the translation (..., 4, 4) along a constant unit ``axis`` (3,).
+
+    ``distance`` has shape (...), in m.
+    """
+    xp = namespace(distance)
+    along = np.zeros((4, 4))
+    along[:3, 3] = axis
+    batch = (1,) * distance.ndim
+    one, along = (
+        xp.asarray(m.reshape(*batch, 4, 4), dtype=distance.dtype) for m in (np.eye(4), along)
+    )
+    return one + distance[..., None, None] * along
+
+
 def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F 4 4"]:
     """Return the frames of all joints and of the TCP in the base frame.
 
     Args:
         chain: the chain of J joints.
-        q: joint angles (..., J) rad; NumPy, or JAX, which can differentiate by them.
+        q: joint angles, or distances of prismatic joints, (..., J) rad or m; NumPy, or JAX, which
+            can differentiate by them.
 
     Returns:
-        T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its rotation (the
+        T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its motion (the
             frame of the link it moves); the last is the TCP.
 
     Raises:
-        ValueError: if q does not have one angle for each joint.
+        ValueError: if q does not have one value for each joint.
     """
     if q.shape[-1] != len(chain):
-        raise ValueError(f"q has {q.shape[-1]} angles; the chain has {len(chain)} joints")
+        raise ValueError(f"q has {q.shape[-1]} values; the chain has {len(chain)} joints")
     xp = namespace(q)
     origin = [xp.asarray(T, dtype=q.dtype) for T in chain.origin]
     T = xp.broadcast_to(xp.eye(4, dtype=q.dtype), (*q.shape[:-1], 4, 4))
     frames = []
     for j in range(len(chain)):
-        T = T @ origin[j] @ _rotation(chain.axis[j], q[..., j])
+        motion = _translation if j in chain.prismatic else _rotation
+        T = T @ origin[j] @ motion(chain.axis[j], q[..., j])
         frames.append(T)
     frames.append(T @ origin[-1])
     stacked: Array = xp.stack(frames, axis=-3)
     return stacked
 
 
+def arm_base(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, " 3"]:
+    """Return the origin of the arm, m: the base frame's, or the carriage of a rail or lift.
+
+    A carriage is the frame that the last prismatic joint before the first revolute joint moves.
+    """
+    first = chain.first_revolute
+    if first == 0:
+        return np.zeros(3)
+    return np.asarray(forward(chain, q)[first - 1, :3, 3])
+
+
 def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:
     """Return the pose as a polyline (P, 3) m through the base, each joint's origin and the TCP.
 
-    Repeated points are removed.
+    Repeated points are removed. Where a rail or lift carries the arm, the polyline begins at its
+    carriage (``arm_base``), so that the arm has the same polyline wherever the carriage stands.
+    The origin of any other prismatic joint moves with it.
     """
-    points = np.vstack([np.zeros(3), forward(chain, q)[:, :3, 3]])
+    points = np.vstack([arm_base(chain, q), forward(chain, q)[chain.first_revolute :, :3, 3]])
     keep = np.ones(len(points), bool)
     keep[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     return points[keep]

@@ -44,8 +44,8 @@ def moving(
 
     Args:
         robot: a robot with bodies.
-        q: joint angles (J,), rad.
-        rate: joint speeds (J,), rad/s; None if unknown.
+        q: joint angles or distances (J,), rad or m.
+        rate: joint speeds (J,), rad/s or m/s; None if unknown.
         speed: speed of all parts, m/s, if ``rate`` is unknown.
 
     Raises:
@@ -66,13 +66,13 @@ def moving(
             fast.append(np.full(PIECES, speed))
             continue
         joints = slice(0, min(b.frame + 1, len(robot.chain)))
-        turning = rate[joints, None] * np.einsum(
+        along = rate[joints, None] * np.einsum(
             "jab,jb->ja", frames[joints, :3, :3], robot.chain.axis[joints]
         )
-        v = np.linalg.norm(
-            np.cross(turning[:, None], points[None] - frames[joints, None, :3, 3]).sum(axis=0),
-            axis=1,
-        )
+        slides = robot.chain.slides[joints, None]
+        turning, sliding = np.where(slides, 0.0, along), np.where(slides, along, 0.0).sum(axis=0)
+        swept = np.cross(turning[:, None], points[None] - frames[joints, None, :3, 3]).sum(axis=0)
+        v = np.linalg.norm(swept + sliding, axis=1)
         fast.append(
             np.maximum(v[:-1], v[1:]) + b.capsule.radius * np.linalg.norm(turning.sum(axis=0))
         )

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..solids.capsules import Capsules
 from .kinematics import Chain
 
-_ROUNDING = 1e-8  # rad, by which a file's angle may exceed its limit
+_ROUNDING = 1e-8  # rad or m, by which a file's value may exceed its limit
 BASE = -1  # frame of a body that no joint moves
 
 
@@ -100,14 +100,14 @@ class Robot:
     mounts: tuple[Mount, ...]
     """The links' mounts for rings, as they are in use."""
     reach: float
-    """Radius of V_O, m."""
+    """Radius of V_O about the arm's base, m."""
     bodies: tuple[Body, ...] = ()
     """Solid parts of the robot, as they are in use; may be empty if no computation needs them."""
     limits: Float[np.ndarray, "J 2"] | None = None
-    """Lowest and highest angle of each joint, rad; infinite for continuous joints, None if
-    unknown."""
+    """Lowest and highest value of each joint, rad or, where it is prismatic, m; infinite for
+    continuous joints, None if unknown."""
     home: Float[np.ndarray, " J"] | None = None
-    """Default pose, rad."""
+    """Default pose, rad or m."""
     source: str = ""
     """Source of the figures."""
     held: tuple[HeldJoint, ...] = ()
@@ -128,14 +128,14 @@ class Robot:
 
     @property
     def rest(self) -> Float[np.ndarray, " J"]:
-        """The default pose (J,) rad: ``home``, or the pose nearest to 0 within the joint limits."""
+        """The default pose (J,) rad or m: ``home``, or the pose nearest to 0 within the limits."""
         if self.home is not None:
             return self.home
         rest = np.zeros(len(self.chain))
         return rest if self.limits is None else np.clip(rest, self.limits[:, 0], self.limits[:, 1])
 
     def beyond(self, q: Float[np.ndarray, " J"]) -> int | None:
-        """Return the first joint whose angle in ``q`` (J,) rad violates its limits; None if none.
+        """Return the first joint whose value in ``q`` (J,) violates its limits; None if none.
 
         Excesses within rounding are accepted.
         """

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import plain_names
 from .markup import document, words
-from .placed import BASE_LINK, PlacedSetup
+from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 
 _SIZE = "0.004"  # m, displayed size of a site
 # inertia of a link without a body
@@ -37,10 +37,12 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         at = ET.SubElement(at, "body", _place(robot.chain.origin[j]), name=link)
         limits = None if robot.limits is None else robot.limits[j]
         known = {} if limits is None or not np.isfinite(limits).all() else {"range": words(limits)}
-        ET.SubElement(at, "joint", known, name=joint, type="hinge", axis=words(robot.chain.axis[j]))
+        kind = "slide" if robot.chain.slides[j] else "hinge"
+        ET.SubElement(at, "joint", known, name=joint, type=kind, axis=words(robot.chain.axis[j]))
         bodies.append(at)
         if not any(b.frame == j for b in robot.bodies):
             ET.SubElement(at, "inertial", _MASS)
+    ET.SubElement(at, "site", _place(robot.chain.origin[-1]), name=TCP_LINK, size=_SIZE)
     for body, name in zip(robot.bodies, plain_names(b.name for b in robot.bodies), strict=True):
         geom = ET.SubElement(bodies[0 if body.frame == BASE else body.frame + 1], "geom", name=name)
         start, end, radius = body.capsule.arrays()

@@ -12,6 +12,7 @@ from ...coverage.solids.capsules import Capsules
 from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
+from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import SensorFrame, looking_along
 from .markup import document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
@@ -94,6 +95,9 @@ def _robot(placed: PlacedSetup) -> ET.Element:
         limits = None if robot.limits is None else robot.limits[j]
         limited = limits is not None and np.isfinite(limits).all()
         joint.set("type", "revolute" if limited else "continuous")
+        if robot.chain.slides[j]:
+            joint.set("type", "prismatic")
+            limits, limited = (limits if limited else np.array([-FARTHEST, FARTHEST])), True
         # effort and velocity are required but unknown
         if limits is not None and limited:
             ET.SubElement(

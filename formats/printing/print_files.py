@@ -19,7 +19,8 @@ from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_solids import Assembly, assemble, thread
 
-ASSEMBLED = "assembled.png"  # picture of the first ring with boards and bolts
+ASSEMBLED = "assembled.png"  # picture of the robot with all rings
+MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
 
 
 def print_ring(
@@ -132,6 +133,6 @@ def ring_files(
         records.append(record)
         data |= dict(zip(record.files[:2], files, strict=True))
         data |= drawing(plan, made, record)
-    result = PrintResult(rings=records, assembled=ASSEMBLED)
+    result = PrintResult(rings=records, assembled=ASSEMBLED, mounted=MOUNTED)
     data["printing.json"] = (result.model_dump_json(indent=2) + "\n").encode()
     return result, data

@@ -108,8 +108,9 @@ class Meshes:
                 )
         elif shape.kind == "box":
             points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
-        elif shape.kind == "sphere":
-            points = np.asarray(trimesh.creation.icosphere(3, shape.size[0] / 0.985).triangles)
+        elif shape.kind in ("sphere", "ellipsoid"):  # one radius, or three
+            ball = trimesh.creation.icosphere(3, 1 / 0.985)
+            points = np.asarray(ball.triangles) * np.array(shape.size)
         elif shape.kind == "cylinder":
             around = shape.size[0] / np.cos(np.pi / 64)
             points = np.asarray(

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial import ConvexHull, QhullError
 
 from ...coverage.choices import Surface
-from ...coverage.robots.kinematics import Chain, forward
+from ...coverage.robots.kinematics import Chain, arm_base, forward
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from ...coverage.solids.capsules import Capsules
 from .capsule_fit import fit_capsules, union_volume
@@ -256,7 +256,8 @@ def fit_robot(
     mounts = [
         mount
         for frame in sorted(set(seen) - {BASE})
-        if (
+        if frame >= chain.first_revolute  # a rail's carriage is the arm's base: it has no ring
+        and (
             mount := _mount(
                 _own_name(names[frame]), chain, frame, np.concatenate(seen[frame]), sources[frame]
             )
@@ -280,26 +281,33 @@ def fit_robot(
     return RobotFit(robot, tuple(links), (*picked.notes, *meshes.packages.notes))
 
 
-def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
-    """Return random poses within the limits, in steps of 5 degrees where the limits allow, with
-    some joints at 0."""
+def _drawn(
+    limits: Float[np.ndarray, "J 2"], slides: Bool[np.ndarray, " J"]
+) -> Float[np.ndarray, "P J"]:
+    """Return random poses (P, J) within the limits, with some joints at 0: angles in steps of 5
+    degrees where the limits allow, and distances up to a metre in steps of a centimetre."""
     rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
     moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
-    angle = moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step)
-    poses: np.ndarray = np.clip(angle, limits[:, 0], limits[:, 1])
+    turn = rng.uniform(-np.pi, np.pi, shape)
+    value = moved * np.where(slides, np.round(turn / np.pi, 2), step * np.round(turn / step))
+    poses: np.ndarray = np.clip(value, limits[:, 0], limits[:, 1])
     return poses
 
 
 def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:
-    """Return an estimate of the reach, m, and a default pose (J,) rad.
+    """Return an estimate of the reach, m, and a default pose (J,) rad or m.
 
-    The reach is the largest distance of the last joint from the base's axis in random poses,
-    rounded up to the next centimetre. The pose is the random one that best holds the tip in front
-    of the robot, at two thirds of its reach and below the elbow, with the whole arm above the
-    ground and with few and small joint angles.
+    The reach is the largest distance of the last joint from the vertical axis through the arm's
+    base in random poses, rounded up to the next centimetre. The pose is the random one that best
+    holds the tip in front of the robot, at two thirds of its reach and below the elbow, with the
+    whole arm above the ground and with few and small joint angles. A rail or lift that carries the
+    arm stands as near to 0 as its limits allow.
     """
-    q = _drawn(limits)
+    first = chain.first_revolute
+    q = np.tile(np.clip(0.0, limits[:, 0], limits[:, 1]), (_POSES, 1))
+    q[:, first:] = _drawn(limits[first:], chain.slides[first:])
     points = np.asarray(forward(chain, q))[..., :3, 3]
+    points = points[:, first:] - arm_base(chain, q[0])
     wrist, tip = points[:, -2], points[:, -1]
     far = max(float(np.linalg.norm(p, axis=1).max()) for p in (wrist[:, :2], 0.5 * tip))
     reach = math.ceil(100 * max(far, 0.01) - 1e-9) / 100

@@ -37,11 +37,11 @@ class UrdfShape:
     """A shape of a link."""
 
     kind: str
-    """One of box, sphere, cylinder, capsule and mesh."""
+    """One of box, sphere, ellipsoid, cylinder, capsule and mesh."""
     T_link_shape: Float[np.ndarray, "4 4"]
     """Pose of the shape."""
     size: tuple[float, ...]
-    """Edges of a box, radius, or radius and length along z, m; scale of a mesh."""
+    """Edges of a box, radii, or radius and length along z, m; scale of a mesh."""
     file: str = ""
     """Name of a mesh file, as written."""
 

@@ -50,7 +50,7 @@ class Picked:
     chain: Chain
     """The chain."""
     limits: Float[np.ndarray, "J 2"]
-    """Joint limits, rad."""
+    """Joint limits, rad or m."""
     carried: tuple[Carried, ...]
     """All links that move with the chain."""
     held: tuple[HeldJoint, ...] = ()
@@ -109,7 +109,7 @@ def _open_handed(tree: LinkTree, base: str) -> LinkTree:
 
 def _foreign(tree: LinkTree, path: list[Joint]) -> list[Joint]:
     """Return the moving joints of a path that a chain cannot have."""
-    return [joint for joint in path if not tree.still(joint) and (joint.slides or joint.mimic)]
+    return [joint for joint in path if not tree.still(joint) and joint.mimic]
 
 
 def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
@@ -120,12 +120,7 @@ def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
         return ""
     first, hold = bad[0], _hold_options(tree, bad)
     where = f"joint {shown(first.name)}"
-    reason = (
-        f"{where}: mimic: found {shown(first.mimic)}, allowed: no mimic in the chain"
-        if first.mimic
-        else f"{where}: type: found {shown(first.kind)} in the chain, allowed: revolute,"
-        " continuous, fixed"
-    )
+    reason = f"{where}: mimic: found {shown(first.mimic)}, allowed: no mimic in the chain"
     rest = [j for j in path if not tree.still(j) and j not in bad]
     return reason + (f"; hold it in place: {hold}" if rest else "")
 
@@ -212,7 +207,12 @@ def _picked(tree: LinkTree, base: str, tip: str, arm: ArmEnd | None) -> Picked:
         urdf,
         base,
         tip,
-        Chain(tuple(j.name for j in moving), np.stack(origin), np.stack([j.axis for j in moving])),
+        Chain(
+            tuple(j.name for j in moving),
+            np.stack(origin),
+            np.stack([j.axis for j in moving]),
+            tuple(i for i, j in enumerate(moving) if j.kind == "prismatic"),
+        ),
         np.array([j.limits for j in moving]),
         tuple(carried.values()),
         held,

@@ -60,6 +60,15 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
             f" of robot {robot.name}"
         )
     for j, name in enumerate(names):
+        if picked.chain.slides[j] != robot.chain.slides[j]:
+            found, allowed = (
+                "prismatic" if chain.slides[j] else "revolute"
+                for chain in (picked.chain, robot.chain)
+            )
+            raise UserError(
+                f"{urdf.path}: joint {shown(name)}: type: found {found}, allowed: {allowed}, as in"
+                f" robot {robot.name}"
+            )
         off = float(np.abs(picked.chain.axis[j] - robot.chain.axis[j]).max())
         if j:
             off = max(off, float(np.abs(picked.chain.origin[j] - robot.chain.origin[j]).max()))

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...coverage.choices import Surface
+from .description import read_description
 from .meshes import Meshes
 from .robot_fit import RobotFit, fit_robot
-from .urdf import Urdf, read_urdf
+from .urdf import Urdf
 from .urdf_chain import Picked, pick_chain
 
 
@@ -70,6 +71,6 @@ class UrdfOptions:
         Raises:
             UserError: if the URDF or a mesh is not usable.
         """
-        urdf = read_urdf(path)
+        urdf = read_description(path)
         picked = self.pick(urdf)
         return fit_robot(picked, self.meshes(urdf), name or urdf.name, capsules, surface, tell)

@@ -55,4 +55,5 @@ class PrintResult(VersionedFile):
     """The file ``printing.json`` of ``export --to stl``."""
 
     rings: list[PrintedRing] = Field(description="printed rings")
-    assembled: str = Field(description="picture of the first ring with boards and link")
+    assembled: str = Field(description="picture of the robot with all rings")
+    mounted: str = Field(description="picture of the first ring with boards and link")

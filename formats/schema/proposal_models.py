@@ -8,6 +8,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
+from .price_models import PriceModel
 from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models
 from .robot_models import robot_of
@@ -91,6 +92,25 @@ class ReachModel(StrictModel):
     tried: list[ReachedModel] = Field(description="results by sensor count")
 
 
+class TriedRingsModel(StrictModel):
+    """Result of the search with one number of rings."""
+
+    rings: int = Field(description="number of rings")
+    exact_percent: Percent = Field(description="exact value of the criterion, percent")
+    within: bool = Field(description="whether it is within the margin of the best")
+    price: float | None = Field(default=None, description="price of the setup, by the scene")
+    seconds: float = Field(description="duration of its search, s")
+
+
+class FewestRingsModel(StrictModel):
+    """Results of the searches for the fewest rings."""
+
+    within_points: float = Field(
+        description="margin: largest loss against the best, percentage points"
+    )
+    tried: list[TriedRingsModel] = Field(description="results by number of rings")
+
+
 class SearchFile(VersionedFile):
     """The file ``result.json`` of a search: the proposal, and the coverage of the paper's layouts
     by the same verifier."""
@@ -111,4 +131,10 @@ class SearchFile(VersionedFile):
         default=0.0, ge=0, description="sum by which floors are missed, percentage points"
     )
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
+    fewest_rings: FewestRingsModel | None = Field(
+        default=None, description="searches for the fewest rings"
+    )
+    price: PriceModel | None = Field(
+        default=None, description="price of the proposal, for a scene with prices"
+    )
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")

@@ -3,10 +3,14 @@
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.rounding import degrees
+from ...coverage.robots.joint_values import named
+from ...coverage.robots.kinematics import Chain
 from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
@@ -59,12 +63,24 @@ class PoseZetaModel(MappedModel[PoseZeta]):
     covered_voxels: int | None = Field(default=None, description="covered voxels in the target")
 
 
+def joint_keys_of(chain: Chain, q: Float[np.ndarray, " J"]) -> dict[str, Any]:
+    """Return the keys for joint values in rad and m: ``q_deg``, or ``q`` if a joint is
+    prismatic."""
+    if chain.prismatic:
+        return {"q": named(chain, q)}
+    return {"q_deg": [degrees(angle) for angle in q]}
+
+
 class WorstModel(MappedModel[PoseZeta]):
     """The pose with the lowest coverage."""
 
     pose: int = Field(ge=0, description="number of the pose, counted from 0")
     time_s: float | None = Field(default=None, description="time in the recorded motion, s")
-    q_deg: list[float] = Field(description="joint angles, degrees")
+    q_deg: list[float] | None = Field(default=None, description="joint angles, degrees")
+    q: dict[str, float] | None = Field(
+        default=None,
+        description="joint values by name and unit, in place of q_deg if a joint is prismatic",
+    )
     zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(description="coverage, percent")
     low_percent: Annotated[Percent, Of("low", COVERAGE)] = Field(
         description="lower end of the guaranteed interval, percent; without one, zeta itself"
@@ -163,14 +179,14 @@ class VerifyResult(MappedModel[Verified]):
             proof=ProofModel.of(verified),
             occlusion="ignore" if scene is None else scene.occlusion,
             separation=None if scene is None else SeparationModel.of(scene, target),
-            worst=WorstModel.from_domain(
+            worst=None
+            if scene is None or len(poses) < 2
+            else WorstModel.from_domain(
                 verified.poses[worst],
                 pose=worst,
                 time_s=poses[worst].time_s,
-                q_deg=[degrees(angle) for angle in poses[worst].q],
-            )
-            if len(poses) > 1
-            else None,
+                **joint_keys_of(scene.robot.chain, poses[worst].q),
+            ),
         )
 
     def with_occlusion(

@@ -2,6 +2,7 @@
 radians."""
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -9,10 +10,18 @@ from jaxtyping import Float
 from pydantic import Field, model_validator
 
 from ...coverage.robots.built_in import ROBOTS, built_in
+from ...coverage.robots.joint_values import (
+    from_file_units,
+    joint_keys,
+    misnamed,
+    named,
+    ordered,
+)
 from ...coverage.robots.kinematics import Chain, rpy_of, transform
 from ...coverage.robots.robot import BASE, Body, HeldJoint, Mount, Robot
 from ...coverage.solids.capsules import Capsules
-from .base_model import StrictModel, refuse
+from .base_model import Fault, StrictModel, refuse
+from .field_types import FARTHEST
 from .mapping import MappedModel, Of, decimals, rounded_degrees
 from .versions import VersionedFile
 
@@ -36,10 +45,13 @@ _LENGTH = Of(unit=_ROUNDED)
 
 
 class JointModel(StrictModel):
-    """A revolute joint. Its frame is stated in the previous joint's frame at angle 0, its axis in
-    its own frame."""
+    """A joint. Its frame is stated in the previous joint's frame where the joint is at 0, its axis
+    in its own frame."""
 
     name: _Name = Field(description="name of the joint")
+    type: Literal["revolute", "prismatic"] = Field(
+        default="revolute", description="turns about its axis, or slides along it"
+    )
     xyz: _Point = Field(default=[0.0, 0.0, 0.0], description="origin of the joint, m")
     rpy_deg: _Angles = Field(
         default=[0.0, 0.0, 0.0],
@@ -50,6 +62,18 @@ class JointModel(StrictModel):
         default=None,
         description="lowest and highest angle, degrees; omit for a joint without limits",
     )
+    limits_m: Annotated[list[_Place], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="lowest and highest position of a prismatic joint, m"
+    )
+
+    @property
+    def limits(self) -> tuple[str, list[float] | None]:
+        """The key of the joint's limits, and the limits, degrees or m; None without limits."""
+        return (
+            ("limits_m", self.limits_m)
+            if self.type == "prismatic"
+            else ("limits_deg", self.limits_deg)
+        )
 
 
 class TcpModel(StrictModel):
@@ -163,15 +187,22 @@ class HeldJointModel(StrictModel):
 
 
 class RobotModel(MappedModel[Robot]):
-    """A robot: a chain of revolute joints, mount axes, and capsules that enclose its links."""
+    """A robot: a chain of joints, mount axes, and capsules that enclose its links."""
 
     name: _Name = Field(description="name of the robot")
     source: str = Field(default="", max_length=1000, description="source of the figures")
     reach: Annotated[float, _LENGTH] = Field(
-        gt=0, le=100, description="radius of V_O about the base, m"
+        gt=0, le=100, description="radius of V_O about the arm's base, m"
     )
-    home_deg: Annotated[list[_Turn] | None, Of("home", _ANGLES.unit, array=True)] = Field(
+    home_deg: list[_Turn] | None = Field(
         default=None, description="joint angles of the default pose, degrees"
+    )
+    home: dict[str, _Turn] | None = Field(
+        default=None,
+        description=(
+            "joint values of the default pose by name and unit, such as shoulder_deg and rail_m, in"
+            " place of home_deg"
+        ),
     )
     tcp: TcpModel = Field(default=TcpModel(), description="tool centre point")
     joints: list[JointModel] = Field(
@@ -211,14 +242,14 @@ class RobotModel(MappedModel[Robot]):
         for i, joint in enumerate(self.joints):
             if abs(sum(v * v for v in joint.axis) - 1) > _UNIT:
                 faults.append((("joints", i, "axis"), f"{joint.axis}", "a vector of length 1"))
-            if joint.limits_deg is not None and joint.limits_deg[0] >= joint.limits_deg[1]:
-                faults.append(
-                    (("joints", i, "limits_deg"), f"{joint.limits_deg}", "the lower value first")
-                )
-        if all(
-            sum(v * v for v in xyz) < 1e-12 for xyz in (*(j.xyz for j in self.joints), self.tcp.xyz)
-        ):
-            faults.append((("joints",), "a chain of length 0", "a chain with a positive length"))
+            key, limits = joint.limits
+            if limits is not None and limits[0] >= limits[1]:
+                faults.append((("joints", i, key), f"{limits}", "the lower value first"))
+            other = "limits_deg" if key == "limits_m" else "limits_m"
+            if (stated := getattr(joint, other)) is not None:
+                allowed = f"{key}, because the joint is {joint.type}"
+                faults.append((("joints", i, other), f"{stated}", allowed))
+        faults += self._length_faults()
         for i, mount in enumerate(self.mounts):
             if mount.frame not in (*names, TCP_FRAME):
                 faults.append((("mounts", i, "frame"), mount.frame, ", ".join((*names, TCP_FRAME))))
@@ -238,35 +269,79 @@ class RobotModel(MappedModel[Robot]):
             for i, body in enumerate(self.bodies)
             if body.frame not in (BASE_FRAME, *names)
         ]
-        if self.home_deg is not None:
-            if len(self.home_deg) != len(names):
-                faults.append(
-                    (("home_deg",), len(self.home_deg), f"{len(names)} angles, one for each joint")
-                )
-            else:
-                for i, (q, joint) in enumerate(zip(self.home_deg, self.joints, strict=True)):
-                    low, high = joint.limits_deg or (-720.0, 720.0)
-                    if not low - _UNIT <= q <= high + _UNIT:
-                        faults.append(
-                            (("home_deg", i), q, f"{low:g} to {high:g}, the limits of {joint.name}")
-                        )
+        faults += self._home_faults()
         refuse(faults)
         return self
 
+    def _length_faults(self) -> Iterator[Fault]:
+        """Yield a chain without length beyond the prismatic joints that carry the arm."""
+        first = self._chain().first_revolute
+        places = [joint.xyz for joint in self.joints[first:]] + [self.tcp.xyz]
+        if all(sum(v * v for v in xyz) < 1e-12 for xyz in places):
+            beyond = f" beyond {self.joints[first - 1].name}" if first else ""
+            yield (
+                ("joints",),
+                f"a chain of length 0{beyond}",
+                f"a chain with a positive length{beyond}",
+            )
+
+    def _home_faults(self) -> Iterator[Fault]:
+        """Yield a default pose that does not belong to the joints, or exceeds their limits."""
+        chain = self._chain()
+        if self.home is not None:
+            if self.home_deg is not None:
+                yield ("home",), "both", "either home_deg or home"
+                return
+            if (wrong := misnamed(chain, self.home)) is not None:
+                yield ("home", wrong[0]), self.home.get(wrong[0]), wrong[1]
+                return
+            keys: tuple[int | str, ...] = joint_keys(chain)
+            values = [self.home[key] for key in joint_keys(chain)]
+        elif self.home_deg is not None:
+            keys, values = tuple(range(len(self.home_deg))), self.home_deg
+            if chain.prismatic:
+                allowed = f"home with {', '.join(joint_keys(chain))}"
+                yield ("home_deg",), len(values), allowed
+                return
+            if len(values) != len(chain):
+                allowed = f"{len(chain)} angles, one for each joint"
+                yield ("home_deg",), len(values), allowed
+                return
+        else:
+            return
+        where = "home_deg" if self.home is None else "home"
+        for key, value, joint in zip(keys, values, self.joints, strict=True):
+            far = FARTHEST if joint.type == "prismatic" else 720.0
+            low, high = joint.limits[1] or (-far, far)
+            if not low - _UNIT <= value <= high + _UNIT:
+                yield (where, key), value, f"{low:g} to {high:g}, the limits of {joint.name}"
+
+    def _chain(self) -> Chain:
+        places: list[JointModel | TcpModel] = [*self.joints, self.tcp]
+        return Chain(
+            joints=tuple(joint.name for joint in self.joints),
+            origin=np.stack([_origin(place) for place in places]),
+            axis=np.array([joint.axis for joint in self.joints], float),
+            prismatic=tuple(i for i, j in enumerate(self.joints) if j.type == "prismatic"),
+        )
+
     def to_domain(self, **given: Any) -> Robot:
         """Return the robot; joints without limits turn freely."""
-        names = [joint.name for joint in self.joints]
-        frames = {name: j for j, name in enumerate(names)}
-        frames |= {BASE_FRAME: BASE, TCP_FRAME: len(names)}
-        limits = [joint.limits_deg or [-math.inf, math.inf] for joint in self.joints]
-        places: list[JointModel | TcpModel] = [*self.joints, self.tcp]
+        chain = self._chain()
+        frames = {name: j for j, name in enumerate(chain.joints)}
+        frames |= {BASE_FRAME: BASE, TCP_FRAME: len(chain)}
+        limits = [joint.limits[1] or [-math.inf, math.inf] for joint in self.joints]
+        home = None
+        if self.home is not None:
+            home = ordered(chain, self.home)
+        elif self.home_deg is not None:
+            home = np.array([math.radians(v) for v in self.home_deg])
         return super().to_domain(
-            chain=Chain(
-                joints=tuple(names),
-                origin=np.stack([_origin(place) for place in places]),
-                axis=np.array([joint.axis for joint in self.joints], float),
+            chain=chain,
+            limits=np.stack(
+                [from_file_units(chain, end) for end in zip(*limits, strict=True)], axis=1
             ),
-            limits=np.radians(np.array(limits, float)),
+            home=home,
             mounts=tuple(mount.to_domain(frame=frames[mount.frame]) for mount in self.mounts),
             bodies=tuple(body.to_domain(frame=frames[body.frame]) for body in self.bodies),
             held=tuple(joint.to_domain() for joint in self.held),
@@ -279,15 +354,21 @@ class RobotModel(MappedModel[Robot]):
         chain = value.chain
         frames = dict(enumerate(chain.joints)) | {BASE: BASE_FRAME, len(chain): TCP_FRAME}
         limits = [None] * len(chain) if value.limits is None else list(value.limits)
+        home: dict[str, Any] = {"home_deg": None, "home": None}
+        if value.home is not None and chain.prismatic:
+            home["home"] = named(chain, value.home)
+        elif value.home is not None:
+            home["home_deg"] = _ANGLES.write(value.home)
         return super().from_domain(
             value,
+            **home,
             tcp=TcpModel(**_place(chain.origin[-1])),
             joints=[
                 JointModel(
-                    name=name, **_place(T), axis=_VECTOR.write(axis), limits_deg=_limits_deg(limit)
+                    name=name, axis=_VECTOR.write(axis), **_place(T), **_motion(slides, limit)
                 )
-                for name, T, axis, limit in zip(
-                    chain.joints, chain.origin[:-1], chain.axis, limits, strict=True
+                for name, T, axis, slides, limit in zip(
+                    chain.joints, chain.origin[:-1], chain.axis, chain.slides, limits, strict=True
                 )
             ],
             mounts=[MountAxisModel.from_domain(m, frame=frames[m.frame]) for m in value.mounts],
@@ -298,23 +379,26 @@ class RobotModel(MappedModel[Robot]):
 
 
 class RobotFile(RobotModel, VersionedFile):
-    """A robot (TOML): a chain of revolute joints, mount axes, and capsules that enclose its
-    links."""
+    """A robot (TOML): a chain of joints, mount axes, and capsules that enclose its links."""
 
 
 def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
     return transform(place.xyz, [math.radians(angle) for angle in place.rpy_deg])
 
 
-def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, list[float]]:
+def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, Any]:
     return {
         "xyz": _VECTOR.write(T[:3, 3]),
         "rpy_deg": _ANGLES.write(rpy_of(T[:3, :3])),
     }
 
 
-def _limits_deg(limits: Float[np.ndarray, " 2"] | None) -> list[float] | None:
-    return None if limits is None or not np.isfinite(limits).all() else _ANGLES.write(limits)
+def _motion(slides: bool, limits: Float[np.ndarray, " 2"] | None) -> dict[str, Any]:
+    """Return the keys of a joint for how it moves: its type, and its limits where it has some."""
+    known = limits is not None and bool(np.isfinite(limits).all())
+    if slides:
+        return {"type": "prismatic", "limits_m": _VECTOR.write(limits) if known else None}
+    return {"type": "revolute", "limits_deg": _ANGLES.write(limits) if known else None}
 
 
 def robot_of(key: str | RobotModel) -> Robot:

@@ -4,11 +4,9 @@ The model alone decides whether a file is valid. The limits and descriptions of 
 the JSON Schema and the text of errors.
 """
 
-import math
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import (
     Discriminator,
     Field,
@@ -23,7 +21,7 @@ from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
 from ...coverage.targets import NAMES, Shape, Target
-from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Goal
+from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Goal, Pose
 from ..errors import IN_LINE, NAMED
 from .base_model import Fault, fault, refuse
 from .field_types import Metres
@@ -31,6 +29,7 @@ from .mapping import PERCENT, MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
 from .obstacle_models import ObstacleModel, obstacles_of
+from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
@@ -161,6 +160,9 @@ class SceneModel(MappedModel[CoreScene]):
     printing: PrintingModel = Field(
         default=PrintingModel(), description="parameters of printed rings"
     )
+    prices: PricesModel | None = Field(
+        default=None, description="what a ring and a sensor cost, for the price of a setup"
+    )
     fixed: list[RingModel] = Field(
         default=[], max_length=1000, description="rings that are already mounted and stay"
     )
@@ -186,7 +188,7 @@ class SceneModel(MappedModel[CoreScene]):
     def _agreeing(self) -> Self:
         robot = robot_of(self.robot)
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
-            rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
+            rest = PoseModel.from_domain(Pose(robot.rest), chain=robot.chain)
             self.__dict__["poses"] = [rest]  # the model is frozen
         if not robot.bodies:
             self._without_bodies()
@@ -202,23 +204,9 @@ class SceneModel(MappedModel[CoreScene]):
 
     def _pose_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield poses with other joints than the robot's, or beyond their limits."""
-        joints = len(robot.chain)
         for i, pose in enumerate(self.poses):
-            if len(pose.q_deg) != joints:
-                allowed = f"{joints} angles, one for each joint of {robot.name}"
-                yield ("poses", i, "q_deg"), len(pose.q_deg), allowed
-            elif (
-                robot.limits is not None and (j := robot.beyond(np.radians(pose.q_deg))) is not None
-            ):
-                low, high = np.degrees(robot.limits[j])
-                allowed = (
-                    f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of"
-                    f" {robot.name}"
-                )
-                yield ("poses", i, "q_deg", j), pose.q_deg[j], allowed
-            if pose.rate_deg_s is not None and len(pose.rate_deg_s) != joints:
-                allowed = f"{joints} speeds, one for each joint of {robot.name}"
-                yield ("poses", i, "rate_deg_s"), len(pose.rate_deg_s), allowed
+            for where, found, allowed in pose.faults(robot):
+                yield ("poses", i, *where), found, allowed
 
     def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield targets, rings and rules that the robot does not allow."""
@@ -254,8 +242,10 @@ class SceneModel(MappedModel[CoreScene]):
     def to_domain(self, **given: Any) -> CoreScene:
         """Return the scene without the obstacles and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
+        robot = robot_of(self.robot)
         return super().to_domain(
-            robot=robot_of(self.robot),
+            robot=robot,
+            poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
             rules=self.rules.to_domain(fixed=setup_of(self.fixed, sensor, radius).rings),
@@ -270,6 +260,7 @@ class SceneModel(MappedModel[CoreScene]):
         return super().from_domain(
             value,
             robot=robot_key(value.robot),
+            poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],

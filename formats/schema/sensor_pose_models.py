@@ -83,14 +83,27 @@ class SensorPosesFile(VersionedFile):
     q_deg: list[_Angle] | None = Field(
         default=None, min_length=1, max_length=20, description="joint angles for base_xyz, degrees"
     )
+    q: dict[str, _Angle] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=20,
+        description=(
+            "joint values for base_xyz by name and unit, such as shoulder_deg and rail_m, in place"
+            " of q_deg; a robot with prismatic joints needs them"
+        ),
+    )
     rings: list[RingPosesModel] = Field(
         min_length=1, max_length=1000, description="rings with their sensors"
     )
 
     @model_validator(mode="after")
     def _pose_given(self) -> Self:
-        if self.q_deg is None and any(
-            s.base_xyz is not None for ring in self.rings for s in ring.sensors
+        if self.q_deg is not None and self.q is not None:
+            refuse([(("q",), "both", "either q_deg or q")])
+        if (
+            self.q_deg is None
+            and self.q is None
+            and any(s.base_xyz is not None for ring in self.rings for s in ring.sensors)
         ):
             refuse([(("q_deg",), None, "the joint angles for base_xyz, degrees")])
         return self

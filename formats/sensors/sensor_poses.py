@@ -9,10 +9,12 @@ from jaxtyping import Float
 from pydantic import ValidationError
 
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import degrees
+from ...coverage.robots.joint_values import joint_keys, misnamed, ordered
 from ...coverage.robots.kinematics import forward
+from ...coverage.robots.robot import Robot
 from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
+from ..schema.result_models import joint_keys_of
 from ..schema.robot_models import TCP_FRAME
 from ..schema.sensor_models import SensorModel
 from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
@@ -64,7 +66,8 @@ def poses_file(scene: CoreScene, setup: Setup, pose: int) -> SensorPosesFile:
                 ],
             )
         )
-    return SensorPosesFile(robot=scene.robot.name, q_deg=[degrees(a) for a in q], rings=rings)
+    joints = joint_keys_of(scene.robot.chain, q)
+    return SensorPosesFile(robot=scene.robot.name, **joints, rings=rings)
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
@@ -93,14 +96,8 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
         raise explain(name, error, SensorPosesFile) from error
     robot, sensors = scene.robot, []
     names = (*robot.chain.joints, TCP_FRAME)
-    if file.q_deg is not None and len(file.q_deg) != len(robot.chain):
-        raise UserError(
-            f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, one for"
-            f" each joint of {robot.name}"
-        )
-    frames = (
-        None if file.q_deg is None else np.asarray(forward(robot.chain, np.radians(file.q_deg)))
-    )
+    q = _joint_values(name, file, robot)
+    frames = None if q is None else np.asarray(forward(robot.chain, q))
     for i, ring in enumerate(file.rings):
         for key, value, allowed in (("frame", ring.frame, names), ("link", ring.link, robot.links)):
             if value is not None and value not in allowed:
@@ -115,6 +112,7 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                     f"{name}: rings[{i}].sensors[{k}]",
                     frames[frame] @ T,
                     _transform(sensor.base_xyz, sensor.base_xyzw),
+                    "q_deg" if file.q is None else "q",
                 )
             sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
@@ -127,8 +125,33 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
     )
 
 
-def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
-    """Check the stated pose of a sensor in the base frame.
+def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.ndarray, " J"] | None:
+    """Return the stated joint values (J,), rad or m; None if the file states none.
+
+    Raises:
+        UserError: if they do not belong to the robot's joints.
+    """
+    chain = robot.chain
+    if file.q is not None:
+        if (wrong := misnamed(chain, file.q)) is not None:
+            raise UserError(
+                f"{name}: q.{wrong[0]}: found {shown(file.q.get(wrong[0]))}, allowed: {wrong[1]}"
+                f" of {robot.name}"
+            )
+        return ordered(chain, file.q)
+    if file.q_deg is not None and (chain.prismatic or len(file.q_deg) != len(chain)):
+        allowed = f"{len(chain)}, one for each joint of {robot.name}"
+        if chain.prismatic:
+            slides = chain.joints[chain.prismatic[0]]
+            allowed = f"q with {', '.join(joint_keys(chain))}, because {slides} is prismatic"
+        raise UserError(f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {allowed}")
+    return None if file.q_deg is None else np.radians(file.q_deg)
+
+
+def _check_base(
+    where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"], key: str
+) -> None:
+    """Check the stated pose of a sensor in the base frame at the joint values of ``key``.
 
     Raises:
         UserError: if it contradicts the pose on the link.
@@ -140,5 +163,5 @@ def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarra
     if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:
         raise UserError(
             f"{where}: base_xyz and base_xyzw: found {mm:.3g} mm and {deg:.3g}° off xyz and xyzw at"
-            f" q_deg, allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
+            f" {key}, allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
         )

@@ -1,22 +1,22 @@
 """Where on each link a real ring is clear: it closes around the link, and its envelope keeps a
 clearance from every body and obstacle at every pose of the scene."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.envelope_clearance import blocked_by_capsules, blocked_by_polyhedra
+from ...coverage.rings.envelope_clearance import Blocked, blocked_by_capsules, blocked_by_polyhedra
 from ...coverage.rings.ring import Ring
-from ...coverage.rings.ring_envelope import Envelope
+from ...coverage.rings.ring_envelope import Envelope, hull
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
-from ..parameterization import Room
+from ..link_segments import Room, Stretches
 from ..scene import CoreScene
-from .ring_envelopes import closable, envelope, widest_envelope, widest_spacing
+from .ring_envelopes import closable, envelope, envelopes_by_tilt, spacing
 
 _SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
 # m, by which a radius that is not stated may be changed until the ring is clear
@@ -24,7 +24,6 @@ _CHANGES = (0.0, *(sign * 0.005 * i for i in range(1, 11) for sign in (-1, 1)))
 _ENOUGH = 0.01  # m of a link
 _NAMED = 3  # maximum number of colliding bodies that a message names
 _EDGE = 1e-8  # of a link: a ring at the very end of a clear interval is clear
-Stretches = list[tuple[float, float]]
 Cuts = list[tuple[float, float, str]]
 
 
@@ -45,6 +44,19 @@ class _Things:
     names: list[str]
     """Names of the capsules, then of the convex bodies."""
 
+    def some(self, which: Sequence[int]) -> "_Things":
+        """Return the capsules and convex bodies of the numbers ``which``, in ascending order."""
+        capsules = [i for i in which if i < len(self.thick)]
+        bodies = [i - len(self.thick) for i in which if i >= len(self.thick)]
+        return _Things(
+            self.start[capsules],
+            self.end[capsules],
+            self.thick[capsules],
+            self.normal[bodies],
+            self.offset[bodies],
+            [self.names[i] for i in which],
+        )
+
 
 class MountClearance:
     """Computes where rings of a scene are clear, and caches the results."""
@@ -53,14 +65,22 @@ class MountClearance:
         self.scene = scene
         self.frames = forward(scene.robot.chain, np.array([p.q for p in scene.poses]))
         self._things: dict[str, _Things] = {}
+        self._by_tilt: dict[tuple[str, float], list[Envelope]] = {}
         self._widest: dict[tuple[str, float], Envelope] = {}
         self._cuts: dict[tuple[str, Envelope], Cuts] = {}
+
+    def by_tilt(self, link: str, radius: float) -> list[Envelope]:
+        """Return envelopes of new rings of ``radius`` m on ``link`` for ``TILTS``."""
+        key = (link, round(radius, _SAME))
+        if key not in self._by_tilt:
+            self._by_tilt[key] = envelopes_by_tilt(self.scene, *key)
+        return self._by_tilt[key]
 
     def widest(self, link: str, radius: float) -> Envelope:
         """Return an envelope that contains that of any new ring of ``radius`` m on ``link``."""
         key = (link, round(radius, _SAME))
         if key not in self._widest:
-            self._widest[key] = widest_envelope(self.scene, *key)
+            self._widest[key] = hull(self.by_tilt(*key))
         return self._widest[key]
 
     def stretches(self, link: str, radius: float) -> Stretches:
@@ -72,12 +92,6 @@ class MountClearance:
         around = self.widest(link, radius)
         return _left(closable(self.scene.robot.mount(link), around), self._obstructed(link, around))
 
-    def spacing(self, link: str, radius: float, rings: Iterable[Ring] = ()) -> float:
-        """Return the least distance, m, that new rings of ``radius`` m on ``link`` keep from each
-        other and from ``rings``, whatever their tilts."""
-        there = [envelope(self.scene, ring) for ring in rings if ring.link == link]
-        return widest_spacing(self.scene, [self.widest(link, radius), *there])
-
     def rooms(self, radii: Mapping[str, float], rings: Sequence[Ring]) -> dict[str, Room]:
         """Return the room of each link for new rings.
 
@@ -85,10 +99,30 @@ class MountClearance:
             radii: radius of new rings on each link, m.
             rings: the rings that are already mounted.
         """
-        return {
-            link: Room(self.stretches(link, radius), self.spacing(link, radius, rings))
-            for link, radius in radii.items()
-        }
+        return {link: self._room(link, radius, rings) for link, radius in radii.items()}
+
+    def _room(self, link: str, radius: float, rings: Sequence[Ring]) -> Room:
+        envelopes, mount = self.by_tilt(link, radius), self.scene.robot.mount(link)
+        # bodies that no ring meets, whatever its tilt, need not be compared with each envelope
+        cuts = self._blocked(self._near(link), link, self.widest(link, radius))
+        near = self._near(link).some(sorted({i for a, b, i in cuts if a <= 1 and b >= 0}))
+        there = [(ring.position, envelope(self.scene, ring)) for ring in rings if ring.link == link]
+        clear = dict[Envelope, Stretches]()
+        for e in {*envelopes}:
+            cuts = self._blocked(near, link, e)
+            if mount.length:
+                cuts += [
+                    (
+                        at - spacing(self.scene, e, other) / mount.length,
+                        at + spacing(self.scene, other, e) / mount.length,
+                        -1,
+                    )
+                    for at, other in there
+                ]
+            clear[e] = _left(closable(mount, e), cuts)
+        more = self.scene.rules.clearance
+        extents = np.array([[e.high + more for e in envelopes], [-e.low for e in envelopes]])
+        return Room([clear[e] for e in envelopes], extents)
 
     def radius(self, link: str, at_least: float = 0.0) -> float:
         """Return the radius of a new ring on ``link``, m: the scene's, or ``at_least`` if larger.
@@ -160,13 +194,19 @@ class MountClearance:
         the bodies."""
         key = (link, around)
         if key not in self._cuts:
-            length, t = self.scene.robot.mount(link).length, self._near(link)
-            grown, share = around.grown(self.scene.rules.clearance), length or 1.0
-            blocked = blocked_by_capsules(grown, t.start, t.end, t.thick)
-            solid = blocked_by_polyhedra(grown, t.normal, t.offset, (0.0, length))
-            blocked += [(a, b, len(t.thick) + i) for a, b, i in solid]
-            self._cuts[key] = [(a / share, b / share, t.names[i]) for a, b, i in blocked]
+            t = self._near(link)
+            self._cuts[key] = [(a, b, t.names[i]) for a, b, i in self._blocked(t, link, around)]
         return self._cuts[key]
+
+    def _blocked(self, t: _Things, link: str, around: Envelope) -> list[Blocked]:
+        """Return the intervals of position on which an envelope is not clear of bodies, as shares
+        of the link, with the numbers of the bodies."""
+        length = self.scene.robot.mount(link).length
+        grown, share = around.grown(self.scene.rules.clearance), length or 1.0
+        blocked = blocked_by_capsules(grown, t.start, t.end, t.thick)
+        solid = blocked_by_polyhedra(grown, t.normal, t.offset, (0.0, length))
+        blocked += [(a, b, len(t.thick) + i) for a, b, i in solid]
+        return [(a / share, b / share, i) for a, b, i in blocked]
 
     def _near(self, link: str) -> _Things:
         if link not in self._things:
@@ -203,10 +243,10 @@ class MountClearance:
         return _Things(start, end, thick, normal, offset, names)
 
 
-def _left(span: tuple[float, float], cuts: Cuts) -> Stretches:
+def _left(span: tuple[float, float], cuts: Sequence[tuple[float, float, object]]) -> Stretches:
     """Return ``span`` less ``cuts``."""
     left, low = [], span[0]
-    for a, b, _ in sorted(cuts):
+    for a, b, *_ in sorted(cuts, key=lambda cut: cut[:2]):
         if a > low:
             left.append((low, min(a, span[1])))
         low = max(low, b)

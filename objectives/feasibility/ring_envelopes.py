@@ -1,7 +1,5 @@
 """Envelopes of the rings of a scene, and the least distance of two of them on one link."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from ...coverage.rings.clamp import clamp_of
@@ -10,10 +8,12 @@ from ...coverage.rings.ring_envelope import Envelope, envelope_of, hull
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.boards import NOMINAL
+from ..link_segments import TILTS
 from ..scene import CoreScene
 
-_STEP = 0.035  # rad, between the tilts at which the envelope of an undecided ring is computed
-_MARGIN = 0.0005  # m, by which an envelope's ends vary at most between these tilts
+_STEP = 0.0175  # rad, between the tilts at which the envelope of an undecided ring is computed
+_MARGIN = 0.00025  # m, by which an envelope's ends vary at most between these tilts
+_LEVEL = 1e-6  # rad, of a ring whose beams may lean to either side
 
 
 def envelope(scene: CoreScene, ring: Ring) -> Envelope:
@@ -23,18 +23,23 @@ def envelope(scene: CoreScene, ring: Ring) -> Envelope:
     return envelope_of(clamp, ring.tilt < 0)
 
 
-def widest_envelope(scene: CoreScene, link: str, radius: float) -> Envelope:
-    """Return an envelope that contains that of every ring of ``radius`` m that a search may place
-    on ``link``, whatever its tilt."""
+def envelopes_by_tilt(scene: CoreScene, link: str, radius: float) -> list[Envelope]:
+    """Return, for each of ``TILTS``, an envelope that contains that of every ring of ``radius`` m
+    that a search may place on ``link`` with a tilt up to the neighbours in ``TILTS``."""
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
     around = surrounded(scene.robot, link)
     tilts = np.linspace(low, high, int((high - low) / _STEP) + 2)
-    some = [
-        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing), back)
-        for tilt in tilts
-        for back in ((False, True) if abs(tilt) < _STEP else (tilt < 0,))
+    ahead = [
+        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing)) for tilt in tilts
     ]
-    return hull(some, _MARGIN)
+    back = [e.flipped for e in ahead]
+    reach, each = float(TILTS[1] - TILTS[0]) + _STEP, list[Envelope]()
+    for tilt in np.clip(TILTS, low, high):
+        near = np.flatnonzero(np.abs(tilt - tilts) <= reach)
+        backwards, forwards = tilt < _LEVEL, tilt > -_LEVEL
+        some = [back[i] for i in near if backwards] + [ahead[i] for i in near if forwards]
+        each.append(hull(some, _MARGIN))
+    return each
 
 
 def closable(mount: Mount, around: Envelope) -> tuple[float, float]:
@@ -54,9 +59,3 @@ def spacing(scene: CoreScene, proximal: Envelope, distal: Envelope) -> float:
     if not scene.real:
         return scene.rules.spacing
     return max(scene.rules.spacing, proximal.high - distal.low + scene.rules.clearance)
-
-
-def widest_spacing(scene: CoreScene, envelopes: Iterable[Envelope]) -> float:
-    """Return a distance, m, that every two rings with these envelopes may have in any order."""
-    some = list(envelopes)
-    return max((spacing(scene, a, b) for a in some for b in some), default=scene.rules.spacing)

@@ -16,16 +16,8 @@ from ...coverage.rings.ring_kinematics import any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
-from ...objectives.parameterization import (
-    Interval,
-    Segment,
-    SetupArrays,
-    decode,
-    encode,
-    fits,
-    segments,
-    stretch,
-)
+from ...objectives.link_segments import Segment, fits, segments
+from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
 from ...objectives.scene import CoreScene
 from .changes import Rings, Touched, turn
 
@@ -196,12 +188,13 @@ class RedesignProblem:
         low[:, touched] = high[:, touched] = 0.0
         if not self._tilts(t, touched, where, low, high, values):
             return None
-        values[0] = encode(where, values[0])
+        values[1] = np.clip(values[1], low[1], high[1])
+        values[0] = encode(where, values, values[0])
         low[0, staying] = high[0, staying] = values[0, staying] = 0.0
         for i in touched:
             turn = 2 * math.pi / rings[i].count
             high[0, i], low[2, i], high[2, i] = (
-                float(where.free[i] > 0),
+                float(where.loose[i]),
                 rings[i].phase - turn,
                 rings[i].phase + turn,
             )
@@ -280,7 +273,7 @@ def _where(
     available: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
 ) -> Interval:
     where = stretch(available, which)
-    where.low[staying] = [rings[i].position for i in staying]
+    where.hold(staying, [rings[i].position for i in staying])
     return where
 
 

@@ -10,7 +10,8 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import ring_arrays
-from ...objectives.parameterization import Interval, Segment, SetupArrays, decode, encode, stretch
+from ...objectives.link_segments import Segment
+from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
 from .feasible_set import FeasibleSet
 
 
@@ -34,8 +35,8 @@ class Candidate:
 
 
 class Space(FeasibleSet):
-    """All setups that satisfy a scene's rules, with the links and counts of a layout or with a
-    number of sensors in any rings."""
+    """All setups that satisfy a scene's rules, with the links and counts of a layout, or with a
+    number of sensors in any rings or in a number of rings."""
 
     def holds(self, c: Candidate) -> bool:
         """Return whether the boards of all rings fit."""
@@ -67,7 +68,7 @@ class Space(FeasibleSet):
         where = stretch(self.segments, which, shared)
         if self.fixed:  # fixed rings keep their positions and tilts
             n = len(c.segment)
-            where.low[n:] = [ring.position for ring in self.fixed]
+            where.hold(range(n, n + len(self.fixed)), [ring.position for ring in self.fixed])
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
         return where
 
@@ -117,6 +118,8 @@ class Space(FeasibleSet):
         rings = [ring for ring in setup.rings if ring not in self.fixed]
         if len(rings) > self.places or sum(r.count for r in rings) > self.free:
             return None
+        if self.rings is not None and len(rings) < self.rings:
+            return None
         for i, ring in enumerate(rings):
             free = self.room(segment.tolist(), ring.link, ring.count)
             if not free:
@@ -127,12 +130,12 @@ class Space(FeasibleSet):
         if self.scene.rules.shared_tilt:
             values[1] = np.abs(values[1]).mean()
         c = Candidate(segment, count, values, sign)
-        along = encode(
-            self.stretch(c), np.concatenate([values[0], [r.position for r in self.fixed]])
-        )
-        values[0] = along[: self.places]
-        low, high = self.box(c)
-        return replace(c, values=np.clip(values, low[:, : self.places], high[:, : self.places]))
+        low, high = (edge[:, : self.places] for edge in self.box(c))
+        values[1:] = np.clip(values[1:], low[1:], high[1:])
+        position = np.concatenate([values[0], [r.position for r in self.fixed]])
+        along = encode(self.stretch(c), self.values(c), position)[: self.places]
+        values[0] = np.clip(along, low[0], high[0])
+        return c
 
 
 def _off(s: Segment, position: float) -> float:

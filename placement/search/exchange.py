@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
 from ...objectives.floors import worth
-from ...objectives.parameterization import Interval, decode
+from ...objectives.parameterization import Interval, decode, encode, positions
 from .design import Candidate, Space
 from .exchange_points import Field, Fields
 from .feasible_set import Rng
@@ -48,6 +48,7 @@ class Round:
     """Moves tried in each sweep: of sensors between rings where counts are free, else of rings."""
 
 
+_SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
 _SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of a round's scale
 
 
@@ -108,7 +109,7 @@ class Exchange:
         ]
         old = self.candidate
         other = (
-            (places != self._places).any(axis=0)
+            ~(np.abs(places - self._places) <= _SAME).all(axis=0)
             | (c.segment != old.segment)
             | (c.count != old.count)
         )
@@ -126,6 +127,25 @@ class Exchange:
         if better := value > self.value:
             self.candidate, self.value, self._seen, self._places = c, value, seen, places
         return better
+
+    def _others_kept(self, c: Candidate) -> Candidate:
+        """Return ``c`` with the rings that it does not change at their positions so far, as far as
+        the spacing allows."""
+        where, values, same = self._stretch(c), self._space.values(c), self._unchanged(c)
+        position = decode(where, values)[0]
+        position[: len(same)][same] = self._places[0, same]
+        along = encode(where, values, position)
+        return replace(c, values=np.concatenate([along[None, : len(same)], c.values[1:]]))
+
+    def _unchanged(self, c: Candidate) -> Bool[np.ndarray, " R"]:
+        """Return which rings of ``c`` are as in the candidate."""
+        was = self.candidate
+        same: np.ndarray = (
+            (c.segment == was.segment)
+            & (c.count == was.count)
+            & (c.values == was.values).all(axis=0)
+        )
+        return same
 
     def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
         """Move ring ``i`` to the place where it adds most.
@@ -155,7 +175,9 @@ class Exchange:
                     best, winner = float(value.max()), mine[k + int(value.argmax())]
         if winner is not None:
             s, values, sign = (a[winner] for a in trials)
-            self._take(_with(self.candidate, i, int(s), values, sign))
+            moved = _with(self.candidate, i, int(s), values, sign)
+            if not self._take(self._others_kept(moved)):
+                self._take(moved)
 
     def _drawn(self, i: int, near: int, scale: float, anywhere: int) -> _Trials:
         """Draw places for ring ``i``: first those near its own, then those anywhere."""
@@ -183,33 +205,27 @@ class Exchange:
     ) -> Float[np.ndarray, "3 K"]:
         """Return position, tilt and phase (3, K) of ring ``i`` for values (K, 3) and signs (K,), as
         ``decode`` computes them."""
-        where = self._stretch(c)
-        beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
-        along = np.delete(self._space.values(c)[0], i)[beside]
-        rank = ((along < values[:, :1]) | ((along == values[:, :1]) & (beside < i))).sum(axis=1)
-        tilt = (
-            sign * c.values[1, where.tilt_of[i]]
-            if self._space.scene.rules.shared_tilt
-            else values[:, 1]
-        )
-        return np.stack(
-            [where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]]
-        )
+        where, others = self._stretch(c), self._space.values(c)
+        if self._space.scene.rules.shared_tilt:
+            own = sign * c.values[1, where.tilt_of[i]]
+        else:
+            own = values[:, 1]
+        along, tilt = (np.tile(row, (len(values), 1)) for row in others[:2])  # (K, R)
+        tilt = np.asarray(where.sign) * tilt[:, where.tilt_of]
+        along[:, i], tilt[:, i] = values[:, 0], own
+        same = np.flatnonzero(where.segment == where.segment[i])
+        position = positions(where.some(same), along[:, same], tilt[:, same])
+        return np.stack([position[:, np.searchsorted(same, i)], own, values[:, 2]])
 
     def move(self, near: int, scale: float, anywhere: int) -> None:
         """Vary one ring or move sensors between rings, improve the changed rings, and keep the
         result if it is better."""
         other, c = copy(self), vary(self._space, self.candidate, self._rng)
         other.value = -np.inf
-        other._take(c)
-        was = self.candidate
-        for i in c.rings:
-            if (
-                c.segment[i] != was.segment[i]
-                or c.count[i] != was.count[i]
-                or (c.values[:, i] != was.values[:, i]).any()
-            ):
-                other.put(int(i), near, scale, anywhere)
+        other._take(other._others_kept(c))
+        changed = ~self._unchanged(c)
+        for i in c.rings[changed[c.rings]]:
+            other.put(int(i), near, scale, anywhere)
         if other.value > self.value:
             self.candidate, self.value, self._seen, self._places = (
                 other.candidate,

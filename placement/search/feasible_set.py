@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.parameterization import (
+from ...objectives.link_segments import (
     Room,
     Segment,
     fits,
@@ -21,9 +21,9 @@ from ...objectives.parameterization import (
     segments,
 )
 from ...objectives.scene import CoreScene
+from .ring_budget import MOST_RINGS, RingBudget
 
 _ROUNDING = 1e-6  # m, rounding of a radius in files
-_MOST_RINGS = 16  # free rings in a search that chooses counts
 Rng = np.random.Generator
 
 
@@ -44,11 +44,23 @@ class FeasibleSet:
     sensors in any rings."""
 
     def __init__(
-        self, scene: CoreScene, layout: Setup | None = None, sensors: int | None = None
+        self,
+        scene: CoreScene,
+        layout: Setup | None = None,
+        sensors: int | None = None,
+        rings: int | None = None,
+        each: int | None = None,
     ) -> None:
-        """Pass either ``layout`` or ``sensors``.
+        """Pass either ``layout``, or ``sensors``, or ``rings`` with ``sensors`` or ``each``.
 
-        The scene's fixed rings count among ``sensors``, not among the layout's.
+        The scene's fixed rings count among ``sensors`` and ``rings``, not among the layout's.
+
+        Args:
+            scene: robot, poses, limits, rules.
+            layout: the rings whose links and counts are kept.
+            sensors: number of sensors, in any rings.
+            rings: number of rings; by default the search chooses it.
+            each: number of sensors on every new ring, with ``rings``.
 
         Raises:
             InfeasibleError: if no setup satisfies the rules.
@@ -61,10 +73,14 @@ class FeasibleSet:
         self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
+        self.rings = None if rings is None else rings - len(self.fixed)
+        """Number of new rings; None: any."""
         self.free = layout.sensors if layout else (sensors or 0) - held
+        if each is not None:
+            self.free = (self.rings or 0) * each
         self.sensors = self.free + held
         self.square = scene.square or any_square(layout.rings if layout else ())
-        self.least, self.most = scene.rules.sensors
+        self.least, self.most = scene.rules.sensors if each is None else (each, each)
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError(
                 "a shared tilt needs limits that allow a tilt and its opposite on every link"
@@ -72,7 +88,11 @@ class FeasibleSet:
         if layout is None:
             largest = self.largest()
             self.places = min(len(largest), max(self.free, 0) // self.least)
-            _check_budget(self, largest, held)
+            if rings is None:
+                _check_budget(self, largest, held)
+            else:
+                _check_rings(self, rings, largest, each is not None)
+                self.places = rings - len(self.fixed)
             self.most = max(largest, default=self.most)
         else:
             self.places = len(layout.rings)
@@ -177,13 +197,17 @@ class FeasibleSet:
             for n in [self.most_on(link)] * room
             if n >= self.least
         ]
-        return sorted(sizes, reverse=True)[:_MOST_RINGS]
+        return sorted(sizes, reverse=True)[:MOST_RINGS]
 
     @property
     def totals(self) -> list[int]:
         """All feasible totals of sensors, fixed rings included, in ascending order."""
         held, most = self.sensors - self.free, np.cumsum([0, *self.largest()]).tolist()
-        each = (range(n * self.least, m + 1) for n, m in enumerate(most) if n or held)
+        each = (
+            range(n * self.least, m + 1)
+            for n, m in enumerate(most)
+            if (n or held) and self.rings in (None, n)
+        )
         return sorted({held + n for some in each for n in some})
 
     def _shared_tilt(self) -> tuple[float, float]:
@@ -215,7 +239,7 @@ class FeasibleSet:
         if self.scene.rules.shared_tilt:
             shared = self._shared_tilt()
             tilt = shared[0], min(shared[1], -tilt[0], tilt[1])
-        return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
+        return np.array([0.0, tilt[0], -turn]), np.array([float(s.loose), tilt[1], turn])
 
     def ring(self, link: str, count: int) -> Ring:
         """Return a new ring of ``count`` sensors at the start of ``link``."""
@@ -251,9 +275,9 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
             + f" too few for a ring, which needs at least {least}"
         )
     if space.free > sum(each):
-        if len(each) == _MOST_RINGS:
+        if len(each) == MOST_RINGS:
             raise InfeasibleError(
-                f"{requested} do not fit: a search places at most {_MOST_RINGS} free rings, here of"
+                f"{requested} do not fit: a search places at most {MOST_RINGS} free rings, here of"
                 f" at most {each[0]} sensors{beside}"
             )
         sizes = sorted({*each, *([] if each else [most])})
@@ -269,6 +293,14 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
         raise InfeasibleError(
             f"{requested} cannot be divided into rings of {size}{beside}; request another number"
         )
+
+
+def _check_rings(space: FeasibleSet, rings: int, largest: list[int], equal: bool) -> None:
+    held = space.sensors - space.free
+    budget = RingBudget(rings, len(space.fixed), space.sensors, held, space.least, largest)
+    sizes = FeasibleSet(space.scene, sensors=held).largest() if equal else None
+    if reason := budget.refusal(space.barred(), sizes):
+        raise InfeasibleError(reason)
 
 
 def _check_layout(space: FeasibleSet, layout: Setup) -> None:

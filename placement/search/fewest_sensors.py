@@ -43,6 +43,7 @@ def fewest_sensors(
     voxel: float = 0.01,
     tell: Callable[[int, Progress], None] = lambda sensors, progress: None,
     aim: Criterion | None = None,
+    rings: int | None = None,
 ) -> Reach:
     """Find a setup with few sensors whose exact value is at least ``wanted``.
 
@@ -59,6 +60,7 @@ def fewest_sensors(
         voxel: side of the voxels of the exact count, m.
         tell: receives the sensor count and the progress of its search, in the calling thread.
         aim: the criterion that must reach ``wanted``; by default ζ itself.
+        rings: number of rings, fixed ones included; by default each search chooses it.
 
     Raises:
         InfeasibleError: if the rules allow no setup at all.
@@ -67,7 +69,7 @@ def fewest_sensors(
     if not 0 < wanted < 1:
         raise ValueError(f"wanted must be between 0 and 1, got {wanted}")
     began, known, outcome = time.monotonic(), list[Setup](), Outcome.FINISHED
-    counts = _SensorCounts(_allowed(scene), wanted)
+    counts = _SensorCounts(_allowed(scene, rings), wanted)
     while counts.undecided:
         left, sensors = time_cap - (time.monotonic() - began), counts.sensors
         if counts.results and left <= 0:
@@ -78,7 +80,7 @@ def fewest_sensors(
             tell(count, progress)
 
         try:
-            space = Space(scene, sensors=sensors)
+            space = Space(scene, sensors=sensors, rings=rings)
             result = search(scene, space, seed, left, schedule, voxel, report, known, aim)
         except InfeasibleError:  # rings that collide
             if not counts.results:
@@ -168,10 +170,18 @@ class _SensorCounts:
         return min(max(crossing, short + quarter), enough - quarter)
 
 
-def _allowed(scene: CoreScene) -> Sequence[int]:
-    """Return the sensor totals that the rules allow, ascending, up to ``_MOST``."""
-    held = sum(ring.count for ring in scene.rules.fixed)
-    totals = Space(scene, sensors=held).totals
+def _allowed(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
+    """Return the sensor totals that the rules allow, ascending, up to ``_MOST``.
+
+    Raises:
+        InfeasibleError: if they allow none.
+    """
+    held, least = sum(ring.count for ring in scene.rules.fixed), scene.rules.sensors[0]
+    if rings is not None:
+        new = max(rings - len(scene.rules.fixed), 0)
+        totals = Space(scene, sensors=held + new * least, rings=rings).totals
+    else:
+        totals = Space(scene, sensors=held).totals
     if not totals:
-        Space(scene, sensors=held + scene.rules.sensors[0])  # raises with the reason
+        Space(scene, sensors=held + least)  # raises with the reason
     return [n for n in totals if n <= _MOST] or totals[:1]

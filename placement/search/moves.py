@@ -14,8 +14,10 @@ from .layout import ring_layout
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200
-# probabilities of a redrawn ring and of the moves of sensors below
+# probabilities of a redrawn ring and of the moves of sensors below, where the number of rings is
+# free and where it is stated
 _ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])
+_ODDS_OF_RINGS = np.array([0.4, 0.3, 0.0, 0.0, 0.2, 0.1])
 
 
 def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int]:
@@ -39,7 +41,7 @@ def fresh(space: Space, rng: Rng) -> Candidate:
         elif space.free == 0:
             wanted = []
         else:
-            fewest = math.ceil(space.free / space.most)
+            fewest = space.rings or math.ceil(space.free / space.most)
             rings = int(rng.integers(fewest, space.places + 1)) if space.places > fewest else fewest
             wanted = [("", n) for n in _numbers(rng, space.free, rings, space.least, space.most)]
         segment: list[int] = []
@@ -54,11 +56,15 @@ def fresh(space: Space, rng: Rng) -> Candidate:
 
 
 def _largest_first(space: Space) -> tuple[list[int], list[int]]:
-    """Return segments and counts of the fewest rings that hold all sensors, where the largest ring
-    differs from link to link."""
+    """Return segments and counts of the fewest rings that hold all sensors, or of the stated number
+    of rings, where the largest ring differs from link to link."""
     segment: list[int] = []
     most: list[int] = []
-    while sum(most) < space.free and len(most) < space.places and (free := space.room(segment)):
+    while (
+        (sum(most) < space.free or space.rings is not None)
+        and len(most) < space.places
+        and (free := space.room(segment))
+    ):
         caps = [space.most_on(space.segments[i].link) for i in free]
         segment.append(free[int(np.argmax(caps))])
         most.append(max(caps))
@@ -135,7 +141,8 @@ def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
     """
     if not len(c.rings):
         return c
-    move = 0 if space.layout else int(rng.choice(len(_ODDS), p=_ODDS))
+    odds = _ODDS if space.rings is None else _ODDS_OF_RINGS
+    move = 0 if space.layout else int(rng.choice(len(odds), p=odds))
     varied = (_ring, _shift, _split, _merge, _move, _swap)[move](space, c, rng)
     return _ring(space, c, rng) if varied is None or not space.holds(varied) else varied
 

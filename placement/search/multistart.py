@@ -16,24 +16,21 @@ from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
 from ...objectives.criterion import Criterion
 from ...objectives.parameterization import SetupArrays
-from ...objectives.pose_subset import poses_at_once, representative, with_worst
+from ...objectives.pose_subset import representative, with_worst
 from ...objectives.scene import CoreScene
-from ...objectives.soft_objective import CoverageObjective
-from ...objectives.target_points import TargetPoints
 from .design import Candidate, Space, stacked
 from .diversity import unlike_first
 from .exchange import share_of
-from .exchange_points import Fields
 from .exchange_rounds import exchange
 from .local_search import CutShortError, StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees_all
+from .search_points import SearchPoints
 
 # two starts or variants differ if more than this share of their sensors sit elsewhere
 UNLIKE = 0.12
 ALIKE = 0.03  # results of local search that differ by less count as one
-_LEAST = 256  # fewest points of a goal at a pose
 _EACH = 8  # random candidates compared for each one that is kept
 # weights of the poses (P,); None: the scene's own
 Weights = Float[np.ndarray, " P"] | None
@@ -56,8 +53,9 @@ class Pool:
         threads: ThreadPoolExecutor,
         tell: Callable[[Progress], None],
         known: list[Candidate],
+        points: SearchPoints | None = None,
     ) -> None:
-        """Draw the points and start with the candidates ``known``.
+        """Draw the points, unless ``points`` are given, and start with the candidates ``known``.
 
         Raises:
             ValueError: for an empty target, or floors of goals that the criterion does not support.
@@ -65,20 +63,11 @@ class Pool:
         self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
         self._known, self.aim = known, aim
-        goals = len(scene.goals) * aim.mountings
-        self._at_once = [
-            poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages
-        ]
-        self._sizes = [
-            max(_LEAST, stage.points // (goals * n))
-            for stage, n in zip(schedule.stages, self._at_once, strict=True)
-        ]
-        most = max(
-            [*self._sizes, *(r.points // (goals * len(scene.poses)) for r in schedule.rounds)]
-        )
-        self.points = TargetPoints(scene, max(most, _LEAST), seed, aim.mountings)
-        self.objective = CoverageObjective(scene, self.points, aim)
-        self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
+        self._at_once = SearchPoints.at_once(scene, aim, schedule)
+        self._sizes = SearchPoints.sizes(scene, aim, schedule)
+        self._drawn = points or SearchPoints(scene, space, aim, schedule, seed)
+        self.points, self.objective = self._drawn.points, self._drawn.objective
+        self.fields = self._drawn.fields if exchange_sees_all(scene, space, aim) else None
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule.rounds) + len(schedule.stages))
         self.first: list[Candidate] = []
@@ -134,7 +123,7 @@ class Pool:
             self.tell(self.progress)
 
         if rounds := self.schedule.rounds:
-            fields = self.fields or Fields(self.space, self.points)
+            fields = self._drawn.fields
             self.ready = time.monotonic()
             exchanged = exchange(
                 self.space,

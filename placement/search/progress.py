@@ -55,6 +55,8 @@ class Progress:
     """Pairs of target and pose to count; 0 before the exact count."""
     sensors: int | None = None
     """Sensors in this search, where several searches with different counts follow each other."""
+    rings: int | None = None
+    """Rings in this search, where several searches with fewer and fewer rings follow each other."""
 
     @property
     def climbed(self) -> float:

@@ -30,6 +30,7 @@ from .moves import fitted, fresh, papers
 from .multistart import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
+from .search_points import SearchPoints
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ def search(
     aim: Criterion | None = None,
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
+    points: SearchPoints | None = None,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals.
 
@@ -100,6 +102,8 @@ def search(
         verifier: counts the answer and keeps the targets' cells for later counts; by default a new
             one of ``voxel``.
         clock: returns seconds; by default the monotonic clock.
+        points: sample points of an earlier search of the same scene, criterion and seed, whose
+            space differed only in its number of rings; by default new ones.
 
     Raises:
         InfeasibleError: if rings of different links collide in every candidate that was tried.
@@ -115,7 +119,7 @@ def search(
     ]
     threads = ThreadPoolExecutor(processors())
     try:
-        pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts)
+        pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts, points)
         try:
             pool.exchange()
             pool.climb()

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
+from types import MappingProxyType
 
 from rich.table import Table
 
@@ -36,7 +37,10 @@ def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
 
 
 def occlusion_table(
-    results: Sequence[VerifyResult], sensors: Mapping[str, int], where: str
+    results: Sequence[VerifyResult],
+    sensors: Mapping[str, int],
+    where: str,
+    prices: Mapping[str, str] = MappingProxyType({}),
 ) -> Explained | None:
     """Return ζ with a row for each setup and a column for each target and model of occlusion, the
     scene's own model first.
@@ -45,6 +49,7 @@ def occlusion_table(
         results: the counts.
         sensors: number of sensors of each setup.
         where: scene and way to count, for the title.
+        prices: price of each setup, as text; none without prices.
 
     Returns:
         None if the models were not counted.
@@ -58,6 +63,8 @@ def occlusion_table(
     table = Table()
     table.add_column("setup")
     table.add_column("sensors", justify="right")
+    if prices:
+        table.add_column("price", justify="right")
     if rings is not None:
         table.add_column("rings not mountable", justify="right")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
@@ -71,7 +78,8 @@ def occlusion_table(
         ]
         faulty = [] if rings is None else [str(rings[name]) if rings[name] else "–"]
         style = "bold" if name == "proposal" else None
-        table.add_row(name, str(sensors[name]), *faulty, *cells, style=style)
+        price = [prices.get(name, "")] if prices else []
+        table.add_row(name, str(sensors[name]), *price, *faulty, *cells, style=style)
     return Explained(
         f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,

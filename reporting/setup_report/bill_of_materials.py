@@ -1,4 +1,4 @@
-"""Bill of materials of a setup: sensors, their power, and their data rates."""
+"""Bill of materials of a setup: sensors, their power, prices and data rates."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -8,7 +8,8 @@ from ...coverage.sensors.catalogue import MODELS, SUPPLIES
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.sensors.sensor_model import Supply
 from ...formats.schema.sensor_records import title
-from ..pages import table
+from ...objectives.scene import CoreScene
+from ..pages import escaped, table
 from .directions import plain
 
 UNKNOWN = "not known"
@@ -38,29 +39,61 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
     return f"{least}{1000 * supply.power_w:.0f} mW", f"{least}{count * supply.power_w:.2f} W"
 
 
-def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
-    """Return the bill of materials as lines of Markdown: kinds of sensors, then rings with their
-    data.
+def _bought(scene: CoreScene, setup: Setup) -> list[str]:
+    """Return a table of prices and their sum; without prices, how to state them."""
+    prices, total = scene.prices, scene.price_of(setup)
+    if prices is None or total is None:
+        return ["The scene states no prices; add them as `[prices]` with `ring` and `sensor`.", ""]
+
+    def text(amount: float) -> str:
+        return escaped(prices.text(amount))
+
+    new = Setup(tuple(ring for ring in setup.rings if ring not in scene.rules.fixed))
+    rows = [
+        (f"{n}", title(s), text(each), text(n * each))
+        for s, n in _kinds(new).items()
+        for each in (prices.of_sensor(s),)
+    ]
+    rings = len(new.rings)
+    clamps = ("ring without its sensors", text(prices.ring), text(rings * prices.ring))
+    rows = [*rows, (f"{rings}", *clamps), ("", "**total**", "", f"**{text(total)}**")]
+    fixed = ["Fixed rings are already mounted and cost nothing."]
+    return [
+        table(("number", "part", "price of one", "price of all"), rows, right=(0, 2, 3)),
+        *(fixed if rings < len(setup.rings) else []),
+        "",
+    ]
+
+
+def _kinds(setup: Setup) -> Counter[Sensor]:
+    """Return the number of sensors of each kind."""
+    kinds = Counter[Sensor]()
+    for ring in setup.rings:
+        kinds[ring.sensor] += ring.count
+    return kinds
+
+
+def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> list[str]:
+    """Return the bill of materials as lines of Markdown: kinds of sensors, prices, then rings with
+    their data.
 
     Args:
+        scene: scene of the setup, with its prices.
         setup: setup to list.
         length: returns the bytes of a frame for a ring with a given number of sensors.
     """
-    kinds = Counter({ring.sensor: 0 for ring in setup.rings})
-    for ring in setup.rings:
-        kinds[ring.sensor] += ring.count
+    kinds = _kinds(setup)
     rows = [
         (
             str(n),
             title(s),
             f"{s.range_m:.2f}",
-            UNKNOWN,
             *_power(n, s),
             UNKNOWN if (hz := rate_hz(s)) is None else f"{hz:g}",
         )
         for s, n in kinds.items()
     ]
-    heads = ("sensors", "kind", "range, m", "price", "power of one", "power of all", "rate, Hz")
+    heads = ("sensors", "kind", "range, m", "power of one", "power of all", "rate, Hz")
     rings = [
         (str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length))
         for i, r in enumerate(setup.rings)
@@ -73,9 +106,10 @@ def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
     }
     return [
         table(heads, rows, right=(0, 2)),
-        "The catalogue has no prices. Look up unknown powers and rates in the manufacturer's"
+        "Look up unknown powers and rates in the manufacturer's"
         " datasheet." + "".join(f" {line}" for line in sorted(sources)),
         "",
+        *_bought(scene, setup),
         table(
             (
                 "ring",

@@ -4,9 +4,8 @@ import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from ...coverage.robots.joint_values import joint_text
 from ...formats.schema.sensor_records import sensor_records, title
 from ...objectives.scene import CoreScene
 from ..detection_page import DISCLAIMER
@@ -58,7 +57,12 @@ def page(
     parts = _head(f, versions, created), _asked(f), *results
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
-    lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
+    lines += [
+        "## Bill of materials",
+        "",
+        *materials(f.scene, f.setup, frame_length),
+        *_effective(f),
+    ]
     lines += [*_reproduce(f, words, versions), *_limits(f)]
     return "\n".join(lines) + "\n"
 
@@ -131,12 +135,12 @@ def _poses(scene: CoreScene) -> str:
             f"Poses: {len(scene.poses)}; coverage is"
             f" {'that of the worst' if scene.over_poses == 'worst' else 'their weighted mean'}."
         )
-    return f"Pose: {', '.join(f'{v + 0.0:.1f}' for v in np.degrees(scene.poses[0].q).round(1))}°."
+    return f"Pose: {escaped(joint_text(scene.robot.chain, scene.poses[0].q))}."
 
 
 def _meaning(scene: CoreScene) -> str:
     words = {
-        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the base",
+        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
         "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
         "V_OT": "V_OT is the union of the balls about base and tool",
         "V_S": "V_S(r) is the shell of all points within r m of the robot's curve",

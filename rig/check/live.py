@@ -34,7 +34,7 @@ from .models import AboutFile, PortModel
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
 from .plans import CheckOptions, Part, Plans
-from .preconditions import require_known_cell, require_near_stop
+from .preconditions import require_known_cell, require_near_stop, require_revolute
 from .procedure import run
 
 # factor on time limits: a simulated rig shares the machine with the check
@@ -135,6 +135,7 @@ class LiveCheck:
                 is not completely described.
         """
         scene = with_cell(scene) if host is None else scene
+        require_revolute(scene.robot)
         if len(scene.robot.chain) != JOINTS:
             raise UserError(
                 f"check: robot {scene.robot.name} has {len(scene.robot.chain)} joints; ur-rtde"

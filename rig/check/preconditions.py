@@ -2,10 +2,21 @@
 robot.
 """
 
+from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
+
+
+def require_revolute(robot: Robot) -> None:
+    """Raise UserError if a joint of the robot is prismatic, which a rig neither moves nor reads."""
+    if robot.chain.prismatic:
+        name = robot.chain.joints[robot.chain.prismatic[0]]
+        raise UserError(
+            f"check: joint {name} of {robot.name} is prismatic; a rig has revolute joints only, so"
+            " check the arm alone, with a scene in its base frame"
+        )
 
 
 def require_known_cell(scene: CoreScene) -> None:

@@ -1,0 +1,143 @@
+"""Picture of a robot with all its printed rings mounted, from the files of the rings."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+from manifold3d import Manifold, Mesh
+
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import Robot
+from ..formats.printing.print_checks import read_stl
+from ..formats.printing.print_plan import MM
+from ..formats.schema.print_models import PrintResult
+from ..formats.schema.robot_models import TCP_FRAME
+from ..objectives.scene import CoreScene
+from .rendering.canvas import Canvas
+from .rendering.figures import add_bar, png
+from .rendering.meshes import capsule, closed
+from .rendering.surface import Surface
+from .text import counted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_HALVES = ((0.90, 0.49, 0.13), (0.98, 0.72, 0.38))
+_LINK, _LENS = (0.76, 0.79, 0.84), "#14532d"
+_LENS_RADIUS = 0.004  # m
+_NEARER = 0.004  # m, how far lenses are drawn in front of the boards that carry them
+_CREASE = 30.0  # degrees, angle between faces that makes a sharp edge
+_STEP = 0.004  # m, step in depth between neighbouring pixels that gets an outline
+_MARGIN, _FOOT = 0.04, 0.06  # m, around the robot, and below it for the scale bar
+_PAGE, _TITLE = (15.0, 9.0), 0.5  # inches, largest picture, and room for its title
+_ASIDE, _ELEVATION = 28.0, 18.0  # degrees, of the eye out of the side view and above it
+
+
+def printed_parts(
+    robot: Robot, result: PrintResult, data: Mapping[str, bytes], frames: Float[np.ndarray, "F 4 4"]
+) -> list[list[Manifold]]:
+    """Return the halves of each printed ring as solids, m in the base frame, placed by
+    ``T_link_print``.
+
+    Args:
+        robot: the robot.
+        result: records of the rings.
+        data: STL files by name.
+        frames: T_base_frame from ``forward``.
+    """
+    names, rings = (*robot.chain.joints, TCP_FRAME), []
+    for record in result.rings:
+        T_base_link, halves = frames[names.index(record.frame)], []
+        for file, T_link_print in record.T_link_print.items():
+            mesh = read_stl(data[file])
+            T = T_base_link @ np.array(T_link_print) @ np.diag([1 / MM, 1 / MM, 1 / MM, 1.0])
+            solid = Manifold(
+                Mesh(np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32))
+            )
+            halves.append(solid.transform(T[:3]))
+        rings.append(halves)
+    return rings
+
+
+def _surface(solid: Manifold) -> Surface:
+    mesh = solid.calculate_normals(0, _CREASE).to_mesh()
+    return np.asarray(mesh.vert_properties[:, :3], float), np.asarray(mesh.tri_verts)
+
+
+def _side(points: Float[np.ndarray, "N 3"]) -> float:
+    """Return the azimuth, degrees, from which an arm with these joint origins is seen widest."""
+    flat = points[:, :2] - points[:, :2].mean(axis=0)
+    along = np.linalg.svd(flat)[2][0]
+    return float(np.degrees(np.arctan2(along[1], along[0]))) - 90.0
+
+
+def _canvas(
+    eye: tuple[float, float], bodies: Any, parts: list[list[Surface]], lenses: Any
+) -> Canvas:
+    """Return a canvas with the robot's bodies, the halves of the rings, and the sensors."""
+    ends = np.concatenate([bodies.start, bodies.end])
+    canvas = Canvas(None, np.array([ends.min(axis=0), ends.max(axis=0)]), *eye)
+    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
+        canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+    for halves in parts:
+        for half, colour in zip(halves, _HALVES, strict=True):
+            canvas.mesh(half, colour, closed=True)
+    canvas.points(lenses, _LENS, _LENS_RADIUS, _NEARER)
+    return canvas
+
+
+def assembly_picture(
+    scene: CoreScene, setup: Setup, result: PrintResult, data: Mapping[str, bytes]
+) -> bytes:
+    """Return a PNG of the robot in the scene's first pose with all printed rings, from two opposite
+    sides.
+
+    Args:
+        scene: the scene.
+        setup: the rings.
+        result: records of the printed rings.
+        data: STL files by name.
+    """
+    frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
+    bodies = robot_capsules(scene.robot, frames)
+    parts = [
+        [_surface(half) for half in halves]
+        for halves in printed_parts(scene.robot, result, data, frames)
+    ]
+    lenses = sensor_cones(scene.robot, setup, scene.poses[0].q).apex
+    side = _side(np.vstack([np.zeros(3), frames[:, :3, 3]])) + _ASIDE
+    views = [
+        _canvas((azimuth, _ELEVATION), bodies, parts, lenses) for azimuth in (side, side + 180.0)
+    ]
+    title = (
+        f"{scene.robot.name} with {counted(len(setup.rings), 'printed ring')}"
+        f" and {counted(setup.sensors, 'sensor')}, from two sides"
+    )
+    return png(_side_by_side(views, title))
+
+
+def _side_by_side(views: list[Canvas], title: str) -> "Figure":
+    """Return a figure of several views on one scale, as large as its page allows."""
+    from matplotlib.figure import Figure
+
+    extents = np.array([view.extent() for view in views])  # (V, 2, 2), m
+    size = np.ptp(extents, axis=1) + 2 * _MARGIN  # (V, 2), m
+    high = size[:, 1].max() + _FOOT  # room for the scale bar
+    scale = min(_PAGE[0] / size[:, 0].sum(), _PAGE[1] / high)  # inches per m
+    wide, tall = size[:, 0].sum() * scale, high * scale + _TITLE
+    figure, left = Figure(figsize=(wide, tall), dpi=100, facecolor="white"), 0.0
+    for view, (low, _), (width, _) in zip(views, extents, size, strict=True):
+        view.ax = figure.add_axes((left, 0.0, width * scale / wide, high * scale / tall))
+        view.draw(fit=False, outline=_STEP)
+        x, y = low[0] - _MARGIN, low[1] - _MARGIN - _FOOT
+        view.ax.set(xlim=(x, x + width), ylim=(y, y + high))
+        view.ax.axis("off")
+        left += width * scale / wide
+    (x, y), _ = extents[0]
+    add_bar(views[0], (x, y - _MARGIN), 0.2)
+    figure.suptitle(title, x=0.02, ha="left", fontsize=14)
+    return figure
