@@ -75,7 +75,9 @@ BAD = {
     f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
         'joint "j": type: found "screw", allowed: revolute, continuous'
     ),
-    f"<robot>{A}{B}{moved(kind='planar')}</robot>": ('found 0 moving joints from link "a"'),
+    f"<robot>{A}{B}{moved(kind='planar')}</robot>": (
+        'joint: found 0 moving joints from link "a", allowed: 1 to 20'
+    ),
     f"<robot>{A}{B}{moved(kind='floating')}</robot>": ('found 0 moving joints from link "a"'),
     f"<robot>{A}{B}{moved(inside=quoted('<limit lower=_-1_ upper=_nan_/>'))}</robot>": (
         "limit upper"
@@ -250,10 +252,11 @@ def test_drawn_urdfs_move_as_mujoco_says(tmp_path_factory, seed):
     text = ET.tostring(root, encoding="unicode")
     path = tmp_path_factory.mktemp("urdf") / "drawn.urdf"
     path.write_text(text)
-    picked, peer = pick_chain(read_urdf(path)), Peer(text)
+    picked, peer = pick_chain(read_urdf(path), "base", "tool"), Peer(text)
     assert (picked.base, picked.tip) == ("base", "tool")
     assert picked.chain.joints == chain.joints
-    assert np.isinf(picked.limits[~picked.chain.slides]).all()  # they are wider than a turn
+    free, stroke = (-np.inf, np.inf), (-10, 10)
+    assert np.array_equal(picked.limits, [stroke if s else free for s in chain.slides])
     for _ in range(3):
         q = drawing.pose(rng, len(chain))
         found = forward(picked.chain, q)[-1]

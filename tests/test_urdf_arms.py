@@ -205,7 +205,7 @@ def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
     robot, joints = ET.Element("robot", name="two"), int(rng.integers(2, 6))
     link(robot, "base")
     torso = "base"
-    lift = bool(rng.uniform() < 0.5)
+    lift = rng.uniform() < 0.5
     if lift:
         link(robot, "torso")
         joint(robot, "lift", "prismatic", "base", "torso", pose(rng), Z, (0.1, 0.4))
@@ -225,28 +225,38 @@ def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
     for choice, other in zip(choices, ("right_", "left_"), strict=True):
         picked = choice.pick(urdf)
         assert len(picked.chain) == joints + lift
+        assert picked.chain.prismatic == ((0,) if lift else ())
         assert {h.joint for h in picked.held} == {f"{other}joint{j}" for j in range(joints)}
-        frame = 0 if lift else BASE
-        assert {c.frame for c in picked.carried if c.link.name.startswith(other)} == {frame}
+        frames = {c.frame for c in picked.carried if c.link.name.startswith(other)}
+        assert frames == {0 if lift else BASE}
         checked(picked, path.read_text(), rng.uniform(-2, 2, joints + lift))
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
-def test_a_refusal_of_a_mimicking_joint_names_what_loads_it(tmp_path_factory, seed):
+def test_a_sliding_joint_loads_and_the_refusal_of_a_mimic_names_what_loads_it(
+    tmp_path_factory, seed
+):
     rng = np.random.default_rng(seed)
-    robot, joints = ET.Element("robot", name="wrist"), int(rng.integers(3, 7))
+    robot, joints = ET.Element("robot", name="rail"), int(rng.integers(3, 7))
     link(robot, "base")
-    assert arm(robot, rng, "base", joints)
-    j = int(rng.integers(1, joints - 1))
-    mimic(robot, f"joint{j}", f"joint{j - 1}")
-    path = written(tmp_path_factory.mktemp("wrist"), robot)
-    with pytest.raises(UserError, match="allowed: no mimic in the chain") as told:
+    slides = rng.choice(joints - 1, int(rng.integers(1, joints - 1)), replace=False)
+    last = arm(robot, rng, "base", joints, kinds=dict.fromkeys(slides, "prismatic"))
+    assert last
+    path = written(tmp_path_factory.mktemp("rail"), robot)
+    picked = pick_chain(read_urdf(path))
+    assert picked.chain.prismatic == tuple(sorted(slides.tolist()))
+    checked(picked, path.read_text(), rng.uniform(-2, 2, joints))
+    turns = min(set(range(joints)) - set(slides))
+    for j in slides:
+        mimic(robot, f"joint{j}", f"joint{turns}", 0.5, 0.1)
+    path = written(tmp_path_factory.mktemp("rail"), robot)
+    with pytest.raises(UserError, match=r"mimic: found .*no mimic in the chain") as told:
         pick_chain(read_urdf(path))
     (choice,) = options_of(str(told.value))
     picked = choice.pick(read_urdf(path))
-    assert len(picked.chain) == joints - 1
-    checked(picked, path.read_text(), rng.uniform(-2, 2, joints - 1))
+    assert len(picked.chain) == joints - len(slides)
+    checked(picked, path.read_text(), rng.uniform(-2, 2, len(picked.chain)))
 
 
 def test_the_tip_is_a_tool_frame_and_no_sensor_and_the_choice_is_told(tmp_path):
@@ -463,7 +473,6 @@ def test_every_command_takes_the_options_and_the_robots_file_states_them(
 def test_python_takes_radians_and_reads_the_same_robot(tmp_path):
     path = tmp_path / "gripped.urdf"
     path.write_text(GRIPPED)
-    assert pr.load(path).chain.joints == ("raise", "turn", "bend")
     robot = pr.load(path, hold={"raise": 0.3, "finger": 0.5})
     same = UrdfOptions(hold={"raise": 0.3, "finger": np.degrees(0.5)}, degrees=True).fit(path).robot
     assert robot.held == same.held

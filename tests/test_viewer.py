@@ -28,7 +28,7 @@ from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, rgb
-from place_rings.viewer.drawing import Dots, Drawing, DrawnParts, Edges, Mesh
+from place_rings.viewer.drawing import Dots, Drawing, DrawnMesh, DrawnParts, Edges
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
 from place_rings.viewer.jobs import Job, JobStoppedError
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
@@ -167,7 +167,7 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     after = {**drawn.backdrop(choice), **drawn.rings(moved, choice)}
     for item in before.values():
         rgb(item.colour)
-        if isinstance(item, Mesh):
+        if isinstance(item, DrawnMesh):
             assert np.isfinite(item.vertices).all()
             assert item.faces.min() >= 0
             assert item.faces.max() < len(item.vertices)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..coverage.robots.kinematics import Chain, forward
 from ..coverage.robots.robot import BASE, Robot
 from ..formats.errors import UserError, shown
-from ..formats.robots.urdf import read_urdf
+from ..formats.robots.description import read_description
 from ..formats.robots.urdf_matching import chain_between
 from ..formats.robots.urdf_options import UrdfOptions
 from ..reporting.rendering.surface import Surface
@@ -47,7 +47,7 @@ def read_skin(path: Path, reading: UrdfOptions, robot: Robot) -> Skin:
     Raises:
         UserError: for an invalid URDF or mesh, or if the joints differ from those of ``robot``.
     """
-    urdf = read_urdf(path)
+    urdf = read_description(path)
     joints = robot.chain.joints
     named = all(name in urdf.joints for name in joints)
     picked = chain_between(urdf, joints[0], joints[-1], robot) if named else reading.pick(urdf)

@@ -14,6 +14,7 @@ def schema(
         Literal[
             "scene",
             "robot",
+            "target",
             "proposal",
             "verify",
             "robustness",

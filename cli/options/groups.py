@@ -218,6 +218,15 @@ class SubjectOptions:
         if not own:
             scene = self.place.applied(scene or CoreScene())
         setup, scene = self.sensing.resolve(subject, scene, self.mounted.resolve())
+        if setup.singles and not own:
+            from ...reporting.terminal import Terminal
+
+            Terminal(stderr=True).print(
+                f"{subject}: {len(setup.singles)} of {setup.sensors} sensors form no ring on"
+                f" {scene.robot.name}; they count as single sensors",
+                highlight=False,
+                soft_wrap=True,
+            )
         if own:
             kept = self.place.scene is None and self.place.robot is None
             scene = self.place.applied(scene, rings_stay=kept)

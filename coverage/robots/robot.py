@@ -159,6 +159,22 @@ class Robot:
             return self
         return replace(self, mounts=wanted.mounts, bodies=wanted.bodies)
 
+    @property
+    def frames(self) -> dict[str, int]:
+        """Index into ``forward``'s frames by name: joints (the link that each moves), ``tcp``, the
+        links with mounts, and ``base``."""
+        joints = {name: j for j, name in enumerate(self.chain.joints)}
+        mounts = {m.link: m.frame for m in self.mounts}
+        return {**joints, "tcp": len(self.chain), **mounts, "base": BASE}
+
+    def frame_of(self, link: str) -> int:
+        """Return the index of a link's frame, or ``BASE``; raise a ``ValueError`` that lists the
+        names otherwise."""
+        if link not in self.frames:
+            known = ", ".join(self.frames)
+            raise ValueError(f"robot {self.name} has no link {link!r}; known: {known}")
+        return self.frames[link]
+
     def mount(self, link: str) -> Mount:
         """Return the mount of ``link``; raise a ``ValueError`` that lists the links otherwise."""
         for m in self.mounts:

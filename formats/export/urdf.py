@@ -42,7 +42,7 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
-        _fixed(root, _joint(s), placed.links[joint], s.name, looking_along(T, "x"))
+        _fixed(root, _joint(s), placed.carrier(joint), s.name, looking_along(T, "x"))
     return {"robot.urdf": document(root)}
 
 

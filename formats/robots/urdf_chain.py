@@ -119,8 +119,10 @@ def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
     if not bad:
         return ""
     first, hold = bad[0], _hold_options(tree, bad)
-    where = f"joint {shown(first.name)}"
-    reason = f"{where}: mimic: found {shown(first.mimic)}, allowed: no mimic in the chain"
+    reason = (
+        f"joint {shown(first.name)}: mimic: found {shown(first.mimic)}, allowed: no mimic in the"
+        " chain"
+    )
     rest = [j for j in path if not tree.still(j) and j not in bad]
     return reason + (f"; hold it in place: {hold}" if rest else "")
 
@@ -211,7 +213,7 @@ def _picked(tree: LinkTree, base: str, tip: str, arm: ArmEnd | None) -> Picked:
             tuple(j.name for j in moving),
             np.stack(origin),
             np.stack([j.axis for j in moving]),
-            tuple(i for i, j in enumerate(moving) if j.kind == "prismatic"),
+            tuple(i for i, j in enumerate(moving) if j.slides),
         ),
         np.array([j.limits for j in moving]),
         tuple(carried.values()),

@@ -8,6 +8,7 @@ from .base_model import StrictModel
 MODELS = {
     "scene": ("scene_models", "SceneFile"),
     "robot": ("robot_models", "RobotFile"),
+    "target": ("target_models", "TargetModel"),
     "proposal": ("proposal_models", "ProposalFile"),
     "verify": ("result_models", "VerifyResult"),
     "robustness": ("robustness_models", "RobustnessResult"),
