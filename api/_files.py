@@ -65,7 +65,9 @@ def load(
         given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
         for name, value in given.items():
             if value:
-                raise InputError(f"allowed only for a URDF (.urdf), found {file.name}", name)
+                raise InputError(
+                    f"allowed only for a URDF (.urdf) or MJCF (.xml), found {file.name}", name
+                )
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)

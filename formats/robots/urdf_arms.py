@@ -21,6 +21,7 @@ _TIPS = tuple(
         r"tool(_link|_frame|_center_point)?$",
         r"ee(_link|_arm_link|_frame|_base_link|_gripper_link)?$",
         r"end_?effector(_link|_frame)?$",
+        r"^tip$",
         r"gripper(_link|_frame|_tool_frame|_base|_base_link)?$",
         r"(hand|palm)(_link|_frame)?$",
     )
@@ -59,13 +60,19 @@ def _named(joint: Joint) -> bool:
     return bool(named or _FINGER.search(joint.child))
 
 
+def _carries_tool(tree: LinkTree, joint: Joint) -> bool:
+    """Return whether a tool's frame moves rigidly with a joint."""
+    return any(pattern.search(name) for name in tree.rigid(joint.child) for pattern in _TIPS[:7])
+
+
 def _grasps(tree: LinkTree, joint: Joint, followed: set[str]) -> bool:
     """Return whether a gripper, or a piston, begins at a joint of an arm.
 
-    It does where the joint mimics another, is mimicked (``followed``), slides, or has a finger's
-    name, and no joint below turns on its own.
+    It does where the joint mimics another, is mimicked (``followed``), slides without a tool frame
+    beyond (a quill has one), or has a finger's name, and no joint below turns on its own.
     """
-    if not (joint.kind == "prismatic" or joint.mimic or joint.name in followed or _named(joint)):
+    told = joint.mimic or joint.name in followed or _named(joint)
+    if not told and (joint.kind != "prismatic" or _carries_tool(tree, joint)):
         return False
     return all(
         other.kind == "prismatic" or other.mimic or _named(other)
