@@ -56,7 +56,7 @@ def _meshes(robot: Robot) -> dict[str, bytes]:
     files = {}
     for i, carried in enumerate(robot.carried):
         if box_of(carried.body) is None:
-            hull = trimesh.convex.convex_hull(carried.body.edges.reshape(-1, 3))
+            hull = trimesh.convex.convex_hull(np.asarray(carried.body.edges).reshape(-1, 3))
             files[_mesh_name(i)] = bytes(hull.export(file_type="stl"))
     return files
 
@@ -72,7 +72,7 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
     if robot.unladen is None:
         return
     attached = replace(robot, bodies=robot.bodies[len(robot.unladen.bodies) :])
-    frames = {part.frame for part in (*attached.bodies, *attached.carried)}
+    frames = {b.frame for b in attached.bodies} | {c.frame for c in attached.carried}
     for frame in sorted(frames):
         name = "attached_base" if frame == BASE else f"attached_{frame}"
         if name in urdf.links or f"{name}_joint" in urdf.joints:
