@@ -21,6 +21,18 @@ if TYPE_CHECKING:
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._own_targets import (
+        Box,
+        Cylinder,
+        DifferenceOf,
+        HalfSpace,
+        Implicit,
+        IntersectionOf,
+        Mesh,
+        Sphere,
+        UnionOf,
+        weight_field,
+    )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
@@ -33,12 +45,14 @@ if TYPE_CHECKING:
         ProtectiveVolume,
         ReachAndToolSpheres,
         ReachSphere,
+        RobotVolume,
         Shell,
         ToolSphere,
     )
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
+    from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
@@ -49,11 +63,19 @@ if TYPE_CHECKING:
     from .placement.search.progress import Outcome, Progress
 
 __all__ = [
+    "Box",
     "Coverage",
+    "Cylinder",
+    "DifferenceOf",
+    "HalfSpace",
+    "Implicit",
     "Improvement",
     "InfeasibleError",
     "InputError",
+    "IntersectionOf",
     "Limits",
+    "Mesh",
+    "MountedSensor",
     "Outcome",
     "Pose",
     "Prices",
@@ -64,6 +86,7 @@ __all__ = [
     "ReachSphere",
     "Ring",
     "Robot",
+    "RobotVolume",
     "RobustnessReport",
     "Rules",
     "Safety",
@@ -72,9 +95,11 @@ __all__ = [
     "Sensor",
     "Setup",
     "Shell",
+    "Sphere",
     "StudyReport",
     "ToolSphere",
     "Trajectory",
+    "UnionOf",
     "certify",
     "coverage_fraction",
     "export",
@@ -92,6 +117,7 @@ __all__ = [
     "study",
     "verify",
     "view",
+    "weight_field",
 ]
 
 _MODULES = {
@@ -109,9 +135,29 @@ _MODULES = {
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
-    "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
+    "_own_targets": (
+        "Box",
+        "Cylinder",
+        "DifferenceOf",
+        "HalfSpace",
+        "Implicit",
+        "IntersectionOf",
+        "Mesh",
+        "Sphere",
+        "UnionOf",
+        "weight_field",
+    ),
+    "_targets": (
+        "ProtectiveVolume",
+        "ReachAndToolSpheres",
+        "ReachSphere",
+        "RobotVolume",
+        "Shell",
+        "ToolSphere",
+    ),
     "_trajectory": ("Trajectory",),
     "_views": ("view",),
+    "coverage.rings.mounted_sensor": ("MountedSensor",),
     "coverage.rings.ring": ("Ring", "Setup"),
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),

@@ -1,6 +1,6 @@
 """Export of a setup to files for other programs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ._arguments import whole
@@ -36,6 +36,7 @@ def export(
     pose: int = 0,
     urdf: str | Path | None = None,
     packages: Sequence[str | Path] = (),
+    package: Mapping[str, str | Path] | None = None,
     points: int = 0,
     keep: Sequence[str | Path] = (),
 ) -> tuple[Path, ...]:
@@ -49,6 +50,7 @@ def export(
         pose: index of the scene's pose, from 0.
         urdf: the robot's own URDF, to which the sensors are added.
         packages: folders with the meshes of that URDF.
+        package: folders of its packages by the packages' names, where the folders have others.
         points: number of points of each target in a GLB.
         keep: files that must not be overwritten, because they were inputs.
 
@@ -81,7 +83,8 @@ def export(
     with input_errors():
         robot = None if urdf is None else read_urdf(Path(urdf))
         folders = tuple(Path(p) for p in packages)
-        what = PlacedSetup(core, placed, pose, out, robot, folders, points)
+        named = {name: Path(path) for name, path in (package or {}).items()}
+        what = PlacedSetup(core, placed, pose, out, robot, folders, named, points)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
     given = [setup] if isinstance(setup, str | Path) else []
     read = {Path(p).resolve() for p in (*keep, *given, *([urdf] if urdf else []))}

@@ -1,12 +1,14 @@
 """Reading of proposals, scenes, robots and sensors, and writing of the first three."""
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
+from ._urdf import urdf_options
 from .coverage.robots.robot import Robot
 from .coverage.sensors.effective_range import effective
 from .coverage.sensors.sensor import Sensor, Use
@@ -17,15 +19,29 @@ from .formats.writing import to_toml, write_text
 from .objectives.scene import CoreScene
 
 
-def load(path: str | Path) -> Proposal | Scene | Robot | Sensor:
+def load(
+    path: str | Path,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    hold: Mapping[str, float] | None = None,
+    packages: Sequence[str | Path] = (),
+    package: Mapping[str, str | Path] | None = None,
+) -> Proposal | Scene | Robot | Sensor:
     """Read a proposal, a scene, a robot or a sensor (TOML), or a robot's URDF or MJCF (.xml).
 
     A file with ``[[rings]]`` is a proposal, one with ``[[joints]]`` a robot, one with
     ``[[ranges]]`` a sensor, any other file a scene. For a URDF or MJCF, capsules and mounts are
-    fitted to the links, which takes some seconds.
+    fitted to the links, which takes some seconds. The chain ends at the tip of the longest arm,
+    before its gripper. Joints outside the chain stand still; ``Robot.held`` lists their values.
 
     Args:
         path: path of the file.
+        base: link of a URDF at which the chain begins; by default the root.
+        tip: link of a URDF at which the chain ends.
+        hold: values of a URDF's joints that do not move, by name; rad, or m for prismatic joints.
+        packages: folders that are packages of a URDF's meshes, or hold packages.
+        package: folders of packages by the packages' names, where the folders have others.
 
     Returns:
         A ``Proposal``, a ``Scene``, a ``Robot`` or a ``Sensor``. The coverage of a proposal is
@@ -45,7 +61,11 @@ def load(path: str | Path) -> Proposal | Scene | Robot | Sensor:
     file = Path(path)
     with input_errors():
         if file.suffix.lower() in (".urdf", ".xml"):
-            return _robot_of_urdf(file)
+            return urdf_options(base, tip, hold, packages, package).fit(file).robot
+        given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
+        for name, value in given.items():
+            if value:
+                raise InputError(f"allowed only for a URDF (.urdf), found {file.name}", name)
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)
@@ -121,14 +141,3 @@ def _kind(file: Path) -> str:
     except (OSError, ValueError, RecursionError):
         return ""
     return next((key for key in ("rings", "joints", "ranges") if key in keys), "")
-
-
-def _robot_of_urdf(file: Path) -> Robot:
-    from .formats.robots.description import read_description
-    from .formats.robots.meshes import Meshes
-    from .formats.robots.robot_fit import fit_robot
-    from .formats.robots.urdf_chain import pick_chain
-
-    urdf = read_description(file)
-    picked = pick_chain(urdf, None, None)
-    return fit_robot(picked, Meshes(file, ()), urdf.name, 3, "collision").robot

@@ -101,5 +101,7 @@ class Placement:
 
     def _what(self) -> str:
         name = "" if self.name in ("setup", "proposal") else f"{self.name}: "
-        rings = len(self.setup.rings)
-        return f"{name}{self.setup.sensors} sensors in {rings} ring{'s' * (rings != 1)}"
+        rings, singles = len(self.setup.rings), len(self.setup.singles)
+        where = [f"in {rings} ring{'s' * (rings != 1)}"] * (rings > 0)
+        where += [f"{singles} of them single"] * (singles > 0)
+        return f"{name}{self.setup.sensors} sensors {', '.join(where)}"

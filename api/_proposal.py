@@ -162,7 +162,7 @@ class Proposal(Placement):
                 tell(len(records) * len(core.poses))
         except KeyboardInterrupt:
             pass
-        order = {(t.name, t.radius): i for i, t in enumerate(targets)}
+        order = {t.key: i for i, t in enumerate(targets)}
         return sorted(records, key=lambda r: order[r.target, r.radius])
 
     def compare_criterion(self) -> dict[str, float]:
@@ -232,7 +232,7 @@ class Proposal(Placement):
 
     def own_records(self, comparison: Sequence[VerifyResult]) -> list[VerifyResult]:
         """Return the records of a comparison that concern the proposal and its scene's targets."""
-        goals = {(g.target.name, g.target.radius) for g in self.scene.core.goals}
+        goals = {g.target.key for g in self.scene.core.goals}
         return [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
 
     def reach_record(self) -> ReachModel | None:

@@ -284,9 +284,11 @@ def _motion(
     """
     rates = [
         options.rate or (model_of(r.sensor.use).rate_hz if r.sensor.use else None)
-        for r in setup.rings
+        for r in setup.groups
     ]
-    period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
+    period = np.repeat(
+        [1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.groups]
+    )
     timing = Timing(period, options.latency)
     late = float(timing.spent.max())
     whole_safety = replace(scene.safety, reaction=max(scene.safety.reaction, late))

@@ -11,9 +11,11 @@ from pydantic import ValidationError
 from ._arguments import number
 from ._catalogue import robots
 from ._errors import InputError, input_errors
-from ._targets import TargetVolume, volume_of
+from ._own_targets import volume_of
+from ._targets import TargetVolume
 from ._trajectory import Trajectory
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
@@ -22,6 +24,7 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
+from .formats.schema.target_models import boxed
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
@@ -36,6 +39,7 @@ _KEYS = (
     "mounts",
     "rules",
     "obstacles",
+    "cell_sensors",
     "over_poses",
     "safety",
     "prices",
@@ -68,6 +72,8 @@ class Scene:
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
         obstacles: obstacles of the cell, each made by ``obstacle``.
+        cell_sensors: cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What
+            they see counts as covered with any setup.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
         prices: what a ring and a sensor cost; results then have a ``price``.
@@ -97,6 +103,7 @@ class Scene:
         mounts: Mapping[str, Limits] | None = None,
         rules: Rules | None = None,
         obstacles: Sequence[Obstacle] | Obstacle | None = None,
+        cell_sensors: Sequence[MountedSensor] | MountedSensor | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
         prices: Prices | None = None,
@@ -109,11 +116,13 @@ class Scene:
             "mounts": mounts,
             "rules": rules,
             "obstacles": obstacles,
+            "cell_sensors": cell_sensors,
             "over_poses": over_poses,
             "safety": safety,
             "prices": prices,
         }
-        core = _changed(CoreScene(robot=_robot(robot)), given)
+        with input_errors("scene"):
+            core = _changed(CoreScene(robot=_robot(robot)), given)
         object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
 
     @classmethod
@@ -192,6 +201,11 @@ class Scene:
         return self._core.obstacles
 
     @property
+    def cell_sensors(self) -> tuple[MountedSensor, ...]:
+        """Sensors of the cell."""
+        return self._core.cell_sensors
+
+    @property
     def over_poses(self) -> Literal["mean", "worst"]:
         """Whether a search maximises the mean over the poses or the worst pose."""
         return self._core.over_poses
@@ -236,7 +250,8 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
-        core = _changed(core, changes)
+        with input_errors("scene"):
+            core = _changed(core, changes)
         if "poses" in changes:
             core = _with_poses(replace(core, recorded=None), changes["poses"])
         return Scene.of(_checked(core))
@@ -298,6 +313,8 @@ class Scene:
             parts.append("rings without bodies")
         if core.obstacles:
             parts.append(f"{len(core.obstacles)} obstacles")
+        if core.cell_sensors:
+            parts.append(f"{len(core.cell_sensors)} sensors of the cell")
         return parts
 
 
@@ -419,6 +436,10 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:
         fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
+    if "cell_sensors" in given:
+        allowed = "MountedSensor on the link base"
+        some = given["cell_sensors"]
+        fields["cell_sensors"] = _each(some, MountedSensor, "cell_sensors", allowed)
     if "targets" in given:
         default = given["targets"] is None
         fields["goals"] = CoreScene.goals if default else _goals(given["targets"])
@@ -455,7 +476,10 @@ def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
 
 
 def _goals(targets: Any) -> tuple[Any, ...]:
-    kinds = "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume"
+    kinds = (
+        "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume of your"
+        " own such as Box"
+    )
     each = _each(targets, TargetVolume, "targets", kinds)
     if not each:
         raise InputError("found none, allowed: one or more", "targets")
@@ -520,7 +544,7 @@ def _numbers(values: Any) -> np.ndarray:
 def _checked(core: CoreScene) -> CoreScene:
     """Return the scene if its file would be valid; raise InputError otherwise."""
     try:
-        SceneModel.from_domain(core)
+        SceneModel.from_domain(boxed(core))
     except ValidationError as error:
         raise InputError(str(explain("scene", error, SceneFile))) from error
     return core

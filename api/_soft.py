@@ -75,6 +75,8 @@ def coverage_fraction(
 ) -> jax.Array:
     """Return the soft coverage of a setup, differentiable with respect to its rings' values.
 
+    Single sensors and those of the cell count, and stay where they are.
+
     A beam with the implicit function f covers a point to the degree sigmoid(-f / width). Several
     beams cover it to 1 - prod(1 - degree). The result is the weighted mean over points, targets and
     poses. As the width approaches 0, it approaches the share of covered points. The function works
@@ -166,7 +168,7 @@ def _made(setup: Setup, core: CoreScene, points: Any, fraction: SoftFraction | N
     # the cached values must not belong to a caller's trace
     with input_errors(), jax.ensure_compile_time_eval():
         fraction = fraction or SoftFraction(core, *_terms(core, points))
-        arrays = ring_arrays(core.robot, setup.rings)
+        arrays = ring_arrays(core.robot, core.with_cell(setup).groups)
     return _Prepared(fraction, arrays, setup.values, (core, points))
 
 

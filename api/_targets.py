@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from ._arguments import number
 from ._errors import InputError, input_errors
 from .coverage.targets import Target
+from .coverage.volumes import NamedVolume, Volume
+from .coverage.weight_field import WeightField
 from .objectives.scene import Goal
 
 
@@ -23,6 +25,10 @@ class TargetVolume:
     """Relative weight in the mean over the targets, 0 or more."""
     at_least_percent: float = 0.0
     """Minimum coverage that a search must keep, percent; 0 for none."""
+    importance: WeightField | None = field(default=None, repr=False)
+    """How much each place matters, made by ``weight_field``; None: all the same."""
+    reachable: bool = field(default=False, repr=False)
+    """Whether only what is connected to the robot past the obstacles belongs to the target."""
     symbol: str = field(init=False, default="", repr=False)
     """Name of the volume in files and commands, such as ``V_S``."""
 
@@ -34,11 +40,18 @@ class TargetVolume:
             number(name, value, f"0 to {most:g}")
             if not (math.isfinite(value) and 0 <= value <= most):
                 raise InputError(f"found {value:g}, allowed: 0 to {most:g}", name)
+        if not isinstance(self.importance, WeightField | None):
+            raise InputError(f"found {self.importance!r}, allowed: weight_field(...)", "importance")
 
     @property
     def target(self) -> Target:
         """The target volume under its name in files and commands."""
-        return Target(self.symbol)
+        return Target(self.symbol, None, None, self.importance, self.reachable)
+
+    @property
+    def volume(self) -> Volume:
+        """The volume without its weight, as a part of others."""
+        return NamedVolume(self.symbol)
 
     @property
     def goal(self) -> Goal:
@@ -67,7 +80,12 @@ class Shell(TargetVolume):
     def target(self) -> Target:
         """The shell under its name in files and commands."""
         with input_errors("radius"):
-            return Target(self.symbol, float(self.radius))
+            return Target(self.symbol, float(self.radius), None, self.importance, self.reachable)
+
+    @property
+    def volume(self) -> Volume:
+        """The shell without its weight, as a part of others."""
+        return NamedVolume(self.symbol, self.target.radius)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -129,14 +147,18 @@ class ProtectiveVolume(TargetVolume):
     symbol: str = field(init=False, default="V_P", repr=False)
 
 
-_CLASSES: dict[str, type[TargetVolume]] = {
-    one.symbol: one for one in (ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume)
-}
+@dataclass(frozen=True)
+class RobotVolume(TargetVolume):
+    """V_R: the robot's own volume. It is no target, but may be a part of one.
 
+    Example:
+        >>> import place_rings as pr
+        >>> around = pr.Union([pr.Box((1, 1, 1)), pr.RobotVolume()])
+    """
 
-def volume_of(goal: Goal) -> TargetVolume:
-    """Return the target volume of an internal goal."""
-    percent = round(100 * goal.at_least, 9)
-    if goal.target.radius is not None:
-        return Shell(goal.target.radius, weight=goal.weight, at_least_percent=percent)
-    return _CLASSES[goal.target.name](weight=goal.weight, at_least_percent=percent)
+    symbol: str = field(init=False, default="V_R", repr=False)
+
+    @property
+    def target(self) -> Target:
+        """Not available: V_R is no target."""
+        raise InputError("found V_R alone, allowed: as a part of a Union, for example", "targets")

@@ -12,8 +12,10 @@ from ._scene import Scene, core_scene
 from .coverage.rings.ring import Ring, Setup
 from .formats.errors import explain
 from .formats.loader import resolve
+from .formats.schema.mounted_sensor_models import links_text
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
+from .formats.schema.target_models import boxed
 from .objectives.occlusion import own_link_fault
 from .objectives.scene import CoreScene
 from .objectives.separation_summary import separations
@@ -58,7 +60,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
     with input_errors():
         check_beams(scene.sensors, voxel)
     try:
-        SceneModel.from_domain(scene)
+        SceneModel.from_domain(boxed(scene))
     except ValidationError as error:
         raise InputError(str(explain("the scene", error, SceneModel))) from error
     for goal in scene.goals:
@@ -114,8 +116,8 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
             " path, or a result",
             "setup",
         )
-    if not setup.rings:
-        raise InputError("found no ring, allowed: one or more", "setup")
+    if not setup.groups:
+        raise InputError("found no ring or single sensor, allowed: one or more", "setup")
     core = core or own or CoreScene()
     links = core.robot.links
     for i, ring in enumerate(setup.rings):
@@ -125,6 +127,10 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
                 f" {', '.join(links)}",
                 "setup",
             )
+    for i, one in enumerate(setup.singles):
+        if one.link not in core.robot.frames:
+            found, allowed = repr(one.link), links_text(core.robot)
+            raise InputError(f"singles[{i}].link: found {found}, allowed: {allowed}", "setup")
     try:
         ring_models(setup, core.sensor)
     except ValidationError as error:

@@ -14,12 +14,13 @@ from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
+from .formats.schema.mapping import COVERAGE
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
 from .objectives.scene import CoreScene
-from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion
+from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion, by_part
 
 _LEAST_MEMORY = 0.01  # GB
 
@@ -83,9 +84,26 @@ class Coverage(Placement):
         return tuple(
             VerifyResult.of(self.name, one, core)
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
-            .model_copy(update=more)
+            .model_copy(update=more | {"by_part_percent": self._by_part(one)})
             for one in self.each
         )
+
+    @property
+    def by_part(self) -> dict[str, float]:
+        """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
+        weighted mean over the targets. Empty unless there are several of these, and for an
+        interval.
+        """
+        weights = self.scene.core.goal_weights
+        each = [by_part(self.verifier, self.setup, one) for one in self.each]
+        return {
+            part: float(sum(w * zeta[part] for w, zeta in zip(weights, each, strict=True)))
+            for part in each[0]
+        }
+
+    def _by_part(self, one: Verified) -> dict[str, float]:
+        zetas = by_part(self.verifier, self.setup, one)
+        return {part: COVERAGE.write(zeta) for part, zeta in zetas.items()}
 
     def captions(self) -> list[str]:
         return [f"{v.target}: {100 * v.zeta:.1f} % covered" for v in self.each]

@@ -3,7 +3,7 @@
 import sys
 import threading
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,6 +62,7 @@ def view(
     folder: str | Path | None = None,
     urdf: str | Path | None = None,
     packages: Sequence[str | Path] = (),
+    package: Mapping[str, str | Path] | None = None,
     host: str = LOOPBACK,
     port: int = 0,
     browser: bool = True,
@@ -75,6 +76,7 @@ def view(
         folder: folder in which the page may save proposals and pictures; None disables saving.
         urdf: URDF whose meshes show the robot's surface.
         packages: folders with the meshes of that URDF.
+        package: folders of its packages by the packages' names, where the folders have others.
         host: address of the server; by default only this machine can connect. The page has no
             password.
         port: port of the server; 0 for any free port.
@@ -94,6 +96,7 @@ def view(
         ...     print(page.url.startswith("http://127.0.0.1:"))
         True
     """
+    from ._urdf import urdf_options
     from .viewer.robot_surface import read_skin
     from .viewer.server import Server
     from .viewer.session import ViewerSession
@@ -108,7 +111,7 @@ def view(
         surface = (
             None
             if urdf is None
-            else read_skin(Path(urdf), tuple(Path(p) for p in packages), core.robot)
+            else read_skin(Path(urdf), urdf_options(packages=packages, package=package), core.robot)
         )
         session = ViewerSession(core, setups, None if folder is None else writable(folder), surface)
         try:

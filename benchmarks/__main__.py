@@ -25,10 +25,11 @@ NAMES = (
         "searches",
     ),
     *("rig", "rig_moving", "rig_checks", "near_stops", "assemblies", "viewer", "start_up", "house"),
+    "urdfs",
 )
 _LONG = (
     *("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops"),
-    "assemblies",
+    *("assemblies", "urdfs"),
 )
 _PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"

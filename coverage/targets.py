@@ -1,21 +1,28 @@
 """Target volumes: the space that the sensors should cover."""
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
+from .reachable import reachable
 from .robots.kinematics import arm_base, forward, joint_origins
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
 from .robots.separation_distance import Safety
-from .solids.base import Difference, Solid, Union
+from .solids.base import Difference, Intersection, Solid, Union
 from .solids.polyhedra import Polyhedron, polyhedra
 from .solids.spheres import sphere
+from .volumes import OWN, NamedVolume, Volume, within
+from .weight_field import WeightField
 
 NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
+OWN_NAME = f"letters, digits, spaces, _, - and ., but none of {', '.join((*NAMES, OWN))}"
+"""Names that a target of one's own may have."""
 TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
 
 
@@ -35,28 +42,93 @@ class Shape:
 
 @dataclass(frozen=True)
 class Target:
-    """A target volume by name: V_O, V_T, V_OT, V_P, or V_S with a radius in m.
+    """A target volume: V_O, V_T, V_OT, V_P, or V_S with a radius in m; or a volume of one's own.
 
     Raises:
-        ValueError: if the name is unknown, a radius is missing, not allowed or not positive.
+        ValueError: if the name is unknown, or taken by a named volume; if a radius is missing, not
+            allowed or not positive; or if the volume has no end.
     """
 
     name: str
+    """Name of the volume; for a volume of one's own, any other name."""
     radius: float | None = None
+    """Radius of V_S, m."""
+    volume: Volume | None = field(default=None, repr=False)
+    """A volume of one's own; None for the one of this name."""
+    importance: WeightField | None = field(default=None, repr=False)
+    """How much each place matters; None: all the same."""
+    reachable: bool = field(default=False, repr=False)
+    """Whether only what is connected to the robot past the obstacles belongs to the target."""
 
     def __post_init__(self) -> None:
-        if self.name not in NAMES:
-            raise ValueError(f"unknown target {self.name!r}; known: {', '.join(NAMES)}")
-        if (self.radius is None) == (self.name == "V_S"):
-            need = "needs a radius in metres" if self.name == "V_S" else "takes no radius"
-            raise ValueError(f"target {self.name} {need}")
-        if self.radius is not None and not (np.isfinite(self.radius) and self.radius > 0):
+        if self.volume is not None:
+            self._check_own(self.volume)
+        else:
+            check_named(self.name, self.radius)
+
+    def _check_own(self, volume: Volume) -> None:
+        if not own_name(self.name):
+            raise ValueError(f"{self.name!r} is no name for a target of one's own; use {OWN_NAME}")
+        if self.radius is not None:
+            raise ValueError(f"target {self.name} takes no radius")
+        if not volume.bounded:
             raise ValueError(
-                f"radius {self.radius} of target {self.name} is not a positive number of metres"
+                f"target {self.name} has no end; intersect its half-spaces with another volume"
             )
+        for part in volume.parts():
+            if isinstance(part, NamedVolume) and part.name != OWN:
+                check_named(part.name, part.radius)
+
+    @property
+    def volumes(self) -> tuple[Volume, ...]:
+        """All volumes of which the target is made, itself first."""
+        return tuple((self.volume or NamedVolume(self.name, self.radius)).parts())
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Radii of all V_S of which the target is made, m."""
+        radii = (v.radius for v in self.volumes if isinstance(v, NamedVolume))
+        return tuple(r for r in radii if r is not None)
+
+    @property
+    def plain(self) -> bool:
+        """Whether the target is a named volume as it is."""
+        return self.volume is None and self.importance is None and not self.reachable
+
+    @property
+    def key(self) -> tuple[str, float | None]:
+        """Name and radius under which records list the target.
+
+        A named volume with a weight field, or cut by obstacles, has another name and no radius.
+        """
+        return (self.name, self.radius) if self.plain else (str(self), None)
 
     def __str__(self) -> str:
-        return self.name if self.radius is None else f"{self.name}({self.radius:g})"
+        name = self.name if self.radius is None else f"{self.name}({self.radius:g})"
+        if self.volume is not None:
+            return name
+        weighted = " weighted" if self.importance is not None else ""
+        return name + (" reachable" if self.reachable else "") + weighted
+
+
+def own_name(name: str) -> bool:
+    """Return whether a target of one's own may have this name."""
+    return bool(re.fullmatch(r"\w[\w .-]*", name)) and name not in (*NAMES, OWN)
+
+
+def check_named(name: str, radius: float | None) -> None:
+    """Check the name and the radius of a named volume.
+
+    Raises:
+        ValueError: if the name is unknown, or a radius is missing, not allowed or not positive.
+    """
+    if name not in NAMES:
+        raise ValueError(f"unknown target {name!r}; known: {', '.join(NAMES)}")
+    if (radius is None) == (name == "V_S"):
+        need = "needs a radius in metres" if name == "V_S" else "takes no radius"
+        raise ValueError(f"target {name} {need}")
+    if radius is not None and not (np.isfinite(radius) and radius > 0):
+        raise ValueError(f"radius {radius} of target {name} is not a positive number of metres")
 
 
 def robot_curve(robot: Robot, q: Float[np.ndarray, " J"], shape: Shape) -> PoseCurve:
@@ -85,32 +157,60 @@ def target_solid(
         safety: terms of the separation distance, for V_P.
 
     Raises:
-        ValueError: if the shell's radius does not exceed V_R's, so that nothing is left; or if
+        ValueError: if a shell's radius does not exceed V_R's, so that nothing is left; or if
             V_P cannot be computed.
     """
-    shape = shape or Shape()
-    curve = robot_curve(robot, q, shape)
-    inner = shape.robot_radius
-    if target.radius is not None and target.radius <= inner:
-        raise ValueError(
-            f"radius {target.radius:g} m of target V_S lies inside the robot's own V_R; it must"
-            f" exceed {inner:g} m"
-        )
-    body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
-    tcp = forward(robot.chain, q)[-1, :3, 3]
-    outer: Solid
-    if target.name == "V_P":
-        outer, own = protective(robot, q, rate, safety or Safety())
-        body = Union(body, own)
-    elif target.radius is not None:
-        outer = curve.tube(target.radius, shape.points_per_bend)
-    elif target.name == "V_O":
-        outer = sphere(arm_base(robot.chain, q), robot.reach)
-    elif target.name == "V_T":
-        outer = sphere(tcp, shape.tcp_range)
-    else:
-        whole = sphere(arm_base(robot.chain, q), robot.reach)
-        outer = Union(whole, sphere(tcp, shape.tcp_range))
+    place = _AtPose(robot, q, shape or Shape(), rate, safety or Safety())
+    for radius in target.radii:
+        if radius <= place.shape.robot_radius:
+            raise ValueError(
+                f"radius {radius:g} m of target V_S lies inside the robot's own V_R; it must"
+                f" exceed {place.shape.robot_radius:g} m"
+            )
+    outer = target.volumes[0].solid(place.named)
+    outer = within(outer, outer.bounds())
+    if target.reachable and obstacles:
+        centres = place.curve.discs(place.shape.points_per_bend)[0]
+        box = np.concatenate([outer.bounds(), centres])
+        box = np.stack([box.min(axis=0), box.max(axis=0)])
+        outer = Intersection(outer, reachable(obstacles, centres, box))
+    body = place.named(OWN, None)
+    if any(isinstance(v, NamedVolume) and v.name == "V_P" for v in target.volumes):
+        body = Union(body, place.protective[1])
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)
+
+
+@dataclass(frozen=True)
+class _AtPose:
+    """The named volumes of a robot at a pose."""
+
+    robot: Robot
+    q: Float[np.ndarray, " J"]
+    shape: Shape
+    rate: Float[np.ndarray, " J"] | None
+    safety: Safety
+
+    @cached_property
+    def curve(self) -> PoseCurve:
+        """The pose curve."""
+        return robot_curve(self.robot, self.q, self.shape)
+
+    @cached_property
+    def protective(self) -> tuple[Solid, Solid]:
+        """V_P with the robot in it, and the robot's bodies."""
+        return protective(self.robot, self.q, self.rate, self.safety)
+
+    def named(self, name: str, radius: float | None) -> Solid:
+        """Return the outer solid of a named volume."""
+        shape = self.shape
+        if name == "V_P":
+            return self.protective[0]
+        if name in (OWN, "V_S"):
+            return self.curve.tube(radius or shape.robot_radius, shape.points_per_bend)
+        base = sphere(arm_base(self.robot.chain, self.q), self.robot.reach)
+        if name == "V_O":
+            return base
+        tool = sphere(forward(self.robot.chain, self.q)[-1, :3, 3], shape.tcp_range)
+        return tool if name == "V_T" else Union(base, tool)

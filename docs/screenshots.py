@@ -46,7 +46,7 @@ def assembled(name: str, rings: int, sensors: int) -> Callable[[Path], Path]:
     """Return a function that draws a robot with the printed rings of a proposal."""
 
     def drawn(folder: Path) -> Path:
-        scene = ("--robot", name, "--occlusion", "shadow", "--target", "V_S", "--radius", "0.5")
+        scene = ("--robot", name, "--target", "V_S", "--radius", "0.5")
         budget = ("--sensor", "vl53l4cd", "--rings", str(rings), "--sensors", str(sensors))
         command(*scene, *budget, "--voxel", "0.02", "--out", str(folder))
         command("export", str(folder / "proposal.toml"), "--to", "stl", "--out", str(folder))

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,20 +16,23 @@ from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.sensors.sensor_model import Model
 from ..objectives.named_layouts import layout_in
-from ..objectives.scene import CoreScene
+from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
+from .schema.mounted_sensor_models import links_text
 from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import FoundModel, ProposalFile
-from .schema.ring_models import RingModel, ring_models, setup_of
+from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
+from .schema.target_models import TargetModel
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
+from .target_files import with_contents
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -203,10 +207,18 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
     below ``key``."""
 
-    def read(where: str, name: str) -> tuple[Path, bytes]:
-        at = _beside(path, where.removeprefix(f"{path}: "), name)
-        return at, _bytes(at, "mesh")
-
+    read = _reader(path)
+    if any(target.files for target in file.targets):
+        targets = [
+            with_contents(target, f"{path}: {key}targets[{i}]", read)
+            for i, target in enumerate(file.targets)
+        ]
+        try:  # rules of a scene also hold for the contents of its files
+            stated = file.model_fields_set & set(SceneModel.model_fields)
+            keys = {name: getattr(file, name) for name in stated}
+            file = SceneModel(**{**keys, "targets": targets})
+        except ValidationError as error:
+            raise explain(str(path), error, SceneModel) from error
     scene, trajectory = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
     if trajectory is None:
@@ -215,15 +227,40 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
+def read_target(path: Path) -> Goal:
+    """Return the target in a TOML file, with its weight and floor.
+
+    Raises:
+        UserError: if it, or a file that it names, cannot be read or is not valid.
+    """
+    model = read_model(path, TargetModel)
+    return with_contents(model, str(path), _reader(path)).to_domain()
+
+
+def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
+    """Return a function that reads a file beside ``path``, from the key and the name."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        return at, _bytes(at, "mesh or NumPy")
+
+    return read
+
+
 def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:
-    """Return ``scene`` with ``sensor``, if given; fixed rings that had the scene's sensor receive
-    it too."""
+    """Return ``scene`` with ``sensor``, if given; fixed rings and single sensors that had the
+    scene's sensor receive it too."""
     if sensor is None:
         return scene
     fixed = tuple(
         replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed
     )
-    return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
+    singles = tuple(
+        replace(one, sensor=sensor) if one.sensor == scene.sensor else one
+        for one in scene.rules.fixed_sensors
+    )
+    rules = replace(scene.rules, fixed=fixed, fixed_sensors=singles)
+    return replace(scene, sensor=sensor, rules=rules)
 
 
 def read_proposal(
@@ -240,7 +277,10 @@ def read_proposal(
     """
     file = read_model(path, ProposalFile)
     scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
-    return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
+    try:
+        return file.setup(scene), scene, file
+    except ValueError as error:
+        raise UserError(f"{path}: sensors: {error}") from error
 
 
 def resolve(
@@ -297,6 +337,10 @@ def resolve(
             raise UserError(
                 f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
             )
+    for i, one in enumerate(setup.singles):
+        if one.link not in scene.robot.frames:
+            found, allowed = shown(one.link), links_text(scene.robot)
+            raise UserError(f"{name_or_path}: sensors[{i}].link: found {found}, allowed: {allowed}")
     return setup, scene
 
 

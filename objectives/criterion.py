@@ -100,7 +100,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
         each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
         return 0.0, min(max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0), 1.0)
-    drawn = aim.drawn(len(setup.rings), setup.sensors)
+    drawn = aim.drawn(len(setup.groups), setup.sensors)
     cones = (
         nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
     )

@@ -74,8 +74,9 @@ def sight(
 def setup_sight(
     scene: CoreScene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
 ) -> Parts:
-    """Return the visible parts of a setup's beams; see ``sight``."""
-    return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
+    """Return the visible parts of a setup's beams and, after them, of the cell's sensors; see
+    ``sight``."""
+    return sight(scene, sensor_cones(scene.robot, scene.with_cell(setup), q), q, bracketed)
 
 
 def own_link_fault(scene: CoreScene, setup: Setup) -> str | None:
@@ -88,7 +89,7 @@ def own_link_fault(scene: CoreScene, setup: Setup) -> str | None:
     """
     if not setup.rings:
         return None
-    values = ring_values(setup)
+    values = ring_values(setup.rings)
     apex = sensor_poses(
         ring_arrays(scene.robot, setup.rings), values.position, values.tilt, values.phase
     ).apex
@@ -112,7 +113,7 @@ class Unseeing:
     """A sensor that sees nothing, or almost nothing but the robot, at some poses."""
 
     ring: int
-    """Index of the ring, from 0."""
+    """Number of the ring or single sensor, from 0; the cell's sensors follow the setup's."""
     sensor: int
     """Index of the sensor on its ring, from 0."""
     poses: tuple[int, ...]
@@ -124,16 +125,16 @@ class Unseeing:
 
 
 def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
-    """Return the sensors of ``setup`` that see less than a hundredth of their cones at
-    some poses.
+    """Return the sensors of ``setup`` and of the cell that see less than a hundredth of their
+    beams at some poses.
 
     For a scene that ignores the robot's body, this evaluates the model ``shadow`` if the robot has
     bodies.
     """
     if scene.occlusion == "ignore" and scene.robot.bodies:
         scene = replace(scene, occlusion="shadow")
-    ring = setup.ring_of_sensor
-    number = np.concatenate([np.arange(r.count) for r in setup.rings]) if setup.rings else ring
+    setup = scene.with_cell(setup)
+    labels = setup.labels
     names = [
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
@@ -154,7 +155,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
             poses.append(p)
             occluded[k, name] = poses, max(deepest, float(depth[k]))
     return [
-        Unseeing(int(ring[k]), int(number[k]), tuple(p), name, deep)
+        Unseeing(*labels[k], tuple(p), name, deep)
         for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
 

@@ -1,13 +1,10 @@
 """Upper bound on coverage from distance alone: the part of a target that any sensor can reach."""
 
-import math
-
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ..coverage.robots.kinematics import forward
 from ..coverage.sensors.sensor import Sensor
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.segments import point_to_segment
 from ..coverage.targets import Target
 from .scene import CoreScene
@@ -18,7 +15,7 @@ _POSES = 16  # most poses, evenly spaced among the scene's
 
 def farthest(sensor: Sensor) -> float:
     """Return the distance from the apex to the farthest point of a sensor's beam, m."""
-    return sensor.range_m / math.cos(sensor.circumscribed_half_angle)
+    return sensor.farthest
 
 
 def reachable_share(scene: CoreScene, target: Target) -> float:
@@ -34,7 +31,7 @@ def reachable_share(scene: CoreScene, target: Target) -> float:
     every = max(-(-len(scene.poses) // _POSES), 1)
     shares, weights = [], []
     for i, pose in list(enumerate(scene.poses))[::every]:
-        points = sample(scene.solid(target, i), _POINTS, 0)
+        points = scene.sample(target, i, _POINTS, 0)
         shares.append(float(np.mean(_reached(scene, pose.q, points))))
         weights.append(pose.weight)
     return float(np.average(shares, weights=weights))

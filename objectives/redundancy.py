@@ -42,9 +42,13 @@ class Redundancy:
     weights: Float[np.ndarray, " P"]
     """Weights of the poses, summing to 1."""
     target_voxels: Int[np.ndarray, " P"]
-    """Voxels of the target at each pose."""
+    """Voxels of the target at each pose, by their weights under a weight field."""
     tallies: tuple[CoverageCounts, ...]
     """Coverage counts at each pose."""
+    sensors: int
+    """Number of the setup's sensors; those of the cell, which are not lost, follow them."""
+    groups: int
+    """Number of the setup's rings and single sensors."""
     seconds: float
     """Computation time, s."""
 
@@ -64,13 +68,13 @@ class Redundancy:
 
     @cached_property
     def without_sensor(self) -> Float[np.ndarray, " K"]:
-        """Zeta after the loss of each sensor."""
-        return self.zeta - self._mean(lambda t: t.alone)
+        """Zeta after the loss of each sensor of the setup."""
+        return (self.zeta - self._mean(lambda t: t.alone))[: self.sensors]
 
     @cached_property
     def without_ring(self) -> Float[np.ndarray, " R"]:
-        """Zeta after the loss of each ring."""
-        return self.zeta - self._mean(lambda t: t.alone_group)
+        """Zeta after the loss of each ring or single sensor of the setup."""
+        return (self.zeta - self._mean(lambda t: t.alone_group))[: self.groups]
 
     @property
     def worst_sensor(self) -> Loss:
@@ -101,7 +105,7 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
     began, scene, ring, voxel = (
         time.perf_counter(),
         verifier.scene,
-        setup.ring_of_sensor,
+        verifier.scene.with_cell(setup).ring_of_sensor,
         verifier.centre_voxel,
     )
     voxels, tallies = [], []
@@ -109,8 +113,9 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
             *(
-                (len(wanted), tally(seen, ring, wanted, most, region))
-                for wanted, region in verifier.pieces(target, p)
+                (weight * len(wanted), tally(seen, ring, wanted, most, region) * weight)
+                for piece, region in verifier.pieces(target, p)
+                for weight, wanted in verifier.layers(target, p, piece, region)
             ),
             strict=True,
         )
@@ -122,5 +127,7 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         scene.pose_weights,
         np.array(voxels),
         tuple(tallies),
+        setup.sensors,
+        len(setup.groups),
         time.perf_counter() - began,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.joint_values import ordered
@@ -18,6 +19,7 @@ from ..coverage.robots.separation_distance import Safety
 from ..coverage.sensors.board_packing import Printing, roomy_radius
 from ..coverage.sensors.boards import NOMINAL
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
+from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
@@ -124,6 +126,8 @@ class Rules:
     """Whether all rings have the same tilt up to its sign."""
     fixed: tuple[Ring, ...] = ()
     """Existing rings, which stay in place."""
+    fixed_sensors: tuple[MountedSensor, ...] = ()
+    """Existing single sensors on the robot, which stay in place."""
     mount: Mounting = "real"
     """``real``: a ring has an envelope, which stays within the usable part of the link and keeps
     ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body."""
@@ -206,6 +210,8 @@ class CoreScene:
     """How the robot's own body occludes its sensors. Obstacles always occlude."""
     obstacles: tuple[Obstacle, ...] = ()
     """Obstacles of the cell; they are never part of a target."""
+    cell_sensors: tuple[MountedSensor, ...] = ()
+    """Sensors of the cell, all on the link ``base``; they cover what they see, with any setup."""
     safety: Safety = field(default_factory=Safety)
     """Terms of the separation distances of V_P."""
     motion: Motion = field(default_factory=Motion)
@@ -218,11 +224,33 @@ class CoreScene:
     """What rings and sensors cost, if known."""
 
     def __post_init__(self) -> None:
-        """Put the links into use that the rules ask for; a robot without bodies has free mounts."""
+        """Put the links into use that the rules ask for; a robot without bodies has free mounts.
+
+        Raises:
+            ValueError: if a sensor of the cell is on another link than ``base``.
+        """
         if not self.robot.bodies:
             object.__setattr__(self, "occlusion", "ignore")
             object.__setattr__(self, "rules", replace(self.rules, mount="free"))
         object.__setattr__(self, "robot", self.robot.with_links(self.real))
+        for i, one in enumerate(self.cell_sensors):
+            if one.link != BASE_LINK:
+                raise ValueError(
+                    f"cell_sensors[{i}].link: found {one.link!r}, allowed: {BASE_LINK}; a sensor"
+                    " on the robot belongs to a setup or to the fixed sensors of the rules"
+                )
+
+    def with_cell(self, setup: Setup) -> Setup:
+        """Return the setup with the cell's sensors after its own single sensors."""
+        if not self.cell_sensors:
+            return setup
+        return replace(setup, singles=(*setup.singles, *self.cell_sensors))
+
+    @property
+    def standing(self) -> tuple[MountedSensor, ...]:
+        """The single sensors that a search keeps: those fixed on the robot and those of the
+        cell."""
+        return (*self.rules.fixed_sensors, *self.cell_sensors)
 
     def solid(self, target: Target, pose: int) -> Difference:
         """Return the target volume at a pose, less V_R and the obstacles.
@@ -232,6 +260,25 @@ class CoreScene:
         """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
+
+    def sample(self, target: Target, pose: int, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+        """Return points (N, 3) m in a target at a pose, denser where its weight field is larger.
+
+        Raises:
+            ValueError: as ``target_solid`` does, and if the target is empty.
+        """
+        return sample(self.solid(target, pose), count, seed, target.importance)
+
+    def target_named(self, name: str, radius: float | None) -> Target:
+        """Return the goal's target that records list under this key, or else the named volume.
+
+        Raises:
+            ValueError: if there is neither.
+        """
+        for goal in self.goals:
+            if goal.target.key == (name, radius):
+                return goal.target
+        return Target(name, radius)
 
     def limits_of(self, link: str) -> Limits:
         """Return the limits of ``link``."""
@@ -245,12 +292,15 @@ class CoreScene:
     def sensors(self) -> frozenset[Sensor]:
         """The different sensors that a setup of the scene may contain."""
         new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return frozenset((*new, *(r.sensor for r in self.rules.fixed)))
+        fixed = (r.sensor for r in self.rules.fixed)
+        return frozenset((*new, *fixed, *(one.sensor for one in self.standing)))
 
     @property
     def square(self) -> bool:
-        """Whether a setup of the scene may contain sensors with square beams."""
-        return any(s.square for s in self.sensors)
+        """Whether rings of the scene may have other beams than cones from the apex on; single
+        sensors do not matter here."""
+        new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
+        return not all(s.plain for s in (*new, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def real(self) -> bool:
@@ -299,10 +349,13 @@ class CoreScene:
         )
 
     def price_of(self, setup: Setup) -> float | None:
-        """Return the price of a setup; None without prices. Fixed rings exist and cost nothing."""
+        """Return the price of a setup; None without prices. Fixed rings and sensors exist and cost
+        nothing."""
         if self.prices is None:
             return None
-        return self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
+        singles = (one for one in setup.singles if one not in self.rules.fixed_sensors)
+        rings = self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
+        return rings + math.fsum(self.prices.of_sensor(one.sensor) for one in singles)
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

@@ -56,10 +56,10 @@ class SoftFraction:
     def __call__(
         self, arrays: RingArrays, values: Float[Array, "3 R"], width: float | Array
     ) -> Float[jax.Array, ""]:
-        """Return soft ζ in [0, 1] of rings, differentiable by ``values``.
+        """Return soft ζ in [0, 1] of a setup, differentiable by the ``values`` of its rings.
 
         Args:
-            arrays: the rings and their sensors.
+            arrays: R rings and their sensors, and single sensors after them, which stay.
             values: positions, tilts (rad) and phases (rad) of the rings.
             width: width of the sigmoid, m; treated as a constant.
 
@@ -72,7 +72,8 @@ class SoftFraction:
 
     def _mean(self, arrays: RingArrays, values: Any, width: Any) -> Any:
         dtype = self._clouds.points.dtype
-        here = sensor_poses(arrays, *values)
+        singles = arrays.length.shape[0] - values.shape[1]
+        here = sensor_poses(arrays, *jnp.pad(values, ((0, 0), (0, singles))))
         parts = seen_from(arrays, here, self._frames, arrays.beams.square)
         beams = tuple(part.astype(dtype) for part in parts)  # each (P, K, 3)
         shapes: BeamShapes = jax.tree.map(

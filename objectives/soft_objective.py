@@ -87,11 +87,12 @@ class CoverageObjective:
     ) -> SensorPoses:
         """Return the poses of all sensors, (D, K, 3), for each mounting."""
         meant = sensor_poses(slots, *decode(where, values))
+        errs = ~self._of_cell(slots)
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
         return (
             SensorPoses(*(v[None] for v in meant))
             if errors is None
-            else misplaced(slots, meant, errors)
+            else misplaced(slots, meant, errors.only(errs, errs[slots.ring]))
         )
 
     def _looks(self, slots: RingArrays, here: SensorPoses, some: Int[np.ndarray, " T"]) -> Rows:
@@ -99,13 +100,28 @@ class CoverageObjective:
         at, pose = np.unique(self._pose[some], return_inverse=True)
         parts = seen_from(slots, here, self._frames[at], slots.beams.square)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
-        lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[
-            self.aim.losing
-        ]
+        lost = self._lost(slots)
         beams, group = jax.tree.map(
             lambda a: np.broadcast_to(a, (len(some), *np.shape(a))), (slots.beams, lost)
         )
         return Rows(some, self._pose[some], apex, axis, beams, up[0] if up else None, group)
+
+    def _of_cell(self, slots: RingArrays) -> Bool[np.ndarray, " R"]:
+        """Return which rows are sensors of the cell, the last ones: they neither err nor fail."""
+        rows: int = slots.length.shape[0]
+        return np.arange(rows) >= rows - len(self.scene.cell_sensors)
+
+    def _lost(self, slots: RingArrays) -> Int[np.ndarray, " K"] | None:
+        """Return the group with which each sensor is lost; None if none is.
+
+        For a sensor that is never lost it is the number of groups.
+        """
+        if self.aim.losing is None:
+            return None
+        ring = np.asarray(slots.ring)
+        own = ring if self.aim.losing == "ring" else np.arange(len(ring))
+        groups = slots.length.shape[0] if self.aim.losing == "ring" else len(ring)
+        return np.where(self._of_cell(slots)[ring], groups, own)
 
     def _worth(
         self,

@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 
-from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
+from ..coverage.soft.sampling import BLOCK, Cloud, cloud
 from .scene import CoreScene
 
 
@@ -27,7 +27,7 @@ class TargetPoints:
         ]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
-            sample(scene.solid(scene.goals[g].target, p), count, int(s))
+            scene.sample(scene.goals[g].target, p, count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
         self._clouds: dict[int, Cloud] = {}

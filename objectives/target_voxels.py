@@ -80,6 +80,8 @@ def check_beams(sensors: Iterable[Sensor], voxel: float) -> None:
     if not furthest > _CELL:  # the voxels are to blame
         return
     for sensor in sensors:
+        if sensor.shape != "beam" and sensor.farthest < furthest:
+            continue
         half = max(sensor.circumscribed_half_angle, sensor.half_angle)
         if sensor.range_m * math.hypot(1.0, math.tan(half)) < furthest:
             continue

@@ -95,13 +95,17 @@ def exact_zetas(
     for pose in range(len(verifier.scene.poses)):
         sets, total = cones(pose), 0
         covered = np.zeros(len(sets))
-        for wanted, region in verifier.pieces(target, pose):
-            total += len(wanted)
+        for piece, region in verifier.pieces(target, pose):
+            layers = verifier.layers(target, pose, piece, region)
+            total += sum(weight * len(wanted) for weight, wanted in layers)
             for i, one in enumerate(sets):
-                if seen == 1:
-                    covered[i] += count(one, voxel, "centre", wanted, region, verifier.memory / 2)
-                else:
-                    covered[i] += count_k_covered(one, wanted, seen, region)
+                for weight, wanted in layers:
+                    if seen == 1:
+                        memory = verifier.memory / 2
+                        found = count(one, voxel, "centre", wanted, region, memory)
+                    else:
+                        found = count_k_covered(one, wanted, seen, region)
+                    covered[i] += weight * found
                 tell()
         each.append(covered / total)
     return np.array(
@@ -112,12 +116,16 @@ def exact_zetas(
 def mounted_cones(
     verifier: Verifier, setup: Setup, drawn: Misplaced
 ) -> Callable[[int], list[Parts]]:
-    """Return a function of the pose index: the visible beams for each drawn mounting."""
+    """Return a function of the pose index: the visible beams for each drawn mounting.
+
+    The cell's sensors, which follow, are where the scene states.
+    """
     scene = verifier.scene
+    whole, errors = scene.with_cell(setup), drawn.beside(len(scene.cell_sensors))
 
     def at(pose: int) -> list[Parts]:
         q = scene.poses[pose].q
-        return [sight(scene, cones, q) for cones in misplaced_cones(scene.robot, setup, q, drawn)]
+        return [sight(scene, cones, q) for cones in misplaced_cones(scene.robot, whole, q, errors)]
 
     return at
 
@@ -157,7 +165,7 @@ def tolerance(
         raise ValueError(f"draws must be at least 1, got {draws}")
     began, errors = time.perf_counter(), errors or MountingErrors()
     (nominal,) = exact_zetas(verifier, target, nominal_cones(verifier, setup))
-    drawn = draw_errors(len(setup.rings), setup.sensors, errors, draws, seed)
+    drawn = draw_errors(len(setup.groups), setup.sensors, errors, draws, seed)
     zetas = exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)
     return Tolerance(
         target,

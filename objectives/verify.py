@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import numpy as np
 import psutil
 
 from ..coverage.choices import Rule
@@ -14,14 +15,18 @@ from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference, Parts
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import bracket
-from ..coverage.voxels.octree import count, regions
+from ..coverage.voxels.octree import count, count_each, regions
 from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.volume_tally import Bracket
 from ..coverage.voxels.voxel_set import VoxelSet
+from ..coverage.voxels.weighted_voxels import important
+from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
 from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
 
+Layers = list[tuple[int, VoxelSet]]
+"""Sets of voxels with integer weights."""
 VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
@@ -102,6 +107,11 @@ def _silent(_: object) -> None:
     """Report nothing."""
 
 
+def _important(target: Target, voxels: VoxelSet) -> VoxelSet:
+    """Return the voxels at which the target's weight field, if it has one, is above 0."""
+    return voxels if target.importance is None else important(target.importance, voxels)
+
+
 class Verifier:
     """Counts zeta of setups in one scene and caches the targets' voxels, which are the same for all
     setups.
@@ -136,20 +146,23 @@ class Verifier:
         self.scene, self.rule, self.width, self.tell, self.at = scene, rule, width, tell, at
         self.voxel = VOXEL if voxel is None and not certified else voxel
         self._targets: dict[tuple[Target, int], VoxelSet] = {}
+        self._layers: dict[tuple[Target, int], Layers] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """How it counts; what it reports to, and the voxels, stay in their process."""
-        return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}}
+        return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}, "_layers": {}}
 
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         """Return all voxels of a target, and keep them where memory allows."""
-        wanted = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
+        wanted = _important(target, target_voxels(solid, voxel, self._rule, memory=self.memory / 2))
         if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
             self._targets[target, pose] = wanted
         return wanted
 
     def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
         """Yield the voxels of ``target`` at a pose, each once: all, or region by region.
+
+        Under a weight field they are those of a weight above 0; see ``layers``.
 
         Regions are used where the memory limit requires them. The rule is ``touch`` if the verifier
         has it, else ``centre``.
@@ -176,6 +189,7 @@ class Verifier:
                 solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))
             ):
                 wanted = target_voxels(solid, voxel, self._rule, region, self.memory / 2)
+                wanted = _important(target, wanted)
                 total += len(wanted)
                 if len(wanted):
                     yield wanted, region
@@ -211,9 +225,14 @@ class Verifier:
 
     def under(self, occlusion: Occlusion) -> "Verifier":
         """Return a verifier for another occlusion model, with the same cached voxels."""
+        return self.in_scene(replace(self.scene, occlusion=occlusion))
+
+    def in_scene(self, scene: CoreScene) -> "Verifier":
+        """Return a verifier for a scene of the same targets and poses, with the same cached
+        voxels."""
         other = object.__new__(type(self))
         vars(other).update(vars(self))
-        other.scene = replace(self.scene, occlusion=occlusion)
+        other.scene = scene
         return other
 
     def seen(self, setup: Setup, pose: int) -> Parts:
@@ -231,14 +250,54 @@ class Verifier:
         if self.rule == "certified" or self.voxel is None:
             self.at(pose)
             solid = self.scene.solid(target, pose)
-            b = bracket(solid, seen, self.width, self.voxel, self.tell)
+            b = bracket(solid, seen, self.width, self.voxel, self.tell, target.importance)
             weight = float(self.scene.pose_weights[pose])
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
+        if target.importance is not None:
+            return self._weighted(seen, target, pose)
         total = covered = 0
         for wanted, region in self.pieces(target, pose):
             total += len(wanted)
             covered += count(seen, self.voxel, self._rule, wanted, region, self.memory / 2)
         return self.counted(pose, total, covered)
+
+    def _weighted(self, seen: Parts, target: Target, pose: int) -> PoseZeta:
+        """Return zeta at a pose under the target's weight field."""
+        voxels, weight = np.zeros(2, np.int64), np.zeros(2, np.int64)  # of all, of the covered
+        for wanted, region in self.pieces(target, pose):
+            layers = self.layers(target, pose, wanted, region)
+            sets, weights = [wanted, *(some for _, some in layers)], [w for w, _ in layers]
+            voxel, memory = wanted.voxel, self.memory / 2
+            covered = count_each(seen, voxel, self._rule, sets, memory, region)
+            for counts, of_layers, first in (
+                (0, [len(some) for some in sets[1:]], len(wanted)),
+                (1, covered[1:], covered[0]),
+            ):
+                voxels[counts] += first
+                weight[counts] += sum(w * n for w, n in zip(weights, of_layers, strict=True))
+        zeta = int(weight[1]) / int(weight[0])
+        of_pose = float(self.scene.pose_weights[pose])
+        return PoseZeta(of_pose, zeta, zeta, zeta, int(voxels[0]), int(voxels[1]))
+
+    def layers(self, target: Target, pose: int, wanted: VoxelSet, region: Region | None) -> Layers:
+        """Return a piece of a target as sets of voxels with integer weights.
+
+        The weight of a voxel is the sum of the weights of all sets that contain it. Without a
+        weight field it is one set of weight 1.
+        """
+        if target.importance is None:
+            return [(1, wanted)]
+        if region is None and (kept := self._layers.get((target, pose))) is not None:
+            return kept
+        layers = weighted_layers(target.importance, wanted)
+        size = sum(some.nbytes for _, some in layers)
+        if region is None and size <= self.memory / 4:
+            self._layers = {(target, pose): layers, **self._layers}
+            while (
+                sum(s.nbytes for each in self._layers.values() for _, s in each) > self.memory / 4
+            ):
+                self._layers.popitem()
+        return layers
 
     def verify(self, setup: Setup, target: Target) -> Verified:
         """Return zeta of ``setup`` for ``target`` over the scene's poses.
@@ -250,7 +309,8 @@ class Verifier:
         """
         start = time.perf_counter()
         if self.voxel is not None:
-            check_beams({ring.sensor for ring in setup.rings}, self.voxel)
+            groups = self.scene.with_cell(setup).groups
+            check_beams({group.sensor for group in groups}, self.voxel)
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         return self.over_poses(target, poses, time.perf_counter() - start)
 
@@ -315,3 +375,22 @@ def by_occlusion(
         )
         for occlusion in models
     }
+
+
+PARTS = ("rings", "single sensors", "sensors of the cell")
+
+
+def by_part(verifier: Verifier, setup: Setup, known: Verified) -> dict[str, float]:
+    """Return zeta in [0, 1] of each part alone for the target of ``known``: of the rings, the
+    single sensors and the sensors of the cell.
+
+    Parts without sensors are left out; the dictionary is empty if there are fewer than two parts,
+    or if the rule is ``certified``. All are counted on the same voxels, with the same occluders.
+    """
+    bare, cell = replace(verifier.scene, cell_sensors=()), verifier.scene.cell_sensors
+    each = (Setup(setup.rings), Setup((), setup.singles), Setup((), cell))
+    parts = {name: part for name, part in zip(PARTS, each, strict=True) if part.sensors}
+    if len(parts) < 2 or verifier.rule == "certified":
+        return {}
+    alone = verifier.in_scene(bare)
+    return {name: alone.verify(part, known.target).zeta for name, part in parts.items()}

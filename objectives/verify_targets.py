@@ -51,6 +51,10 @@ def _groups(verifier: Verifier, targets: Sequence[Target]) -> list[list[Target]]
         return [[target] for target in targets]
     scene, groups, room = verifier.scene, list[list[Target]](), 0.0
     for target in targets:
+        if target.importance is not None:  # many sets of its own
+            groups.append([target])
+            room = 0.0
+            continue
         need = max(verifier.most_bytes(target, i) for i in range(len(scene.poses)))
         if not groups or need > room or len(groups[-1]) == MOST_SETS:
             groups.append([])

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.rings.mounted_sensor import BASE_LINK
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Solid
 from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
@@ -159,7 +159,7 @@ def placement_picture(
     Args:
         path: file to write; its folder exists.
         scene: scene whose first pose and first goal are drawn.
-        setup: setup with at least one ring.
+        setup: setup with at least one ring or single sensor.
         zeta_lines: the title, one text for each target, such as "V_S(0.5): 97.9 % covered".
         seed: random seed of the points that show uncovered volume.
 
@@ -169,6 +169,8 @@ def placement_picture(
     rings = Counter(ring.link for ring in setup.rings)
     parts = [*_where(scene), f"{setup.sensors} sensors"]
     parts += [f"{counted(n, 'ring')} on the {link.replace('_', ' ')}" for link, n in rings.items()]
+    parts += [f"{len(setup.singles)} single sensors"] * bool(setup.singles)
+    parts += [f"{len(scene.cell_sensors)} in the cell"] * bool(scene.cell_sensors)
     _draw(
         path,
         scene,
@@ -234,8 +236,8 @@ def _draw(
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
     solid = scene.solid(target, 0)
     points, seen = (
-        sample(solid, _SAMPLES, seed),
-        [sensor_cones(robot, setup, q) for setup, *_ in views],
+        scene.sample(target, 0, _SAMPLES, seed),
+        [sensor_cones(robot, scene.with_cell(setup), q) for setup, *_ in views],
     )
     corners = np.vstack(
         [
@@ -245,9 +247,13 @@ def _draw(
         ]
     )
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
-    colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
+    groups = [scene.with_cell(setup).groups for setup, *_ in views]
+    links = dict.fromkeys(group.link for some in groups for group in some)
+    colour = dict(zip(dict.fromkeys((*robot.links, *links)), cycle(LINK_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
-    for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
+    for left, cones, some, (setup, caption, *eye) in zip(
+        (0.01, 0.51), seen, groups, views, strict=True
+    ):
         canvas = Canvas(
             figure.add_axes(
                 (left, 0.085, 0.48, 0.765),
@@ -264,7 +270,7 @@ def _draw(
         _draw_seen(
             canvas,
             cones,
-            [colour[ring.link] for ring in setup.rings for _ in range(ring.count)],
+            [colour[group.link] for group in some for _ in range(group.count)],
             solid.a,
         )
         _draw_robot(canvas, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
@@ -282,13 +288,12 @@ def _draw(
         weight="bold",
     )
     figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
-    links = dict.fromkeys(ring.link for setup, *_ in views for ring in setup.rings)
     key = [
         *(
             Patch(
                 fc=(*rgb(colour[k]), 0.4),
                 ec=colour[k],
-                label=f"covered from the {k.replace('_', ' ')}",
+                label=f"covered from the {'cell' if k == BASE_LINK else k.replace('_', ' ')}",
             )
             for k in links
         ),

@@ -36,6 +36,8 @@ def ring_table(setup: Setup, robot: Robot) -> Explained:
             f"{math.degrees(r.tilt):+.1f}",
             f"{math.degrees(r.phase):.1f}",
         )
+    for i, one in enumerate(setup.singles, start=len(setup.rings)):
+        table.add_row(str(i), one.link, "single", "–", "1", "–", "–")
     title = f"{counted(len(setup.rings), 'ring')}, {counted(setup.sensors, 'sensor')}"
     return Explained(
         title,
@@ -91,7 +93,8 @@ _TARGETS = {
 def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
     """Return a sentence that explains the targets of the results."""
     names = {r.target for r in results}
-    return "; ".join(text for name, text in _TARGETS.items() if name in names) + "."
+    lines = [text for name, text in _TARGETS.items() if name in names]
+    return "; ".join(lines) + "." if lines else ""
 
 
 def zeta_table(
@@ -163,7 +166,7 @@ def flat_beam_points(setup: Setup, voxel: float, target: float) -> float:
         target: volume of the target, m^3.
     """
     area = 0.0
-    for ring in setup.rings:
+    for ring in setup.groups:
         narrow, wide = sorted((ring.sensor.half_angle, ring.sensor.half_angle_up or math.inf))
         thin = min(voxel / (2 * math.tan(narrow)), ring.sensor.range_m)
         area += ring.count * thin**2 * math.tan(narrow if wide == math.inf else wide)

@@ -56,7 +56,7 @@ def stops(
         ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR),
     )
     half, range_m = (
-        np.concatenate([np.full(r.count, r.sensor.circumscribed_half_angle) for r in setup.rings]),
+        np.concatenate([np.full(r.count, r.sensor.circumscribed_half_angle) for r in setup.groups]),
         sensor_optics(setup)[1],
     )
     stop = readings(apex, axis, half, range_m, *balls).distance
@@ -68,7 +68,7 @@ def stops(
         )
         stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
     return np.where(
-        np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]),
+        np.repeat([r.sensor.zoned for r in setup.groups], [r.count for r in setup.groups]),
         np.inf,
         stop,
     )

@@ -59,7 +59,7 @@ def drawn_mjcf(rng: np.random.Generator, meshes: tuple[str, ...] = ()) -> ET.Ele
     massive = {"boundmass": "0.1", "boundinertia": "0.01"}
     ET.SubElement(root, "compiler", angle | massive, eulerseq=str(rng.choice(SEQUENCES)))
     outer = ET.SubElement(root, "default")
-    ET.SubElement(outer, "joint", axis="0 1 0")
+    ET.SubElement(outer, "joint", axis="0 1 0", armature="0.1")
     ET.SubElement(outer, "geom", contype="1")
     inner = ET.SubElement(outer, "default", {"class": "slide"})
     ET.SubElement(inner, "joint", type="slide", axis="1 0.5 0", range="-1 1")

@@ -361,7 +361,7 @@ REFUSED = [
     ("pr.Setup(3)", "rings: found 3, allowed: Rings"),
     ('pr.Trajectory("a", "b")', "time_s, q: found values that are not numbers"),
     ("pr.Trajectory([0, 1], [[0], [1]], poses=2.5)", "poses: found 2.5, allowed: an integer"),
-    ("pr.verify(pr.Setup(()))", "setup: found no ring, allowed: one or more"),
+    ("pr.verify(pr.Setup(()))", "setup: found no ring or single sensor, allowed: one or more"),
     ('pr.verify("n1_8_0", pr.Scene(), voxel="a")', "voxel: found 'a'"),
     ('pr.certify("n1_8_0", pr.Scene(), width="a")', "width: found 'a'"),
     ('pr.robustness("n1_8_0", pr.Scene(), draws=1.5)', "draws: found 1.5, allowed: an integer"),
@@ -434,6 +434,16 @@ CASES = {
     "shadow": (NEAR.replace(occlusion="shadow"), pr.Setup.named("n1_4_25", radius=0.1)),
     "blind": (NEAR.replace(occlusion="blind"), pr.Setup.named("n1_4_25", radius=0.1)),
     "square beams": (NEAR, pr.Setup.named("n1_4_25", SQUARE)),
+    "single sensors": (
+        NEAR.replace(
+            occlusion="shadow",
+            cell_sensors=[pr.MountedSensor("base", (0.5, 0.0, 1.5), (0, 0, -1), SQUARE, (0, 1, 0))],
+        ),
+        pr.Setup(
+            pr.Setup.named("n1_4_25", radius=0.1).rings,
+            (pr.MountedSensor("forearm", (0.0, 0.1, 0.2), (0.0, 1.0, 0.0)),),
+        ),
+    ),
     "an obstacle": (
         NEAR.replace(obstacles=[pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])]),
         pr.Setup.named("n1_4_25"),

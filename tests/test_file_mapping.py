@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import rotation_rpy, rpy_of
@@ -99,6 +100,9 @@ SENSORS = st.one_of(
         zones=st.integers(1, 8),
         board=st.none() | BOARDS,
     ),
+    drawn(Sensor, fov=angles(1, 180), range_m=LENGTHS, shape=st.just("dome")),
+    drawn(Sensor, fov=angles(1, 360), range_m=LENGTHS, shape=st.just("fan"), thickness=LENGTHS),
+    drawn(Sensor, fov=angles(1, 170), range_m=numbers(1, 2), near_m=numbers(0, 0.9)),
     drawn(catalogue_sensor, use=st.sampled_from(USES), board=st.none() | BOARDS),
 )
 RINGS = drawn(
@@ -111,6 +115,16 @@ RINGS = drawn(
     radius=LENGTHS,
     sensor=SENSORS,
 )
+SINGLES = drawn(
+    MountedSensor,
+    link=st.sampled_from(list(UR10.frames)),
+    position=st.tuples(*[numbers(-1, 1)] * 3),
+    direction=st.tuples(numbers(0.1, 1), numbers(-1, 1), numbers(-1, 1)),
+    up=st.tuples(numbers(-0.05, 0), numbers(-1, 1), numbers(2, 3)),
+    sensor=SENSORS,
+    name=st.text("abc é", max_size=9),
+)
+IN_CELL = SINGLES.map(lambda one: partial(one.func, **{**one.keywords, "link": "base"}))
 POSES = drawn(
     Pose,
     q=st.lists(angles(-180, 180), min_size=6, max_size=6).map(np.array),
@@ -141,6 +155,7 @@ RULES = drawn(
     max_rings_per_link=st.integers(1, 9),
     shared_tilt=st.booleans(),
     fixed=st.lists(RINGS, max_size=2).map(tuple),
+    fixed_sensors=st.lists(SINGLES, max_size=2).map(tuple),
     mount=st.sampled_from(["real", "free"]),
     standoff=numbers(0.1, 1),
     clearance=numbers(0, 0.1),
@@ -193,6 +208,7 @@ SCENES = drawn(
         speed_weight=SHARES,
     ),
     occlusion=st.sampled_from(["ignore", "shadow", "blind"]),
+    cell_sensors=st.lists(IN_CELL, max_size=2).map(tuple),
     safety=SAFETIES,
     motion=MOTIONS,
     printing=PRINTINGS,
@@ -236,9 +252,9 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
 
 
 @settings(max_examples=60)
-@given(st.lists(RINGS, min_size=1, max_size=3), SENSORS)
-def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, sensor):
-    setup, sensor = Setup(tuple(made(rings))), made(sensor)
+@given(st.lists(RINGS, max_size=3), st.lists(SINGLES, min_size=1, max_size=3), SENSORS)
+def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sensor):
+    setup, sensor = Setup(tuple(made(rings)), tuple(made(singles))), made(sensor)
     path = tmp_path_factory.mktemp("files") / "proposal.toml"
     file = ProposalFile.of(setup, paper_scene(sensor=sensor))
     path.write_text(to_toml(file))

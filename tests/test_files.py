@@ -80,7 +80,7 @@ BAD_SCENES = {
 BAD_PROPOSALS = {
     "version = 99\nnew = 1": "version: found 99, allowed: 1 to 2; update place-rings",
     "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version: found an unknown key",
-    "": "rings: missing; give a list of 1 to 1000 tables",
+    "": "rings: found nothing, allowed: one ring or single sensor, or more",
     "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
     "[[rings]]\nlink = 'tool'\ncount = 0": (
         "rings[0].count: found 0, allowed: an integer from 1 to 1000"

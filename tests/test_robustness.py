@@ -168,7 +168,7 @@ def misplaced_axes(here, position, tilt, phase, frames, errors):
 def test_misplaced_sensors_are_where_the_errors_say(setup, q, seed):
     """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""
     frames = forward(UR10.chain, q)[None]
-    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup.rings)).values())
     apex, axis = sensor_axes(UR10, setup, frames[0])
     drawn = draw_errors(len(setup.rings), setup.sensors, MountingErrors(0.01, 0.1), 4, seed)
     no_slip, no_turn, no_seat = (
@@ -198,7 +198,7 @@ def test_misplaced_sensors_are_where_the_errors_say(setup, q, seed):
 def test_misplaced_sensors_are_the_same_in_jax(reference_pose):
     setup, frames = named_setup("n2_8_25"), forward(UR10.chain, reference_pose)[None]
     drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 4, 0)
-    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup.rings)).values())
     there = jax.jit(lambda *v: misplaced_axes(*v, jnp.asarray(frames), drawn))
     on_device = jax.tree.map(jnp.asarray, rings)
     for mine, other in zip(misplaced_axes(*rings, frames, drawn), there(*on_device), strict=True):

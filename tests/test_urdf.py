@@ -70,21 +70,15 @@ BAD = {
     "<robot/>": "link: found 0, allowed: 1 to",
     LAUGHS + "]><robot name='&i;'/>": "found a document type, allowed: XML without one",
     "<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>": "found a document type",
-    f"<robot>{A}{B}</robot>": "several links have no parent; choose one with --base: a, b",
+    f"<robot>{A}{B}</robot>": 'found 0 moving joints from link "a"',
     f"<robot>{A}{A}</robot>": 'link: found "a", allowed: unique names',
     f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
         'joint "j": type: found "screw", allowed: revolute, continuous'
     ),
     f"<robot>{A}{B}{moved(kind='planar')}</robot>": (
-        'joint "j": type: found "planar" in the chain, allowed: revolute'
+        'joint: found 0 moving joints from link "a", allowed: 1 to 20'
     ),
-    f"<robot>{A}{B}{moved(kind='floating')}</robot>": (
-        'joint "j": type: found "floating" in the chain'
-    ),
-    f"<robot>{A}{B}{moved(inside='')}</robot>": 'joint "j": limit: found nothing',
-    f"<robot>{A}{B}{moved(inside=quoted('<limit lower=_1_ upper=_0_/>'))}</robot>": (
-        "the lower value first"
-    ),
+    f"<robot>{A}{B}{moved(kind='floating')}</robot>": ('found 0 moving joints from link "a"'),
     f"<robot>{A}{B}{moved(inside=quoted('<limit lower=_-1_ upper=_nan_/>'))}</robot>": (
         "limit upper"
     ),
@@ -103,7 +97,7 @@ BAD = {
     ),
     f"<robot>{A}{B}{moved(kind='fixed', inside='')}</robot>": "found 0 moving joints",
     f"<robot>{A}{B}<link name='c'/>{moved()}{moved('k', child='c')}</robot>": (
-        "several chains are equally long; choose one with --tip: b, c"
+        "several chains are equally long; choose one: --tip b, or --tip c"
     ),
     f"<robot>{A}{mesh('nothing.stl')}{moved()}</robot>": (
         'link "b": mesh: found "nothing.stl", allowed: a file in'
@@ -134,8 +128,8 @@ BAD = {
     f"<robot>{A}{mesh('round.stl')}{moved()}</robot>": (
         'mesh: found "round.stl", allowed: a file in'
     ),
-    f"<robot>{A}{shape(quoted('<cylinder radius=_0.1_ length=_0_/>'))}{moved()}</robot>": (
-        "sizes above 0"
+    f"<robot>{A}{shape(quoted('<cylinder radius=_0.1_ length=_-1_/>'))}{moved()}</robot>": (
+        "sizes of at least 0"
     ),
     f"<robot>{A}{shape(quoted('<box size=_1 1_/>'))}{moved()}</robot>": "box size",
     f"<robot>{A}{shape('<torus/>')}{moved()}</robot>": (
@@ -258,10 +252,11 @@ def test_drawn_urdfs_move_as_mujoco_says(tmp_path_factory, seed):
     text = ET.tostring(root, encoding="unicode")
     path = tmp_path_factory.mktemp("urdf") / "drawn.urdf"
     path.write_text(text)
-    picked, peer = pick_chain(read_urdf(path)), Peer(text)
+    picked, peer = pick_chain(read_urdf(path), "base", "tool"), Peer(text)
     assert (picked.base, picked.tip) == ("base", "tool")
     assert picked.chain.joints == chain.joints
-    assert np.allclose(picked.limits, [-10, 10])
+    free, stroke = (-np.inf, np.inf), (-10, 10)
+    assert np.array_equal(picked.limits, [stroke if s else free for s in chain.slides])
     for _ in range(3):
         q = drawing.pose(rng, len(chain))
         found = forward(picked.chain, q)[-1]
@@ -286,15 +281,17 @@ def test_a_chain_can_begin_and_end_anywhere(tmp_path):
             pick_chain(read_urdf(path), base, tip)
 
 
-def test_what_a_joint_beside_the_chain_moves_is_named(tmp_path):
+def test_what_a_joint_beside_the_chain_moves_stands_still_and_is_named(tmp_path):
     text = "<robot><link name='a'/><link name='b'/><link name='c'/><link name='d'/><link name='e'/>"
     text += moved() + moved("k", parent="b", child="c") + moved("side", "prismatic", "b", "d")
     text += moved("stuck", "fixed", "b", "e", "") + "</robot>"
     path = tmp_path / "hand.urdf"
     path.write_text(text)
     picked = pick_chain(read_urdf(path), tip="c")
-    assert picked.left_out == ("d",)
-    assert {c.link.name for c in picked.carried} == {"a", "b", "c", "e"}
+    assert [(h.joint, h.value, h.slides) for h in picked.held] == [("side", 0, True)]
+    assert any("side=0" in note for note in picked.notes)
+    assert {c.link.name for c in picked.carried} == {"a", "b", "c", "d", "e"}
+    assert [c.link.name for c in picked.carried if c.beside] == ["d"]
 
 
 @settings(max_examples=15)

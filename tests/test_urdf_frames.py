@@ -117,14 +117,6 @@ BAD = {
         lambda text: text.replace("tof_", "eye_"),
         'no frame matches "tof_.*"',
     ),
-    "a frame on the shoulder": (
-        "mounted.urdf",
-        lambda text: text.replace(
-            '<parent link="shoulder_lift_link" />\n    <child link="tof_0_0" />',
-            '<parent link="shoulder_pan_link" />\n    <child link="tof_0_0" />',
-        ),
-        'frame "tof_0_0": found on a part of ur10 that carries no ring',
-    ),
     "a frame beside": (
         "mounted.urdf",
         lambda text: text.replace("</robot>", '<link name="tof_9" /></robot>'),

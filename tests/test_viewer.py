@@ -20,6 +20,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
+from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
 from place_rings.objectives.verify import Verifier
@@ -27,7 +28,7 @@ from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, rgb
-from place_rings.viewer.drawing import Dots, Drawing, DrawnParts, Edges, Mesh
+from place_rings.viewer.drawing import Dots, Drawing, DrawnMesh, DrawnParts, Edges
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
 from place_rings.viewer.jobs import Job, JobStoppedError
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
@@ -166,7 +167,7 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     after = {**drawn.backdrop(choice), **drawn.rings(moved, choice)}
     for item in before.values():
         rgb(item.colour)
-        if isinstance(item, Mesh):
+        if isinstance(item, DrawnMesh):
             assert np.isfinite(item.vertices).all()
             assert item.faces.min() >= 0
             assert item.faces.max() < len(item.vertices)
@@ -395,9 +396,9 @@ def test_a_robots_surface_moves_with_its_joints_and_must_be_that_robots(tmp_path
 
     path = tmp_path / "two.urdf"
     path.write_text(URDF)
-    skin = read_skin(path, (), import_urdf(path).robot)
+    skin = read_skin(path, UrdfOptions(), import_urdf(path).robot)
     low, high = (edge(skin.at(np.array([np.pi / 2]))[0], axis=0) for edge in (np.min, np.max))
     assert np.allclose(low, [-0.1, -0.1, -0.05])
     assert np.allclose(high, [0.1, 0.4, 0.25])
     with pytest.raises(UserError, match="--urdf"):
-        read_skin(path, (), robot("ur10"))
+        read_skin(path, UrdfOptions(), robot("ur10"))

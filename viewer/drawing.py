@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
-from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring import Group, Ring, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
@@ -30,7 +30,7 @@ _VEIL = 0.55  # opacity of a single cone; several cones share it
 
 
 @dataclass(frozen=True)
-class Mesh:
+class DrawnMesh:
     """A triangle mesh."""
 
     vertices: Float[np.ndarray, "V 3"]
@@ -69,7 +69,7 @@ class Edges:
     """Width on the screen, pixels."""
 
 
-Item = Mesh | Dots | Edges
+Item = DrawnMesh | Dots | Edges
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Drawing:
         found: dict[str, Item] = {}
         surface, curve = self._robot(choice.pose)
         if choice.robot:
-            found["robot"] = Mesh(*surface, ROBOT)
+            found["robot"] = DrawnMesh(*surface, ROBOT)
         found["floor"] = Edges(_FLOOR, FLOOR, 1.0)
         found["curve"] = Edges(curve, CURVE, 2.5)
         if choice.outline:
@@ -128,7 +128,7 @@ class Drawing:
         for i, obstacle in enumerate(self.scene.obstacles):
             corners = faces_within(obstacle.body, box).reshape(-1, 3)
             if len(corners):
-                found[f"obstacle{i}"] = Mesh(
+                found[f"obstacle{i}"] = DrawnMesh(
                     corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7
                 )
         return found
@@ -139,8 +139,8 @@ class Drawing:
         surface = bodies(robot, forward(robot.chain, q)) if self.body is None else self.body.at(q)
         return surface, np.stack([centres[:-1], centres[1:]], axis=1)
 
-    def _cones(self, ring: Ring, pose: int) -> Cones:
-        return sensor_cones(self.scene.robot, Setup((ring,)), self.scene.poses[pose].q)
+    def _cones(self, ring: Group, pose: int) -> Cones:
+        return sensor_cones(self.scene.robot, setup_of_group(ring), self.scene.poses[pose].q)
 
     def _band_of(
         self, ring: Ring, pose: int
@@ -150,14 +150,14 @@ class Drawing:
         return tube(hoop), chips(self._cones(ring, pose)), loops(hoop)
 
     def _beams_of(
-        self, ring: Ring, pose: int, target: Target
+        self, ring: Group, pose: int, target: Target
     ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
         cones = self._cones(ring, pose)
         return beams(cones, lengths_within(cones, self._outer(target, pose)))
 
     def rings(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
-        """Draw the rings as bands with their sensors, and the chosen cones up to the target's
-        boundary.
+        """Draw the rings as bands with their sensors, the single sensors and those of the cell, and
+        the chosen cones up to the target's boundary.
         """
         wanted = shown_cones(setup, choice)
         veil = min(_VEIL / max(sum(setup.rings[i].count for i in wanted), 1) ** 0.5, 0.25)
@@ -165,13 +165,21 @@ class Drawing:
         for i, ring in enumerate(setup.rings):
             colour = self._colours[ring.link]
             hoop, sensors, edge = self._band(ring, choice.pose)
-            found[f"ring{i}"] = Mesh(*hoop, colour, 1.0, i)
-            found[f"sensors{i}"] = Mesh(*sensors, SENSOR)
+            found[f"ring{i}"] = DrawnMesh(*hoop, colour, 1.0, i)
+            found[f"sensors{i}"] = DrawnMesh(*sensors, SENSOR)
             if i == choice.ring:
                 found["chosen"] = Edges(edge, CURVE, 3.0)
             if i in wanted:
                 surface, rims = self._beams(ring, choice.pose, choice.target)
-                found[f"cones{i}"] = Mesh(*surface, colour, veil)
+                found[f"cones{i}"] = DrawnMesh(*surface, colour, veil)
+                found[f"rims{i}"] = Edges(rims, colour, 1.0)
+        singles = self.scene.with_cell(setup).singles
+        for i, one in enumerate(singles, start=len(setup.rings)):
+            colour = self._colours.get(one.link, CURVE)
+            found[f"sensors{i}"] = DrawnMesh(*chips(self._cones(one, choice.pose)), SENSOR)
+            if choice.cones == "all":
+                surface, rims = self._beams(one, choice.pose, choice.target)
+                found[f"cones{i}"] = DrawnMesh(*surface, colour, veil)
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
         return found
 

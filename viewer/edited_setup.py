@@ -21,7 +21,9 @@ class EditedSetup:
     setup: Setup
 
     def _with(self, rings: list[Ring]) -> "EditedSetup":
-        return replace(self, setup=rounded(Setup(tuple(rings)), self.scene.sensor))
+        return replace(
+            self, setup=rounded(replace(self.setup, rings=tuple(rings)), self.scene.sensor)
+        )
 
     def most(self, i: int) -> int:
         """Return the largest count of ring ``i``: the limit for edits, or its present count if

@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
-from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring import Group, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
-from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target
@@ -86,15 +85,15 @@ class QuickEstimate:
         Raises:
             EmptySolidError: if the target is empty.
         """
-        return sample(self.scene.solid(target, pose), count, self.seed)
+        return self.scene.sample(target, pose, count, self.seed)
 
-    def _beams_of(self, ring: Ring, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
+    def _beams_of(self, ring: Group, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
         q = self.scene.poses[pose].q
-        cones = sensor_cones(self.scene.robot, Setup((ring,)), q)
+        cones = sensor_cones(self.scene.robot, setup_of_group(ring), q)
         return cones, sight(replace(self.scene, occlusion=occlusion), cones, q)
 
     def _verdict(
-        self, ring: Ring, target: Target, pose: int, occlusion: Occlusion, count: int
+        self, ring: Group, target: Target, pose: int, occlusion: Occlusion, count: int
     ) -> PointVerdict:
         points = self.points(target, pose, count)
         cones, seen = self._beams(ring, pose, occlusion)
@@ -124,7 +123,8 @@ class QuickEstimate:
         Raises:
             BodilessError: if the model needs bodies and the robot has none.
         """
-        each = [self._of_ring(ring, target, pose, occlusion, count) for ring in setup.rings]
+        groups = self.scene.with_cell(setup).groups
+        each = [self._of_ring(group, target, pose, occlusion, count) for group in groups]
         none = np.zeros(count, np.int16)
         return PointVerdict(sum((v.held for v in each), none), sum((v.seen for v in each), none))
 

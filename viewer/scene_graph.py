@@ -7,7 +7,7 @@ import numpy as np
 import viser
 
 from .colours import rgb
-from .drawing import Dots, Edges, Item, Mesh
+from .drawing import Dots, DrawnMesh, Edges, Item
 
 
 class SceneGraph:
@@ -81,7 +81,7 @@ def _alike(a: Item, b: Item) -> bool:
     """
     if isinstance(a, Dots) and isinstance(b, Dots):
         return (a.colour, a.size) == (b.colour, b.size) and np.array_equal(a.points, b.points)
-    if isinstance(a, Mesh) and isinstance(b, Mesh):
+    if isinstance(a, DrawnMesh) and isinstance(b, DrawnMesh):
         same = a.vertices is b.vertices and a.faces is b.faces
         return same and (a.colour, a.opacity, a.ring) == (b.colour, b.opacity, b.ring)
     if isinstance(a, Edges) and isinstance(b, Edges):

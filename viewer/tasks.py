@@ -125,7 +125,10 @@ def search_from(
     present = rounded(setup, scene.sensor)
     fixed, _ = held(scene, present.rings)
     layout = Setup(tuple(ring for i, ring in enumerate(present.rings) if i not in fixed))
-    space = Space(asked, sensors=present.sensors) if free else Space(asked, layout)
+    # the single sensors stay, as those of the scene do
+    asked = replace(asked, rules=replace(asked.rules, fixed_sensors=present.singles))
+    on_rings = present.sensors - len(present.singles)
+    space = Space(asked, sensors=on_rings) if free else Space(asked, layout)
     verifier, aim = Verifier(asked, voxel), Criterion()
     tell("counting the initial setup", 0.0)
     short, before = judge(verifier, present, aim)

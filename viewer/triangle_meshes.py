@@ -6,14 +6,27 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.arrays import Array
+from ..coverage.cube_region import CubeRegion
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
-from ..coverage.solids.base import Solid, Union
+from ..coverage.solids.base import Difference, Intersection, Solid, Union
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.cones import Cones
+from ..coverage.solids.cylinders import Cylinders
+from ..coverage.solids.polyhedra import Polyhedra, half_space, polyhedra
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
-from ..reporting.rendering.meshes import body, capsule, circle, joined, loops, rim_of, rod, tube
+from ..reporting.rendering.meshes import (
+    body,
+    capsule,
+    circle,
+    joined,
+    loops,
+    polyhedra_edges,
+    rim_of,
+    rod,
+    tube,
+)
 from ..reporting.rendering.surface import Surface
 
 _STICK = 0.045  # m, radius of the stick for a robot without bodies
@@ -84,10 +97,16 @@ def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
 
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     """Return edges (E, 2, 3) m that outline a target's outer solid: circles on balls and around
-    tubes.
+    tubes and cylinders, and the edges of polyhedra; of other solids, those of their box.
     """
-    if isinstance(outer, Union):
+    if isinstance(outer, Union | Intersection | Difference):
         return np.concatenate([outline(outer.a), outline(outer.b)])
+    if isinstance(outer, CubeRegion):
+        return np.zeros((0, 2, 3))
+    if isinstance(outer, Polyhedra):
+        return polyhedra_edges(outer)
+    if isinstance(outer, Cylinders):
+        return np.concatenate([_cylinder(outer, k) for k in range(len(outer))])
     if isinstance(outer, Spheres):
         each = [
             (c, axis, float(r))
@@ -106,8 +125,19 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     elif isinstance(outer, Tube):
         each = list(_around(outer))
     else:
-        raise TypeError(f"no outline of {type(outer).__name__}")
+        return polyhedra_edges(
+            polyhedra((half_space(float(outer.bounds()[1, 2])),), outer.bounds())
+        )
     return loops(np.array([circle(np.asarray(c), np.asarray(axis), r) for c, axis, r in each]))
+
+
+def _cylinder(cylinders: Cylinders, k: int) -> Float[np.ndarray, "E 2 3"]:
+    """Return the two rims of a cylinder and four lines between them."""
+    centre, axis = np.asarray(cylinders.centre)[k], np.asarray(cylinders.axis)[k]
+    along, radius = axis * float(cylinders.half[k]), float(cylinders.radius[k])
+    rims = np.array([circle(centre + sign * along, axis, radius) for sign in (-1, 1)])
+    sides = rims[:, :: rims.shape[1] // 4].transpose(1, 0, 2)
+    return np.concatenate([loops(rims), sides])
 
 
 def _around(tube: Tube) -> list[tuple[np.ndarray, np.ndarray, float]]:

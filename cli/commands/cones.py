@@ -1,6 +1,7 @@
 """The command cones."""
 
 from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
 def cones(
@@ -10,6 +11,7 @@ def cones(
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     paper: PaperOption = False,
+    reading: ReadingOptions = AS_WRITTEN,
 ) -> None:
     """Print the beam of every sensor at every pose as CSV, in the robot's base frame.
 
@@ -29,4 +31,4 @@ def cones(
     from ...reporting.terminal import say_lines
     from ..options.scenes import scene_for
 
-    say_lines(sensor_list(*resolve(subject, scene_for(subject, scene, robot, paper))))
+    say_lines(sensor_list(*resolve(subject, scene_for(subject, scene, robot, paper, reading))))

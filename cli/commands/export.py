@@ -8,6 +8,7 @@ from cyclopts.validators import Number
 
 from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_FRAMES, FrameOptions
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
 def export(
@@ -35,13 +36,7 @@ def export(
             help="URDF of the robot, to which sensors are added. Default: that of --robot, if any."
         ),
     ] = None,
-    packages: Annotated[
-        tuple[Path, ...],
-        Parameter(
-            negative=(),
-            help="Folder in which to find the package:// meshes of the URDF. Repeatable.",
-        ),
-    ] = (),
+    reading: ReadingOptions = AS_WRITTEN,
     points: Annotated[
         int,
         Parameter(
@@ -74,14 +69,17 @@ def export(
     from ..options.scenes import scene_for, urdf_of
 
     formats_of(to)
-    placed = resolve(subject, scene_for(subject, scene, robot, paper), frames=mounted.resolve())
+    urdf = urdf or urdf_of(robot)
+    where = scene_for(subject, scene, robot, paper, reading, urdf)
+    placed = resolve(subject, where, frames=mounted.resolve())
     files = write(
         ResolvedSetup(subject, *placed),
         to=to,
         folder=out,
         pose=pose,
-        urdf=urdf or urdf_of(robot),
-        packages=packages,
+        urdf=urdf,
+        packages=reading.packages,
+        package=reading.resolve().package,
         points=points,
         keep=[path for path in (subject, scene, robot) if path is not None],
     )

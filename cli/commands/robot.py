@@ -7,6 +7,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...coverage.choices import Surface
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
 def robot(
@@ -16,23 +17,7 @@ def robot(
     ],
     /,
     *,
-    base: Annotated[
-        str | None, Parameter(help="Link that does not move. Default: the root of the URDF.")
-    ] = None,
-    tip: Annotated[
-        str | None,
-        Parameter(help="Link at the tool centre point. Default: the end of the longest chain."),
-    ] = None,
-    packages: Annotated[
-        tuple[Path, ...],
-        Parameter(
-            negative=(),
-            help=(
-                "Folder in which to find the package:// meshes of the URDF, besides the URDF's own"
-                " folder. Repeatable."
-            ),
-        ),
-    ] = (),
+    reading: ReadingOptions = AS_WRITTEN,
     capsules: Annotated[
         int,
         Parameter(validator=Number(gte=1, lte=8), help="Largest number of capsules for a link."),
@@ -63,4 +48,4 @@ def robot(
     """
     from ..runs.robot import robot as run
 
-    run(what, base, tip, packages, capsules, surface, name, out)
+    run(what, reading, capsules, surface, name, out)

@@ -11,6 +11,7 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
 from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
+from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
 def safety(
@@ -20,6 +21,7 @@ def safety(
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     paper: PaperOption = False,
+    reading: ReadingOptions = AS_WRITTEN,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     approaches: Annotated[
@@ -91,7 +93,7 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
-    setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper))
+    setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper, reading))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
     path = motion.trajectory

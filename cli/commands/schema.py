@@ -15,6 +15,7 @@ def schema(
             "scene",
             "robot",
             "sensor",
+            "target",
             "proposal",
             "verify",
             "robustness",

@@ -21,10 +21,6 @@ def view(
     urdf: Annotated[
         Path | None, Parameter(help="URDF whose meshes show the surface of the robot.")
     ] = None,
-    packages: Annotated[
-        tuple[Path, ...],
-        Parameter(negative=(), help="Folder with the meshes of --urdf. Repeatable."),
-    ] = (),
     out: Annotated[
         Path | None,
         Parameter(
@@ -66,9 +62,9 @@ def view(
     from ..options.scenes import urdf_of
     from ..runs.view import view as run
 
-    shown = given.resolved(subject)
+    urdf = urdf or urdf_of(given.place.robot)
+    shown = given.resolved(subject, urdf)
     beside = None
     if compare is not None:
         beside = ResolvedSetup(compare, *resolve(compare, shown.scene))
-    urdf = urdf or urdf_of(given.place.robot)
-    run(shown, beside, urdf, packages, out, host, port, browser)
+    run(shown, beside, urdf, given.place.reading.resolve(), out, host, port, browser)

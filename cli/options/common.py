@@ -18,7 +18,8 @@ Targets = Annotated[
             "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_S:0.5=0.6. V_S: everything"
             " within RADIUS metres of the arm's centre line. V_O: the robot's reach. V_T: 1.5 m"
             " around the tool. V_OT: V_O and V_T together. V_P: the protective volume of ISO/TS"
-            " 15066. Repeatable. Default: the targets of the scene (reference scene: V_S:0.5)."
+            " 15066. FILE.toml[=WEIGHT]: a volume of your own. Repeatable. Default: the targets of"
+            " the scene (reference scene: V_S:0.5)."
         ),
     ),
 ]

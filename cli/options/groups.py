@@ -12,6 +12,7 @@ from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from .common import PaperOption, Radius, RobotOption, SceneFileOption, Targets
 from .panels import FRAMES, MOTION, SCENE, SENSOR
+from .reading import AS_WRITTEN, ReadingOptions
 
 if TYPE_CHECKING:  # imported when the options are resolved
     from ..._validation import ResolvedSetup
@@ -42,12 +43,18 @@ class SceneOptions:
         ),
     ] = None
     paper: PaperOption = False
+    reading: ReadingOptions = AS_WRITTEN
 
-    def given(self) -> "CoreScene | None":
-        """Return the scene that the options state, or None if the proposal's scene applies."""
-        from .scenes import resolve_scene
+    def given(self, urdf: Path | None = None) -> "CoreScene | None":
+        """Return the scene that the options state, or None if the proposal's scene applies.
 
-        return resolve_scene(self.scene, self.robot, self.target, self.radius)
+        Args:
+            urdf: a URDF of another option, which is read in the same way.
+        """
+        from .scenes import resolve_scene, urdf_of
+
+        self.reading.refuse_without(urdf or urdf_of(self.robot))
+        return resolve_scene(self.scene, self.robot, self.target, self.radius, self.reading)
 
     def applied(self, scene: "CoreScene", rings_stay: bool = False) -> "CoreScene":
         """Return ``scene`` with the targets and the occlusion model of the options.
@@ -194,29 +201,42 @@ class SubjectOptions:
     motion: MotionOptions = NO_MOTION
     mounted: FrameOptions = NO_FRAMES
 
-    def resolve(self, subject: str) -> "tuple[Setup, CoreScene]":
+    def resolve(self, subject: str, urdf: Path | None = None) -> "tuple[Setup, CoreScene]":
         """Return the setup of a file or a name, and the scene in which to evaluate it.
 
         A proposal keeps its rings where they are, on the axes of its own scene. What a name or a
         list of sensors means depends on the scene with all options.
+
+        Args:
+            subject: the file or the name.
+            urdf: as in ``SceneOptions.given``.
         """
         from ...formats.loader import is_proposal
         from ...objectives.scene import CoreScene
 
-        scene, own = self.place.given(), is_proposal(subject)
+        scene, own = self.place.given(urdf), is_proposal(subject)
         if not own:
             scene = self.place.applied(scene or CoreScene())
         setup, scene = self.sensing.resolve(subject, scene, self.mounted.resolve())
+        if setup.singles and not own:
+            from ...reporting.terminal import Terminal
+
+            Terminal(stderr=True).print(
+                f"{subject}: {len(setup.singles)} of {setup.sensors} sensors form no ring on"
+                f" {scene.robot.name}; they count as single sensors",
+                highlight=False,
+                soft_wrap=True,
+            )
         if own:
             kept = self.place.scene is None and self.place.robot is None
             scene = self.place.applied(scene, rings_stay=kept)
         return setup, self.motion.applied(scene)
 
-    def resolved(self, subject: str) -> "ResolvedSetup":
+    def resolved(self, subject: str, urdf: Path | None = None) -> "ResolvedSetup":
         """Return the setup and its scene with the setup's name, for the API."""
         from ..._validation import ResolvedSetup
 
-        return ResolvedSetup(subject, *self.resolve(subject))
+        return ResolvedSetup(subject, *self.resolve(subject, urdf))
 
 
 AS_IT_IS = SubjectOptions()

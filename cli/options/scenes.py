@@ -11,20 +11,32 @@ from ...formats.errors import UserError
 from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.recorded_motion import with_record
 from ...objectives.scene import CoreScene, Pose, as_in_paper
+from .reading import AS_WRITTEN, ReadingOptions
 from .targets import parse_goals, with_goals
 
 
 def resolve_scene(
-    scene: Path | None, robot: str | None, targets: Sequence[str] = (), radius: float | None = None
+    scene: Path | None,
+    robot: str | None,
+    targets: Sequence[str] = (),
+    radius: float | None = None,
+    reading: ReadingOptions = AS_WRITTEN,
 ) -> CoreScene | None:
     """Return the scene that the options state, or None if the proposal's scene applies.
+
+    Args:
+        scene: its file.
+        robot: name or file of its robot.
+        targets: its targets.
+        radius: radius of a shell without one.
+        reading: how the robot's URDF is read.
 
     Raises:
         UserError: for an unknown robot or target, or a shell that lies within the robot's own
             volume.
     """
     goals = parse_goals(targets, radius)
-    arm = None if robot is None else given_robot(robot)
+    arm = None if robot is None else given_robot(robot, reading)
     if scene is not None:
         stated = read_scene(scene, arm)
     elif arm is not None:
@@ -39,7 +51,7 @@ def urdf_of(robot: str | None) -> Path | None:
     return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
 
 
-def given_robot(text: str) -> Robot:
+def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
     """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF or
     MJCF.
 
@@ -52,7 +64,7 @@ def given_robot(text: str) -> Robot:
     if (urdf := urdf_of(text) or mjcf) is not None:
         from .urdf_robot import import_urdf  # reading meshes takes a while to load
 
-        return import_urdf(urdf).robot
+        return import_urdf(urdf, reading.resolve()).robot
     try:
         return built_in(text)
     except ValueError as error:
@@ -101,14 +113,28 @@ def stay_in_paper(scene: CoreScene) -> None:
         )
 
 
-def scene_for(subject: str, scene: Path | None, robot: str | None, paper: bool) -> CoreScene | None:
+def scene_for(
+    subject: str,
+    scene: Path | None,
+    robot: str | None,
+    paper: bool,
+    reading: ReadingOptions = AS_WRITTEN,
+    urdf: Path | None = None,
+) -> CoreScene | None:
     """Return the scene that ``--scene``, ``--robot`` and ``--paper`` state for a setup, or None if
     the proposal's scene applies.
+
+    Args:
+        subject: the setup.
+        scene, robot, paper: the options.
+        reading: how the robot's URDF is read.
+        urdf: a URDF of another option, which is read in the same way.
 
     Raises:
         UserError: as ``resolve_scene`` does, or if ``--paper`` would move rings.
     """
-    stated = resolve_scene(scene, robot)
+    reading.refuse_without(urdf or urdf_of(robot))
+    stated = resolve_scene(scene, robot, reading=reading)
     if not paper:
         return stated
     if stated is None and is_proposal(subject):

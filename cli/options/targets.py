@@ -4,9 +4,11 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from ...coverage.targets import Target
 from ...formats.errors import UserError, shown
+from ...formats.loader import read_target
 from ...objectives.scene import CoreScene, Goal
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
@@ -26,7 +28,7 @@ def positive(option: str, text: str) -> float:
 
 
 def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
-    """Return the goal of a text NAME[:RADIUS][=WEIGHT], such as ``V_S:0.5=0.6``.
+    """Return the goal of a text NAME[:RADIUS][=WEIGHT] or FILE[=WEIGHT], such as ``V_S:0.5=0.6``.
 
     Args:
         text: the text.
@@ -36,10 +38,16 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
     Raises:
         UserError: if the text does not state a target.
     """
+    path, _, stated = text.partition("=")
+    if path.lower().endswith(".toml"):
+        goal = read_target(Path(path))
+        weight = positive(f"{option} {text}, weight", stated) if stated else goal.weight
+        return replace(goal, weight=weight)
     match = _TARGET.fullmatch(text)
     if match is None:
         raise UserError(
-            f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6"
+            f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6, or"
+            " a target file (.toml)"
         )
     weight = positive(f"{option} {text}, weight", match["weight"]) if match["weight"] else 1.0
     own = positive(f"{option} {text}, radius", match["radius"]) if match["radius"] else None
@@ -70,13 +78,17 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
 
 def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radius") -> CoreScene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
-    for goal in goals:
-        inner = scene.shape.robot_radius
-        if goal.target.radius is not None and goal.target.radius <= inner:
+    inner = scene.shape.robot_radius
+    for radius in (radius for goal in goals for radius in goal.target.radii):
+        if radius <= inner:
             raise UserError(
-                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g} m, because all"
-                " within that distance of the arm's centre line counts as the robot itself"
+                f"{option}: found {radius:g}, allowed: above {inner:g} m, because all within that"
+                " distance of the arm's centre line counts as the robot itself"
             )
+    first = {goal.target.key: goal.target for goal in reversed(goals)}
+    for target in (goal.target for goal in goals):
+        if first[target.key] != target:
+            raise UserError(f"--target: found two different targets called {target}; rename one")
     return replace(scene, goals=goals) if goals else scene
 
 
@@ -102,7 +114,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
                 f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like"
                 f" V_S:0.5={match['weight']}"
             )
-        target = parse_goal(text.rpartition("=")[0], None, "--at-least").target
+        target = _floored(text.rpartition("=")[0], scene)
         with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
         if target in floored:
             raise UserError(
@@ -115,6 +127,12 @@ def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
         else:
             goals[place] = replace(goals[place], at_least=percent / 100)
     return replace(scene, goals=tuple(goals))
+
+
+def _floored(text: str, scene: CoreScene) -> Target:
+    """Return the target that a minimum names: one of the scene's own, or a named one."""
+    own = (goal.target for goal in scene.goals if goal.target.name == text)
+    return next(own, None) or parse_goal(text, None, "--at-least").target
 
 
 def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:

@@ -1,21 +1,18 @@
-"""Fit a robot to the meshes of a URDF, with progress on stderr."""
+"""Fit a robot to the meshes of a URDF, with progress and notes on stderr."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from ...coverage.choices import Surface
-from ...formats.robots.description import read_description
-from ...formats.robots.meshes import Meshes
-from ...formats.robots.robot_fit import RobotFit, fit_robot
-from ...formats.robots.urdf_chain import pick_chain
+from ...formats.robots.robot_fit import RobotFit
+from ...formats.robots.urdf_options import UrdfOptions
 from ...reporting.terminal import Terminal
+
+_READING = UrdfOptions()
 
 
 def import_urdf(
     path: Path,
-    base: str | None = None,
-    tip: str | None = None,
-    packages: Sequence[Path] = (),
+    reading: UrdfOptions = _READING,
     capsules: int = 3,
     surface: Surface = "collision",
     name: str | None = None,
@@ -24,9 +21,7 @@ def import_urdf(
 
     Args:
         path: the URDF.
-        base: link that does not move; by default the root.
-        tip: link at the TCP; by default the end of the longest chain.
-        packages: folders with the packages of ``package://`` addresses.
+        reading: the chain, held joints and folders of meshes.
         capsules: largest number of capsules for a link.
         surface: meshes to which capsules are fitted.
         name: name of the robot; by default that in the URDF.
@@ -34,27 +29,18 @@ def import_urdf(
     Raises:
         UserError: if the URDF or a mesh is not usable.
     """
-    urdf = read_description(path)
-    picked = pick_chain(urdf, base, tip)
     log = Terminal(stderr=True)
     with log.status("fitting") as status:
 
         def tell(link: str) -> None:
             status.update(f"fitting capsules to {link}")
 
-        fit = fit_robot(picked, Meshes(path, packages), name or urdf.name, capsules, surface, tell)
-    for note in urdf.notes:
-        log.print(note, highlight=False, soft_wrap=True, markup=False)
-    if picked.left_out:
-        names = ", ".join(picked.left_out)
-        log.print(
-            f"Ignored, because their joints are not on the chain: {names}",
-            highlight=False,
-            soft_wrap=True,
-        )
+        fit = reading.fit(path, name, capsules, surface, tell)
+    notes = list(fit.notes)
     if not fit.links:
-        log.print(
-            "No link has a shape, so the robot has no bodies and only the tool carries a ring.",
-            highlight=False,
+        notes.append(
+            "No link has a shape, so the robot has no bodies and only the tool carries a ring."
         )
+    for note in notes:
+        log.print(note, highlight=False, soft_wrap=True, markup=False)
     return fit

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from ...objectives.scene import CoreScene, Rules
 from ...reporting.explained import Explained
 from ...reporting.robot_picture import robot_picture
 from ...reporting.terminal import Terminal
+from ..options.reading import ReadingOptions
 from ..options.urdf_robot import import_urdf
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
@@ -68,19 +68,19 @@ def scene_text(robot: Robot, file: str) -> str:
 
 def robot(
     what: str,
-    base: str | None,
-    tip: str | None,
-    packages: Sequence[Path],
+    reading: ReadingOptions,
     capsules: int,
     surface: Surface,
     name: str | None,
     out: Path,
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a built-in robot or a URDF."""
+    is_urdf = what.lower().endswith((".urdf", ".xml"))
+    reading.refuse_without(Path(what) if is_urdf else None)
     if what in ROBOTS:
         fit = RobotFit(ROBOTS[what].with_links(True), ())
-    elif what.lower().endswith((".urdf", ".xml")):
-        fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
+    elif is_urdf:
+        fit = import_urdf(Path(what), reading.resolve(), capsules, surface, name)
     else:
         raise UserError(
             f"robot: found {shown(what)}, allowed: a URDF (.urdf), an MJCF (.xml), or one of"

@@ -63,6 +63,13 @@ def verify(
         console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
     for r in results:
+        if parts := [f"{part} {zeta:.2f}" for part, zeta in r.by_part_percent.items()]:
+            console.print(
+                f"{target_label(r)} by each part alone, in percent: {', '.join(parts)}.",
+                highlight=False,
+                soft_wrap=True,
+            )
+    for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
         if 1 < len(scene.poses) <= _SHOWN:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..._validation import ResolvedSetup
 from ..._views import view as serve
+from ...formats.robots.urdf_options import UrdfOptions
 from ...reporting.terminal import Terminal, say
 from ...viewer.server import LOOPBACK
 
@@ -18,7 +19,7 @@ def view(
     subject: ResolvedSetup,
     compare: ResolvedSetup | None,
     urdf: Path | None,
-    packages: tuple[Path, ...],
+    reading: UrdfOptions,
     out: Path | None,
     host: str,
     port: int,
@@ -32,7 +33,8 @@ def view(
             compare=compare,
             folder=out,
             urdf=urdf,
-            packages=packages,
+            packages=reading.packages,
+            package=reading.package,
             host=host,
             port=port,
             browser=False,  # it is opened once its address is printed

@@ -149,6 +149,9 @@ def _shadows(
     apex = np.asarray(looks.apex)
     meets = _in_capsules(capsule_gap, looks, bodies, wide) <= 0
     met = np.isfinite(_in_obstacles(looks, occluders, wide))
+    # no cone holds the beams of these: they take the shadows of everything
+    every = np.asarray(cones.is_wide())[k]
+    meets[every], met[every] = True, True
     sensor, body = np.nonzero(meets)
     shadows = None
     if bodies is not None:

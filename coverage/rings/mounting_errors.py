@@ -1,8 +1,9 @@
 """Mounting errors: rings and sensors that deviate slightly from their design.
 
 A ring errs as a rigid body. It slips along the mount axis, tilts about the two axes across the
-mount axis, and turns about the mount axis, all about its centre. In addition, each sensor's axis is
-rotated about the two axes across it. All errors are fixed to the link, so one mounted setup has the
+mount axis, and turns about the mount axis, all about its centre. A single sensor errs as a ring of
+one does: it slips along ``up``. In addition, each sensor's axis is rotated about the two axes
+across it. All errors are fixed to the link, so one mounted setup has the
 same errors in every pose.
 """
 
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, cross, dot, namespace
 from ..choices import Law
@@ -61,6 +62,23 @@ class Misplaced:
 
     def __len__(self) -> int:
         return self.slip.shape[0]
+
+    def only(self, rings: Bool[np.ndarray, " R"], sensors: Bool[np.ndarray, " K"]) -> "Misplaced":
+        """Return the errors of some rings and sensors; the others have none."""
+        return Misplaced(
+            np.where(rings, self.slip, 0.0),
+            np.where(rings[:, None], self.turn, 0.0),
+            np.where(sensors[:, None], self.seat, 0.0),
+        )
+
+    def beside(self, still: int) -> "Misplaced":
+        """Return the errors with ``still`` more single sensors, which have none."""
+        more = ((0, 0), (0, still))
+        return Misplaced(
+            np.pad(self.slip, more),
+            np.pad(self.turn, (*more, (0, 0))),
+            np.pad(self.seat, (*more, (0, 0))),
+        )
 
 
 def draw_errors(
@@ -140,8 +158,8 @@ def misplaced_cones(
     robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced
 ) -> list[Cones]:
     """Return V_FOV at pose ``q`` (J,) rad for each drawn mounting, base frame (64-bit NumPy)."""
-    v = ring_values(setup)
-    here = ring_arrays(robot, setup.rings)
+    v = ring_values(setup.groups)
+    here = ring_arrays(robot, setup.groups)
     there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
     return [here.beams.solids(*seats) for seats in each]

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array
 from ..sensors.sensor import PAPER_SENSOR, Sensor
+from .mounted_sensor import MountedSensor
 
 RING_RADIUS = 0.08  # m, in the paper's setups
 
@@ -67,29 +68,48 @@ class Ring:
         )
 
 
+Group = Ring | MountedSensor
+"""A ring, or a single sensor: what one number stands for in lists of a setup's sensors."""
+
+
 @dataclass(frozen=True)
 class Setup:
-    """All rings on one robot.
+    """All rings and single sensors on one robot.
 
     Raises:
-        ValueError: if an item is not a ``Ring``.
+        ValueError: if an item is not of its kind.
     """
 
-    rings: tuple[Ring, ...]
+    rings: tuple[Ring, ...] = ()
     """The rings, numbered from 0 in this order; a list becomes a tuple."""
+    singles: tuple[MountedSensor, ...] = ()
+    """The single sensors, whose numbers follow those of the rings; a list becomes a tuple."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.rings, Iterable):
-            raise ValueError(f"Setup: rings: found {self.rings!r}, allowed: Rings")
-        rings = tuple(self.rings)
-        for ring in rings:
-            if not isinstance(ring, Ring):
-                raise ValueError(f"Setup: rings: found a {type(ring).__name__}, allowed: Ring")
-        object.__setattr__(self, "rings", rings)
+        for key, kind in (("rings", Ring), ("singles", MountedSensor)):
+            if not isinstance(some := getattr(self, key), Iterable):
+                raise ValueError(f"Setup: {key}: found {some!r}, allowed: {kind.__name__}s")
+            each = tuple(some)
+            for one in each:
+                if not isinstance(one, kind):
+                    raise ValueError(
+                        f"Setup: {key}: found a {type(one).__name__}, allowed: {kind.__name__}"
+                    )
+            object.__setattr__(self, key, each)
 
     def __repr__(self) -> str:
         each = "".join(f"\n    {ring!r}," for ring in self.rings)
-        return f"Setup(({each}\n))  # {self.sensors} sensors" if each else "Setup(())"
+        if not self.singles:
+            return f"Setup(({each}\n))  # {self.sensors} sensors" if each else "Setup(())"
+        more = "".join(f"\n    {one!r}," for one in self.singles)
+        rings = f"({each}\n)" if each else "()"
+        return f"Setup({rings}, singles=({more}\n))  # {self.sensors} sensors"
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """The rings, then the single sensors, each a group of one; in the order of their
+        numbers."""
+        return (*self.rings, *self.singles)
 
     @staticmethod
     def named(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> "Setup":
@@ -99,11 +119,11 @@ class Setup:
     @property
     def values(self) -> Float[np.ndarray, "3 R"]:
         """Positions (row 0), tilts and phases (rows 1 and 2, rad) of the rings."""
-        v = ring_values(self)
+        v = ring_values(self.rings)
         return np.stack([v.position, v.tilt, v.phase])
 
     def with_values(self, values: Float[np.ndarray, "3 R"]) -> "Setup":
-        """Return the same rings at other positions, tilts and phases.
+        """Return the setup with the same rings at other positions, tilts and phases.
 
         Args:
             values: positions (row 0), tilts and phases (rows 1 and 2, rad), as in ``values``.
@@ -114,22 +134,31 @@ class Setup:
         values = np.asarray(values, float)
         if values.shape != (3, len(self.rings)):
             raise ValueError(f"values: found shape {values.shape}, allowed: (3, {len(self.rings)})")
-        return Setup(
-            tuple(
-                replace(ring, position=float(p), tilt=float(t), phase=float(f))
-                for ring, (p, t, f) in zip(self.rings, values.T, strict=True)
-            )
+        rings = tuple(
+            replace(ring, position=float(p), tilt=float(t), phase=float(f))
+            for ring, (p, t, f) in zip(self.rings, values.T, strict=True)
         )
+        return replace(self, rings=rings)
 
     @property
     def sensors(self) -> int:
         """Total number of sensors."""
-        return sum(ring.count for ring in self.rings)
+        return sum(group.count for group in self.groups)
 
     @property
     def ring_of_sensor(self) -> Int[np.ndarray, " K"]:
-        """Index of each sensor's ring."""
-        return np.repeat(np.arange(len(self.rings)), [ring.count for ring in self.rings])
+        """Number of each sensor's ring or, for a single sensor, its own."""
+        return np.repeat(np.arange(len(self.groups)), [group.count for group in self.groups])
+
+    @property
+    def labels(self) -> list[tuple[int, int]]:
+        """The number of each sensor's group and its own number there, in the order of sensors."""
+        return [(i, k) for i, group in enumerate(self.groups) for k in range(group.count)]
+
+
+def setup_of_group(group: Group) -> Setup:
+    """Return the setup of one ring or single sensor."""
+    return Setup((), (group,)) if isinstance(group, MountedSensor) else Setup((group,))
 
 
 _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
@@ -184,22 +213,25 @@ class RingValues:
     """Phase of each ring, rad."""
 
 
-def ring_values(setup: Setup) -> RingValues:
-    """Return the design variables of a setup's rings, as 64-bit NumPy arrays."""
-    return RingValues(
-        *(
-            np.array([getattr(r, key) for r in setup.rings], float)
-            for key in ("position", "tilt", "phase")
-        )
-    )
+def ring_values(rings: Iterable[Group]) -> RingValues:
+    """Return the design variables of rings, as 64-bit NumPy arrays; those of a single sensor are
+    0."""
+    each = [
+        (0.0, 0.0, 0.0) if isinstance(r, MountedSensor) else (r.position, r.tilt, r.phase)
+        for r in rings
+    ]
+    return RingValues(*np.array(each, float).reshape(-1, 3).T.copy())
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Return half angle (K,) rad and range (K,) m of all sensors, ring by ring.
+    """Return half angle (K,) rad and range (K,) m of all sensors, group by group.
 
     The half angle of a pyramid is that of its inscribed cone.
     """
-    return (
-        np.concatenate([np.full(r.count, r.sensor.inscribed_half_angle) for r in setup.rings]),
-        np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
-    )
+    each = [
+        (group.sensor.inscribed_half_angle, group.sensor.range_m)
+        for group in setup.groups
+        for _ in range(group.count)
+    ]
+    half, range_m = np.array(each, float).reshape(-1, 2).T.copy()
+    return half, range_m

@@ -13,22 +13,23 @@ from jaxtyping import Float, Int
 from ..arrays import Array, cross, dot, namespace, root
 from ..pytrees import tree
 from ..robots.kinematics import forward
-from ..robots.robot import Robot
+from ..robots.robot import Mount, Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import BeamShapes
-from .ring import Ring, Setup, ring_values
+from ..solids.sensor_beams import BeamShapes, SpecialShapes
+from .mounted_sensor import MountedSensor
+from .ring import Group, Setup, ring_values
 
 
 @tree
 @dataclass(frozen=True)
 class RingArrays:
-    """R rings and K sensors as arrays.
+    """R rings, or single sensors as rings of one, and K sensors as arrays.
 
     Padding sensors beyond those of the rings have a range of minus infinity and see nothing.
     """
 
     frame: Int[Array, "*batch R"]
-    """Index of each ring's link in ``forward``'s frames."""
+    """Index of each ring's link in ``forward``'s frames, or ``BASE``."""
     start: Float[Array, "*batch R 3"]
     """Proximal end of the mount, m."""
     axis: Float[Array, "*batch R 3"]
@@ -49,28 +50,46 @@ class RingArrays:
     """Shapes (K,) of the beams."""
 
 
-def any_square(rings: Iterable[Ring]) -> bool:
-    """Return whether a ring has sensors with a square beam."""
-    return any(r.sensor.square for r in rings)
+def any_square(rings: Iterable[Group]) -> bool:
+    """Return whether a ring or single sensor has another beam than a cone from the apex on."""
+    return not all(r.sensor.plain for r in rings)
+
+
+def mount_of(robot: Robot, group: Group) -> Mount:
+    """Return the mount of a ring; of a single sensor, its own frame as a mount of length 0.
+
+    Raises:
+        ValueError: if the robot does not have its link.
+    """
+    if not isinstance(group, MountedSensor):
+        return robot.mount(group.link)
+    T = group.T_link_sensor
+    frame = robot.frame_of(group.link)
+    return Mount(group.link, frame, start=T[:3, 3], axis=T[:3, 1], zero=T[:3, 2], length=0.0)
 
 
 def ring_arrays(
-    robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False
+    robot: Robot,
+    rings: tuple[Group, ...],
+    sensors: int | None = None,
+    square: bool = False,
+    special: bool = False,
 ) -> RingArrays:
-    """Return the rings of a setup as arrays.
+    """Return the rings and single sensors of a setup as arrays.
 
     Args:
         robot: the robot.
-        rings: the rings.
+        rings: the rings and single sensors.
         sensors: number of sensors to which the arrays are padded; None: no padding.
-        square: whether setups to be stacked with this one may have square beams.
+        square: whether setups to be stacked with this one may have square or special beams.
+        special: whether they may have special beams: domes, fans, or a least range.
 
     Raises:
         ValueError: if a ring sits on a link that the robot does not have, or the rings have more
             than ``sensors`` sensors.
     """
-    mounts = [robot.mount(r.link) for r in rings]
-    counts = np.array([r.count for r in rings])
+    mounts = [mount_of(robot, r) for r in rings]
+    counts = np.array([r.count for r in rings], int)
     spare = (counts.sum() if sensors is None else sensors) - counts.sum()
     if spare < 0:
         raise ValueError(f"the rings have {counts.sum()} sensors; the arrays hold {sensors}")
@@ -81,20 +100,28 @@ def ring_arrays(
         )
 
     start, axis, zero, side = (
-        np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side")
+        np.array([getattr(m, key) for m in mounts], float).reshape(-1, 3)
+        for key in ("start", "axis", "zero", "side")
     )
     turn = np.concatenate(
         [np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)]
     )
-    some_square = square or any_square(rings)
+    shapes, some_special = None, special or any(r.sensor.special for r in rings)
+    some_square = square or some_special or any_square(rings)
+    if some_special:
+        shapes = SpecialShapes(
+            each([r.sensor.shape == "dome" for r in rings], 0.0) > 0,
+            each([(r.sensor.thickness or 0.0) / 2 for r in rings], 0.0),
+            each([r.sensor.near_m for r in rings], 0.0),
+        )
     return RingArrays(
-        np.array([m.frame for m in mounts]),
+        np.array([m.frame for m in mounts], int),
         start,
         axis,
         zero,
         side,
-        np.array([m.length for m in mounts]),
-        np.array([r.radius for r in rings]),
+        np.array([m.length for m in mounts], float),
+        np.array([r.radius for r in rings], float),
         each(np.arange(len(rings)), 0).astype(int),
         turn,
         BeamShapes(
@@ -102,6 +129,7 @@ def ring_arrays(
             each([r.sensor.range_m for r in rings], -np.inf),
             each([r.sensor.half_angle_up for r in rings], 0.0) if some_square else None,
             each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+            shapes,
         ),
     )
 
@@ -144,6 +172,13 @@ def sensor_poses(
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
+def _with_base(frames: Array) -> Any:
+    """Return frames (..., F, 4, 4) and the base frame last, where the index ``BASE`` reads it."""
+    xp = namespace(frames)
+    base = xp.broadcast_to(xp.eye(4, dtype=frames.dtype), (*frames.shape[:-3], 1, 4, 4))
+    return xp.concatenate([frames, base], axis=-3)
+
+
 def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tuple[Any, Any]:
     """Transform apexes (..., K, 3) m and unit axes (..., K, 3) from link frames to the base frame.
 
@@ -153,7 +188,7 @@ def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tupl
         look: axes in the frames of their links.
         frames: T_base_frame (..., F, 4, 4); equally many leading axes, which broadcast.
     """
-    T = frames[..., arrays.frame[arrays.ring], :, :]
+    T = _with_base(frames)[..., arrays.frame[arrays.ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
     apex, look = (v[..., None, :] for v in (apex, look))
     return origin + dot(rotation, apex), dot(rotation, look)
@@ -164,7 +199,7 @@ def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
 
     For the other arguments see ``in_base``.
     """
-    rotation = frames[..., arrays.frame[arrays.ring], :3, :3]
+    rotation = _with_base(frames)[..., arrays.frame[arrays.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
@@ -267,21 +302,22 @@ def ring_axes(
 def sensor_axes(
     robot: Robot, setup: Setup, frames: Float[Array, "*batch F 4 4"]
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Return apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring.
+    """Return apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, group by group.
 
     ``frames`` are the robot's frames, T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    values = ring_values(setup)
+    values = ring_values(setup.groups)
     return ring_axes(
-        ring_arrays(robot, setup.rings), values.position, values.tilt, values.phase, frames
+        ring_arrays(robot, setup.groups), values.position, values.tilt, values.phase, frames
     )
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
     """Return V_FOV at pose ``q`` (J,) rad in the base frame (64-bit NumPy).
 
-    It has one beam for each sensor, ring by ring.
+    It has one beam for each sensor: ring by ring, then those of the single sensors.
     """
-    here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
+    groups, frames = setup.groups, forward(robot.chain, q)
+    here, v = ring_arrays(robot, groups), ring_values(groups)
     seats = sensor_poses(here, v.position, v.tilt, v.phase)
     return here.beams.solids(*seen_from(here, seats, frames, here.beams.square))

@@ -43,18 +43,22 @@ def position(ring: Ring) -> float:
 
 def rounded(setup: Setup, sensor: Sensor) -> Setup:
     """Return the setup as it reads back from a proposal file of a scene with ``sensor``."""
-    return Setup(
-        tuple(
-            replace(
-                ring,
-                position=position(ring),
-                tilt=math.radians(tilt_deg(ring.tilt)),
-                phase=math.radians(phase_deg(ring.phase)),
-                sensor=sensor if ring.sensor == sensor else _rounded(ring.sensor),
-            )
-            for ring in setup.rings
+    rings = tuple(
+        replace(
+            ring,
+            position=position(ring),
+            tilt=math.radians(tilt_deg(ring.tilt)),
+            phase=math.radians(phase_deg(ring.phase)),
+            sensor=_read_back(ring.sensor, sensor),
         )
+        for ring in setup.rings
     )
+    singles = tuple(replace(one, sensor=_read_back(one.sensor, sensor)) for one in setup.singles)
+    return Setup(rings, singles)
+
+
+def _read_back(sensor: Sensor, of_scene: Sensor) -> Sensor:
+    return of_scene if sensor == of_scene else _rounded(sensor)
 
 
 def _rounded(sensor: Sensor) -> Sensor:

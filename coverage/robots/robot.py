@@ -68,6 +68,18 @@ class Body:
 
 
 @dataclass(frozen=True)
+class HeldJoint:
+    """A joint of a URDF that the chain does not move."""
+
+    joint: str
+    """Name of the joint."""
+    value: float
+    """Value at which it stands, rad, or m if it slides."""
+    slides: bool = False
+    """Whether it is prismatic."""
+
+
+@dataclass(frozen=True)
 class Links:
     """One description of a robot's links."""
 
@@ -98,6 +110,8 @@ class Robot:
     """Default pose, rad or m."""
     source: str = ""
     """Source of the figures."""
+    held: tuple[HeldJoint, ...] = ()
+    """Joints of the robot's URDF that are not in the chain, at the values that the bodies show."""
     tube_links: Links | None = None
     """Mounts and bodies for real rings: the links' own tubes; None: those in use."""
     joint_links: Links | None = None
@@ -144,6 +158,22 @@ class Robot:
         if wanted is None or not known:
             return self
         return replace(self, mounts=wanted.mounts, bodies=wanted.bodies)
+
+    @property
+    def frames(self) -> dict[str, int]:
+        """Index into ``forward``'s frames by name: joints (the link that each moves), ``tcp``, the
+        links with mounts, and ``base``."""
+        joints = {name: j for j, name in enumerate(self.chain.joints)}
+        mounts = {m.link: m.frame for m in self.mounts}
+        return {**joints, "tcp": len(self.chain), **mounts, "base": BASE}
+
+    def frame_of(self, link: str) -> int:
+        """Return the index of a link's frame, or ``BASE``; raise a ``ValueError`` that lists the
+        names otherwise."""
+        if link not in self.frames:
+            known = ", ".join(self.frames)
+            raise ValueError(f"robot {self.name} has no link {link!r}; known: {known}")
+        return self.frames[link]
 
     def mount(self, link: str) -> Mount:
         """Return the mount of ``link``; raise a ``ValueError`` that lists the links otherwise."""

@@ -10,12 +10,13 @@ from ..occlusion.occlusion_mode import Occlusion
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
-from ..solids.sensor_beams import MixedBeams
+from ..solids.sensor_beams import MixedBeams, SpecialBeams
 from .cones import SoftBeams
 from .first_return import soft_stop
 from .obstacle_occlusion import CellBeams
 from .pyramids import SquareBeams
 from .robot_occlusion import HiddenBeams
+from .special_beams import SpecialSoftBeams
 
 
 @partial(
@@ -56,7 +57,7 @@ def soft_beams(seen: Seen) -> SoftBeams:
     if isinstance(seen, Hidden):
         return _hidden(seen, ())
     if not isinstance(seen, InCell):
-        return SquareBeams(seen) if isinstance(seen, MixedBeams) else SoftBeams(seen)
+        return _free(seen)
     hidden = seen.seen if isinstance(seen.seen, Hidden) else None
     cones = seen.seen.cones if isinstance(seen.seen, Hidden) else seen.seen
     dtype = cones.apex.dtype
@@ -67,6 +68,12 @@ def soft_beams(seen: Seen) -> SoftBeams:
         return CellBeams(soft_beams(seen.seen), obstacles)
     inner = _hidden(hidden, obstacles)
     return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, MixedBeams) else inner
+
+
+def _free(cones: Cones) -> SoftBeams:
+    if isinstance(cones, SpecialBeams):
+        return SpecialSoftBeams(cones)
+    return SquareBeams(cones) if isinstance(cones, MixedBeams) else SoftBeams(cones)
 
 
 def _hidden(hidden: Hidden, obstacles: tuple[Polyhedron, ...]) -> SoftBeams:

@@ -35,7 +35,7 @@ def soft_losses(
     Args:
         seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points
             processed at once.
-        group: index of each cone's group, below G.
+        group: index of each cone's group, below G; G for cones that are never lost.
         weights: weight of each loss in the gradient.
     """
     add = partial(_add_group, jnp.append(jnp.asarray(group), len(weights)), weights)
@@ -76,9 +76,10 @@ def _add_group(
         t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
 
-    # the last group is that of padding cones
+    # the last group is that of cones which are never lost, padding among them
     ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)
-    unseen = weight[None] * _all_but_one(jax.lax.fori_loop(0, near.pieces, multiply, ones)[:-1])
+    products = jax.lax.fori_loop(0, near.pieces, multiply, ones)
+    unseen = weight[None] * products[-1:] * _all_but_one(products[:-1])
     weighted = weights[:, None, None] * unseen
     others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
 

@@ -60,6 +60,7 @@ class _Shadows:
         start, end, radius = (a[None] for a in bodies.arrays())
         looks = Beam(*(a[:, None] for a in vars(cones.around()).values()))
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
+        matters = matters | cones.is_wide()[:, None]
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         # a single body that contains the apex suffices

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from ..arrays import Array
 from ..pytrees import tree
 from ..solids.base import VALUES, Difference, Solid, fold, leaves
+from ..weight_field import LEVELS, WeightField
 from .sobol import sobol
 
 _BATCH = 1 << 10  # candidates tested at once: they fit in cache
@@ -36,15 +37,20 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     return whole
 
 
-def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+def sample(
+    solid: Solid, count: int, seed: int, weights: WeightField | None = None
+) -> Float[np.ndarray, "N 3"]:
     """Return the first ``count`` points of a scrambled Sobol sequence that lie inside a solid.
 
-    The sequence covers the solid's bounding box.
+    The sequence covers the solid's bounding box. With weights, a point is kept with the probability
+    of its weight over the largest, so that the density of the points is in proportion to the
+    weights.
 
     Args:
         solid: the solid.
         count: number N of points.
         seed: seed of the scrambling; the same seed gives the same points.
+        weights: how much each place matters; None: all the same.
 
     Returns:
         (N, 3) m.
@@ -53,11 +59,17 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         EmptySolidError: if hardly any candidate is inside.
     """
     low, high = solid.bounds()
-    blocks = sobol(_BATCH, seed)
+    if weights is not None and (box := weights.support()) is not None:
+        low = np.maximum(low, box[0])
+        high = np.maximum(np.minimum(high, box[1]), low)
+    blocks, chance = sobol(_BATCH, seed), np.random.default_rng(seed)
     batches: list[np.ndarray] = []
     total = tried = 0
     while tried < _FIRST or total * _MOST > count * tried:
         candidates = low + (high - low) * next(blocks)
+        if weights is not None:
+            kept = chance.integers(LEVELS, size=len(candidates)) < weights.levels_at(candidates)
+            candidates = candidates[kept]
         hits = candidates[_inside(solid, candidates)]
         batches.append(hits)
         total, tried = total + len(hits), tried + _BATCH

@@ -122,6 +122,12 @@ class Cones(Parts):
         """Return which parts are pyramids: none."""
         return np.zeros(len(self), bool)
 
+    def is_wide(self) -> Bool[Array, " K"]:
+        """Return which parts no circumscribed cone holds, so that none of ``around`` does: none
+        here."""
+        wide: Array = namespace(self.half_angle).zeros(len(self), dtype=bool)
+        return wide
+
     def is_zoned(self) -> Bool[np.ndarray, " K"]:
         """Return which parts have several zones: none."""
         return np.zeros(len(self), bool)

@@ -1,4 +1,4 @@
-"""Beams of sensors without occlusion: cones and pyramids, mixed in one setup."""
+"""Beams of sensors without occlusion: cones, pyramids, domes and fans, mixed in one setup."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,16 +8,30 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, Index, Numbers, cross, namespace, rows
+from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import mapped, tree
 from .cones import Cones, cone
+from .domes import Domes, dome
+from .fans import Fans, fan
 from .pyramids import Pyramids, pyramid
+from .tangent_bounds import Tangent
 from .volume_fraction import VolumeFraction
 
 
 def _rows_where(which: Bool[np.ndarray, " K"], values: Array) -> np.ndarray:
     some: np.ndarray = np.asarray(values)[which]
     return some
+
+
+class SpecialShapes(NamedTuple):
+    """What makes beams of K sensors more than plain cones and pyramids."""
+
+    dome: Bool[Array, "*batch K"]
+    """Which beams end in a ball about the apex."""
+    half_thickness: Float[Array, "*batch K"]
+    """Half thicknesses of fans, m; 0: no fan."""
+    near: Float[Array, "*batch K"]
+    """Distances along the axis at which cones and pyramids begin, m."""
 
 
 class BeamShapes(NamedTuple):
@@ -31,6 +45,8 @@ class BeamShapes(NamedTuple):
     """Half angles of square beams along ``up``, rad; 0 for cones. None: all beams are cones."""
     zoned: Bool[Array, "*batch K"] | None = None
     """Which beams have several zones; None if ``half_up`` is None."""
+    special: SpecialShapes | None = None
+    """Domes, fans and least ranges; None where there are none, or if ``half_up`` is None."""
 
     @property
     def square(self) -> bool:
@@ -54,7 +70,8 @@ class BeamShapes(NamedTuple):
             return Cones(apex, axis, self.half_angle, self.range_m)
         if up is None or self.zoned is None:
             raise ValueError("square beams need their up vectors and their zones")
-        return MixedBeams(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
+        beams = (apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
+        return MixedBeams(*beams) if self.special is None else SpecialBeams(*beams, *self.special)
 
 
 @tree
@@ -79,7 +96,7 @@ class MixedBeams(Cones):
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
         return beam(points, apex, axis, half, range_m, up, half_up)
 
-    def _by_shape(self, index: Index) -> tuple[tuple[Any, Cones | Pyramids], ...]:
+    def _by_shape(self, index: Index) -> tuple[tuple[Any, Any], ...]:
         """Return, for each shape, which pairs have it and the union of that shape."""
         square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
@@ -112,7 +129,7 @@ class MixedBeams(Cones):
             np.zeros((n, 3)),
         )
 
-        def fill(k: Index, shape: Cones | Pyramids) -> None:
+        def fill(k: Index, shape: Any) -> None:
             bounds, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
             share.low[k], share.high[k] = bounds.low, bounds.high
 
@@ -168,6 +185,111 @@ class MixedBeams(Cones):
             if len(square)
             else np.zeros((2, 3))
         )
+
+
+_WIDE = 1.4  # rad, half angle above which a dome has no circumscribed cone
+_ARC = 33  # points of an arc in a drawing
+
+
+@tree
+@dataclass(frozen=True)
+class SpecialBeams(MixedBeams):
+    """A union of cones, pyramids, domes and fans, numbered together.
+
+    Cones and pyramids begin at a distance ``near`` along the axis: the intersection with the
+    half-space ``near - d``, which keeps the Lipschitz constant 1.
+    """
+
+    dome: Bool[Array, " K"]
+    """Which parts are domes."""
+    half_thickness: Float[Array, " K"]
+    """Half thicknesses of fans, m; 0 for other parts."""
+    near: Float[Array, " K"]
+    """Distances along the axis at which cones and pyramids begin, m; 0 for other parts."""
+
+    def part(self, points: Array, index: Index) -> Any:
+        xp = namespace(self.half_angle)
+        half, range_m, thick = (
+            self.half_angle[index],
+            self.range_m[index],
+            self.half_thickness[index],
+        )
+        apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
+        value = beam(points, apex, axis, half, range_m, up, self.half_up[index])
+        cap = dome(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
+        sector = fan(points, apex, axis, up, half, thick, range_m)
+        value = xp.where(self.dome[index], cap, xp.where(thick > 0, sector, value))
+        near, d = self.near[index], dot(points - apex, axis)
+        return xp.maximum(value, xp.where(near > 0, near - d, -xp.inf))
+
+    def _by_shape(self, index: Index) -> tuple[tuple[Any, Any], ...]:
+        square, domed = self.is_square()[index], np.asarray(self.dome)[index]
+        fanned = np.asarray(self.half_thickness)[index] > 0
+        (_, round_), (_, pyramids) = super()._by_shape(index)
+        look = (self.apex, self.axis, self.half_angle, self.range_m)
+        return (
+            (~square & ~domed & ~fanned, round_),
+            (square, pyramids),
+            (domed, Domes(*look)),
+            (fanned, Fans(*look, self.up, self.half_thickness)),
+        )
+
+    def each_share(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
+    ) -> tuple[VolumeFraction, Any, Any]:
+        """See ``Cones.each_share``; the plane at which a beam begins has no curvature."""
+        share, value, normal = super().each_share(points, index, side, slack)
+        cut = np.flatnonzero(np.asarray(self.near)[index] > 0)
+        if len(cut):
+            axis = rows(self.axis, index[cut])
+            d = dot(points[cut] - rows(self.apex, index[cut]), axis)
+            begin = Tangent(self.near[index[cut]] - d, -axis, np.zeros(len(cut)))
+            both = share.only(cut) & begin.share(side, slack)
+            share.low[cut], share.high[cut] = both.low, both.high
+        return share, value, normal
+
+    def is_wide(self) -> Bool[Array, " K"]:
+        """See ``Cones.is_wide``; a fan holds points beside its apex."""
+        wide: Array = (self.half_thickness > 0) | (self.dome & (self.half_angle > _WIDE))
+        return wide
+
+    def around(self) -> Cones:
+        """Return circumscribed cones of all parts that are not wide."""
+        plain = super().around()
+        xp = namespace(self.half_angle)
+        return Cones(plain.apex, plain.axis, xp.minimum(plain.half_angle, _WIDE), plain.range_m)
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """See ``Cones.corners_across``; a dome's and a fan's are points of their rims, at
+        ``length`` from the apex."""
+        half, thick = float(self.half_angle[k]), float(self.half_thickness[k])
+        if not self.dome[k] and not thick > 0:
+            return super().corners_across(k, length)
+        axis, up = np.asarray(self.axis[k]), np.asarray(self.up[k])
+        side = cross(up, axis)
+        if thick > 0:
+            turn = np.linspace(-half, half, _ARC)[:, None]
+            arc = length * (np.cos(turn) * axis + np.sin(turn) * side - axis)
+            rim: np.ndarray = np.concatenate([arc + thick * up, (arc - thick * up)[::-1]])
+            return rim
+        turn = np.linspace(0, 2 * np.pi, _ARC)[:-1, None]
+        circle = np.cos(half) * axis + np.sin(half) * (np.cos(turn) * side + np.sin(turn) * up)
+        ring: np.ndarray = length * (circle - axis)
+        return ring
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """See ``Cones.within``."""
+        for which, shape in self._by_shape(np.arange(len(self)))[2:]:
+            if which[k]:
+                point: np.ndarray = shape.within(k, unit)
+                return point
+        begin = (self.near[k] / self.range_m[k]) ** 3
+        deep = np.column_stack([begin + (1 - begin) * unit[:, 0], unit[:, 1:]])
+        return super().within(k, deep)
 
 
 def beam(

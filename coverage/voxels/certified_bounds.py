@@ -21,6 +21,7 @@ from ..arrays import rows
 from ..processors import processors
 from ..solids.base import LOGIC, Solid, fold, leaves
 from ..solids.volume_fraction import VolumeFraction
+from ..weight_field import WeightField
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, verdicts
 from .octree_cells import Cells, first_cells
@@ -35,6 +36,7 @@ _PAIRS = 1 << 17
 _SHARES = (4, 64)
 _SHARE = 1 << 18  # cells of a pass for which another share pays off
 _WORTH = 2000  # a cell this many times the threshold is split without computing its shares
+_KNOWN = 1e-6  # width of the bounds of a cell's mean weight, below which it counts as known
 # of its box: a target of at most this volume, no part of which is certain, counts as empty
 _EMPTY = 0.05
 
@@ -65,6 +67,8 @@ class _Pass:
     """Rounding error of implicit functions, m."""
     stop: threading.Event
     """Stops the pass when set."""
+    weights: WeightField | None = None
+    """How much each place matters, relative to the largest weight; None: all the same."""
 
     def run(self, start: Cells) -> VolumeTally:
         """Settle all cells below the cells ``start``."""
@@ -92,17 +96,23 @@ class _Pass:
         v, pairs_v = verdicts(self.seen, points, cells.pairs[unions:], reach)
         t = np.where(cells.mark & _IN_TARGET, -1, t)
         v = np.where(cells.mark & _SEEN, -1, v)
-        one = np.ones(np.count_nonzero((t < 0) & (v != 0)))
-        seen = (v[(t < 0) & (v != 0)] < 0) * one
+        done, side = (t < 0) & (v != 0), self.unit * (1 << cells.level)
+        if self.weights is None:
+            mean = VolumeFraction(np.ones(done.sum()), np.ones(done.sum()))
+        else:
+            weight = self.weights.in_cubes(points, side, self.slack).mean
+            done &= (weight.high - weight.low < _KNOWN) | (cells.level == 0)
+            mean = weight.only(done)
+        seen = v[done] < 0
         tally.add(
-            VolumeFraction(seen, seen),
-            VolumeFraction(one - seen, one - seen),
-            (self.unit * (1 << cells.level)) ** 3,
+            VolumeFraction(seen * mean.low, seen * mean.high),
+            VolumeFraction(~seen * mean.low, ~seen * mean.high),
+            side**3,
             cells.level,
         )
         mark = (np.where(t < 0, _IN_TARGET, 0) | np.where(v < 0, _SEEN, 0)).astype(np.int8)
         pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
-        return cells.left(pairs, mark).only((t == 0) | ((t < 0) & (v == 0)))
+        return cells.left(pairs, mark).only((t <= 0) & ~done)
 
     def _settle(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
         """Settle the cells whose shares are known well enough; return the cells to be split."""
@@ -116,6 +126,9 @@ class _Pass:
         )
         v = self._shares(self.seen, points, cells.pairs[unions:], side, (cells.mark & _SEEN) > 0)
         covered, uncovered = t & v, t & -v
+        if self.weights is not None:
+            weight = self.weights.in_cubes(points, side, self.slack)
+            covered, uncovered = weight.of(covered), weight.of(uncovered)
         open_ = (1 - self.zeta) * (covered.high - covered.low) + self.zeta * (
             uncovered.high - uncovered.low
         )
@@ -185,6 +198,7 @@ def bracket(
     width: float = 0.0,
     voxel: float | None = None,
     tell: Callable[[Bracket], None] = lambda bracket: None,
+    weights: WeightField | None = None,
 ) -> Bracket:
     """Return guaranteed bounds of the share of ``target`` that lies in ``seen``.
 
@@ -195,6 +209,8 @@ def bracket(
         voxel: side below which no cell is split, m; None: a millionth of the scene.
         tell: called with the interval after each pass. Ctrl-C ends the work with the last interval,
             with ``reached`` False.
+        weights: how much each place matters; volumes then count by the mean weight in them,
+            relative to the largest one. None: all the same.
 
     Raises:
         ValueError: if the target is empty, or neither width nor voxel bounds the work.
@@ -203,16 +219,19 @@ def bracket(
         raise ValueError("a guaranteed interval needs a width or a voxel side: set one of them")
     keep_freed_memory()
     box = target.bounds()
+    if weights is not None and (support := weights.support()) is not None:
+        low = np.maximum(box[0], support[0])
+        box = np.stack([low, np.maximum(np.minimum(box[1], support[1]), low)])
     size = float(np.ptp(box, axis=0).max())
-    if not size > 0:
+    volume = float(np.prod(np.ptp(box, axis=0)))
+    if not volume > 0:
         raise ValueError("the target is empty: its box has no volume")
     furthest = float(np.abs(box).max())  # the lattice extends 2^19 units from the origin
     unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
-    volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0
-    work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event())
+    work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event(), weights)
     interval: Bracket | None = None
     for passes in itertools.count(1):
         try:

@@ -40,6 +40,9 @@ class CoverageCounts:
     alone_group: Int[np.ndarray, " G"]
     """Voxels in cones of each group and of no other."""
 
+    def __mul__(self, weight: int) -> "CoverageCounts":
+        return CoverageCounts(*(weight * counts for counts in vars(self).values()))
+
     def __add__(self, other: "CoverageCounts") -> "CoverageCounts":
         return CoverageCounts(
             *(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True))

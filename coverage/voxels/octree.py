@@ -305,6 +305,7 @@ def count_each(
     rule: Rule,
     sets: Sequence[VoxelSet],
     memory: float | None = None,
+    region: Region | None = None,
 ) -> list[int]:
     """Return the number of voxels of Omega(solid) in each of the ``sets``, by one descent.
 
@@ -322,5 +323,5 @@ def count_each(
             total += [f.wanted(within, number) for number, within in enumerate(sets)]
         return total
 
-    parts = _each(solid, voxel, rule, sets, None, memory, totals)
+    parts = _each(solid, voxel, rule, sets, region, memory, totals)
     return [int(n) for n in sum(parts, np.zeros(len(sets), np.int64))]

@@ -13,12 +13,15 @@ import numpy as np
 from ..arrays import Array, Numbers, cross, dot, rows
 from ..solids.base import Parts
 from ..solids.capsules import Capsules
+from ..solids.closed_mesh import ClosedMesh
 from ..solids.cones import Cones
+from ..solids.cylinders import Cylinders
+from ..solids.domes import Domes
 from ..solids.pyramids import Pyramids
-from ..solids.sensor_beams import MixedBeams
+from ..solids.sensor_beams import MixedBeams, SpecialBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import Bitmask, BlockGrid, product, within
+from .voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, product, within
 
 
 @singledispatch
@@ -88,6 +91,43 @@ def _(parts: MixedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray)
 
 
 @words.register
+def _(parts: SpecialBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in mixed beams, each part by its shape, beyond the plane where it begins.
+
+    Domes are cones that end in a ball; fans leave all voxels undecided.
+    """
+    sure, maybe = np.zeros((2, len(index)), np.uint64)
+
+    def fill(some: Any, shape: Parts) -> None:
+        mask = words(shape, grid, rows(points, some), index[some])
+        sure[some], maybe[some] = mask.sure, mask.maybe
+
+    parts.split(index, fill)
+    cut = np.flatnonzero(np.asarray(parts.near)[index] > 0)
+    if len(cut):
+        plane, axis = np.zeros((10, len(cut))), rows(parts.axis, index[cut])
+        plane[0] = dot(points[cut] - rows(parts.apex, index[cut]), axis) - parts.near[index[cut]]
+        plane[1:4] = axis.T
+        beyond = grid.words(plane)
+        sure[cut] &= beyond.sure
+        maybe[cut] &= beyond.maybe
+    return Bitmask(sure, maybe)
+
+
+@words.register
+def _(parts: Domes, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in domes: d^2 >= cos^2 a |v|^2, with d along the axis, d >= 0, and |v|^2 <=
+    range^2."""
+    axis, v = rows(parts.axis, index), points - rows(parts.apex, index)
+    d, none = dot(v, axis), np.zeros(len(index))
+    share = (np.cos(parts.half_angle) ** 2)[index]
+    ahead = np.zeros((10, len(index)))
+    ahead[0], ahead[1:4] = d, axis.T
+    inside = grid.words(product(d, axis, d, axis) + within(none, v, share)) & grid.words(ahead)
+    return inside & grid.words(within(parts.range_m[index], v))
+
+
+@words.register
 def _(parts: Spheres, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return voxels in balls: |v|^2 <= radius^2."""
     return grid.words(within(parts.radius[index], points - rows(parts.centre, index)))
@@ -98,6 +138,25 @@ def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
     """Return voxels in capsules: in the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
+
+
+@words.register
+def _(parts: Cylinders, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in cylinders: |v|^2 - t^2 <= radius^2 and (half - t) (half + t) >= 0, with t
+    along the axis.
+    """
+    axis, v = rows(parts.axis, index), points - rows(parts.centre, index)
+    half, t = parts.half[index], dot(v, axis)
+    round_ = product(t, axis, t, axis) + within(parts.radius[index], v)
+    return grid.words(round_) & grid.words(product(half - t, -axis, half + t, axis))
+
+
+@words.register
+def _(parts: ClosedMesh, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+    """Return voxels in a closed mesh, whose centres are tested one by one."""
+    centres = points[:, None] + (CORNER - 1.5) * grid.voxel
+    word = packed(parts.holds(centres.reshape(-1, 3)).reshape(-1, VOXELS))
+    return Bitmask(word, word.copy())
 
 
 def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:

@@ -187,6 +187,14 @@ class VoxelSet:
         return centre(decode(np.repeat(self.start, length) + within), 0, self.voxel)
 
 
+def runs_of(
+    key: Int[np.ndarray, " N"],
+) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
+    """Return the first key and length of each run of consecutive keys, given in ascending order."""
+    first = np.flatnonzero(np.diff(key, prepend=-2) != 1)
+    return key[first], np.diff(first, append=len(key))
+
+
 def runs(
     key: Int[np.ndarray, " N"], word: UInt64[np.ndarray, " N"]
 ) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:

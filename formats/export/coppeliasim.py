@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.robots.robot import BASE
 from ...coverage.sensors.sensor import Sensor
 from ..robots.urdf_matching import plain_names
 from ..sensors.sensor_poses import place, quaternion
@@ -51,17 +52,23 @@ end
 
 def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     """Return ``sensors.lua``. A cone there ends in a spherical cap at the range, not in a flat
-    base; a pyramid ends flat."""
-    names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
+    base; a pyramid ends flat. Planar scanners are left out, with a comment."""
+    used = sorted({placed.on_link(s)[0] for s in placed.sensors})
+    links = [placed.carrier(BASE), *placed.links]
+    names = dict(enumerate(plain_names(links), start=BASE))
     text = _HEAD.format(robot=placed.robot_name)
     for j in used:
-        text += f"    {{'{names[j]}', {_pose(placed.T_base_frame[j])}}},\n"
+        T = placed.T_base_root if j == BASE else placed.T_base_frame[j]
+        text += f"    {{'{names[j]}', {_pose(T)}}},\n"
     text += (
         "}\n\n-- Name, link, kind, sizes, pose {x, y, z, qx, qy, qz, qw} in the link.\nlocal"
         " sensors = {\n"
     )
     for s in placed.sensors:
         joint, T = placed.on_link(s)
+        if s.unit.shape == "fan":
+            text += f"    -- {s.name}: a planar scanner has no proximity sensor of its shape here\n"
+            continue
         kind = "PYRAMID" if s.unit.square else "CONE"
         text += (
             f"    {{'{s.name}', '{names[joint]}', {kind}, {_table(_sizes(s.unit))}, {_pose(T)}}},\n"

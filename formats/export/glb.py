@@ -4,12 +4,11 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from jaxtyping import Float
 from trimesh.visual.material import PBRMaterial
 
+from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import BASE
-from ...coverage.soft.sampling import sample
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
@@ -48,20 +47,23 @@ def glb(placed: PlacedSetup) -> dict[str, bytes]:
     unit = trimesh.creation.cylinder(_UNIT[0], _UNIT[1], sections=16)
     unit.visual = trimesh.visual.TextureVisuals(material=_material(_SENSOR))
     for s in placed.sensors:
-        T = placed.T_base_frame[s.frame] @ s.T_frame_sensor
+        T = placed.at_pose(s.frame) @ s.T_frame_sensor
         scene.add_geometry(
             unit, node_name=s.name, geom_name="sensor", parent_node_name=BASE_LINK, transform=T
         )
-    cones = sensor_cones(placed.scene.robot, placed.setup, placed.scene.poses[placed.pose].q)
-    for i in range(len(placed.setup.rings)):
+    whole = placed.scene.with_cell(placed.setup)
+    cones = sensor_cones(placed.scene.robot, whole, placed.scene.poses[placed.pose].q)
+    for i, group in enumerate(whole.groups):
         colour = _RINGS[i % len(_RINGS)]
-        _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
-        if placed.scene.real:
+        ring = isinstance(group, Ring)
+        if ring:
+            _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
+        if ring and placed.scene.real:
             _add(scene, f"ring_{i}_envelope", _envelope(placed, i), (*colour, _CLEAR))
-        some = np.flatnonzero(placed.setup.ring_of_sensor == i)
+        some = np.flatnonzero(whole.ring_of_sensor == i)
         _add(
             scene,
-            f"ring_{i}_sees",
+            f"{'ring' if ring else 'sensor'}_{i}_sees",
             trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()]),
             (*colour, _CLEAR),
         )
@@ -90,18 +92,14 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     """Return meshes at the pose: those of the user's URDF if there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = (
-            Meshes(placed.urdf.path, placed.packages),
+            Meshes(placed.urdf.path, placed.packages, placed.package, placed.urdf.addresses),
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
         parts = []
         for carried, name in zip(picked.carried, names, strict=True):
             triangles = meshes.surface(carried, "visual")
-            T = (
-                placed.T_base_frame[carried.frame]
-                if carried.frame != BASE
-                else _base(placed, picked.chain.origin[0])
-            )
+            T = placed.T_base_frame[carried.frame] if carried.frame != BASE else placed.T_base_root
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
                 parts.append((f"body_{name}", mesh.apply_transform(T)))
@@ -111,13 +109,6 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     names = plain_names(b.name for b in placed.scene.robot.bodies)
     ends = zip(names, placed.bodies.start, placed.bodies.end, placed.bodies.radius, strict=True)
     return [(f"body_{name}", _capsule(a, b, float(radius))) for name, a, b, radius in ends]
-
-
-def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
-    """Return T_base_link of the link that holds the first joint, which a URDF may place elsewhere
-    than the scene's base."""
-    T_base_link: np.ndarray = placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
-    return T_base_link
 
 
 def _capsule(start: Any, end: Any, radius: float) -> Any:
@@ -172,7 +163,7 @@ def _add_points(scene: Any, placed: PlacedSetup) -> None:
     """Add points of each target: covered points in one colour, uncovered points in another."""
     q = placed.scene.poses[placed.pose].q
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):
-        points = sample(placed.scene.solid(goal.target, placed.pose), placed.points, 0)
+        points = placed.scene.sample(goal.target, placed.pose, placed.points, 0)
         seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
         for name, some, colour in (("seen", seen, _SEEN), ("unseen", ~seen, _UNSEEN)):
             if some.any():

@@ -1,6 +1,7 @@
 """Input of every export: a setup on its robot at one pose of a scene."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import CoreScene
 from ..robots.urdf import Urdf
@@ -35,13 +37,16 @@ class PlacedSetup:
     """The user's URDF, if the robot comes from one."""
     packages: tuple[Path, ...] = ()
     """Folders that may hold its meshes."""
+    package: Mapping[str, Path] = field(default_factory=dict)
+    """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
 
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:
-        """Frames of all sensors, ring by ring, in the frames of their links."""
-        return sensor_frames(self.scene.robot, self.setup)
+        """Frames of all sensors in the frames of their links: of the rings, the single ones, and
+        those of the cell."""
+        return sensor_frames(self.scene.robot, self.scene.with_cell(self.setup))
 
     @cached_property
     def T_base_frame(self) -> Float[np.ndarray, "F 4 4"]:
@@ -56,9 +61,11 @@ class PlacedSetup:
         )
 
     def on_link(self, sensor: SensorFrame) -> tuple[int, Float[np.ndarray, "4 4"]]:
-        """Return the joint whose link carries the sensor (the last one for the TCP frame), and
-        T_link_sensor (4, 4)."""
+        """Return the joint whose link carries the sensor (the last one for the TCP frame, ``BASE``
+        for the base), and T_link_sensor (4, 4)."""
         chain = self.scene.robot.chain
+        if sensor.frame == BASE:
+            return BASE, np.linalg.inv(self.T_base_root) @ sensor.T_frame_sensor
         if sensor.frame < len(chain):
             return sensor.frame, sensor.T_frame_sensor
         return len(chain) - 1, chain.origin[-1] @ sensor.T_frame_sensor
@@ -75,6 +82,33 @@ class PlacedSetup:
             if self.urdf is None
             else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
         )
+
+    def carrier(self, joint: int) -> str:
+        """Return the name of the link that a joint moves or, for ``BASE``, of the base's link.
+
+        Raises:
+            UserError: if the user's URDF describes another robot.
+        """
+        if joint != BASE:
+            return self.links[joint]
+        if self.urdf is None:
+            return BASE_LINK
+        return moved_links(find_robot(self.urdf, self.scene.robot))[0]
+
+    @cached_property
+    def T_base_root(self) -> Float[np.ndarray, "4 4"]:
+        """Frame (4, 4) m of the link that holds the first joint, which a user's URDF may place
+        elsewhere than the scene's base."""
+        if self.urdf is None:
+            return np.eye(4)
+        origin = find_robot(self.urdf, self.scene.robot).chain.origin[0]
+        T: np.ndarray = self.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+        return T
+
+    def at_pose(self, frame: int) -> Float[np.ndarray, "4 4"]:
+        """Return a frame (4, 4) of the robot at the pose, or the base frame for ``BASE``."""
+        T: np.ndarray = np.eye(4) if frame == BASE else self.T_base_frame[frame]
+        return T
 
     @property
     def joint_names(self) -> tuple[str, ...]:

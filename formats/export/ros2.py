@@ -34,8 +34,7 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
     Raises:
         UserError: if the user's URDF lacks the robot's chain, or a link's name is invalid in ROS.
     """
-    links = placed.links
-    for link in {links[placed.on_link(s)[0]] for s in placed.sensors}:
+    for link in {placed.carrier(placed.on_link(s)[0]) for s in placed.sensors}:
         if placed.urdf is not None and not ROS_NAME.fullmatch(link):
             allowed = "a name of letters, digits and _ . / - as in ROS"
             raise UserError(f"{placed.urdf.path}: link: found {shown(link)}, allowed: {allowed}")
@@ -44,11 +43,10 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
         joint, T = placed.on_link(s)
         T = looking_along(T, "x")
         xyz, xyzw = place(T), quaternion(T)
-        data += (
-            f"- parent: '{links[joint]}'\n  child: {s.name}\n  xyz: {_listed(xyz)}\n  xyzw:"
-            f" {_listed(xyzw)}\n"
-        )
-        launch += _NODE.format(parent=links[joint], child=s.name)
+        parent = placed.carrier(joint)
+        data += f"- parent: '{parent}'\n  child: {s.name}\n"
+        data += f"  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
+        launch += _NODE.format(parent=parent, child=s.name)
         for key, value in (
             *zip(_keys("translation", "xyz"), xyz, strict=True),
             *zip(_keys("rotation", "xyzw"), xyzw, strict=True),

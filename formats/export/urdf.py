@@ -10,7 +10,8 @@ from jaxtyping import Float
 from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ..errors import UserError, shown
-from ..robots.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
+from ..robots.urdf import LARGEST, Urdf
+from ..robots.xml_text import bounded_bytes, plain_xml
 from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import SensorFrame, looking_along
 from .markup import document, origin, words
@@ -41,7 +42,7 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
-        _fixed(root, _joint(s), placed.links[joint], s.name, looking_along(T, "x"))
+        _fixed(root, _joint(s), placed.carrier(joint), s.name, looking_along(T, "x"))
     return {"robot.urdf": document(root)}
 
 
@@ -61,9 +62,7 @@ def _fixed(
 
 def _own(urdf: Urdf, folder: Path) -> ET.Element:
     """Return the user's file, with relative mesh names adapted to ``folder``."""
-    data = bounded_bytes(urdf.path, LARGEST)
-    plain_xml(data, str(urdf.path))
-    root = ET.fromstring(data, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+    root = plain_xml(bounded_bytes(urdf.path, LARGEST), str(urdf.path), comments=True)
     for element in root.iter():
         name = element.get("filename")
         if (

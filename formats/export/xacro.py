@@ -3,6 +3,7 @@ rings."""
 
 import xml.etree.ElementTree as ET
 
+from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from .markup import document, origin
@@ -20,11 +21,12 @@ def xacro(placed: PlacedSetup) -> dict[str, bytes]:
     Raises:
         UserError: if the user's URDF lacks the robot's chain.
     """
-    links = placed.links
     carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})
-    names = {j: f"link_of_{placed.joint_names[j]}" for j in carrying}
+    joints = {BASE: "base", **dict(enumerate(placed.joint_names))}
+    names = {j: f"link_of_{joints[j]}" for j in carrying}
+    links = {name: placed.carrier(j) for j, name in names.items()}
     params = [
-        f"{name}:={links[j]}" if ROS_NAME.fullmatch(links[j]) else name for j, name in names.items()
+        f"{name}:={link}" if ROS_NAME.fullmatch(link) else name for name, link in links.items()
     ]
     root = ET.Element("robot")
     macro = ET.SubElement(

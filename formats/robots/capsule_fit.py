@@ -55,16 +55,18 @@ def _volume(low: float, high: float, radius: float) -> float:
     return math.pi * radius**2 * (high - low + 4 / 3 * radius)
 
 
-def _start(
-    points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]
-) -> tuple[float, Float[np.ndarray, " 5"]]:
-    """Return volume and variables (lateral offset, lateral tilt, growth) of a capsule about
-    ``axis`` that contains the points."""
-    frame = across(axis)
-    xy = points @ frame.T
+def _starts(
+    points: Float[np.ndarray, "N 3"], axes: Sequence[Float[np.ndarray, " 3"]]
+) -> list[tuple[float, Float[np.ndarray, " 5"], Float[np.ndarray, " 3"]]]:
+    """Return capsules about each axis that contain the points: volume, variables (lateral offset,
+    lateral tilt, growth) and axis."""
+    xy = points @ np.stack([across(axis).T for axis in axes])  # (A, N, 2)
     centre = circle_centre(xy)
-    away = np.linalg.norm(xy - centre, axis=1)
-    return _volume(*_on_line(points @ axis, away)), np.array([*centre, 0.0, 0.0, 0.0])
+    away = np.linalg.norm(xy - centre[:, None], axis=-1)
+    return [
+        (_volume(*_on_line(points @ axis, off)), np.array([*c, 0.0, 0.0, 0.0]), axis)
+        for axis, off, c in zip(axes, away, centre, strict=True)
+    ]
 
 
 def _axes(points: Float[np.ndarray, "N 3"]) -> list[Float[np.ndarray, " 3"]]:
@@ -95,7 +97,7 @@ def enclosing(
     seen = corners - origin
     scale = max(float(np.linalg.norm(seen, axis=1).max()), 1e-9)
     seen = seen / scale
-    begun = [(*_start(seen, axis), axis) for axis in [*axes, *_axes(seen)]]
+    begun = _starts(seen, [*axes, *_axes(seen)])
 
     def line(
         x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
@@ -185,7 +187,7 @@ def fit_capsules(
             candidates.append(axis)
     best: list[Float[np.ndarray, "N 3"]] = [_corners(points)]
     least = enclosing(best[0], candidates).volume
-    for axis in candidates[:_AXES]:
+    for axis in candidates[:_AXES] if most > 1 else ():
         if float(np.ptp(triangles @ axis)) < 1e-6:
             continue
         for value, parts in _cut_best(triangles, axis, candidates, most, slabs):
@@ -204,9 +206,11 @@ def _cut_best(
     """Return, for 2 to ``most`` capsules, the least sum of volumes, m^3, of cuts across ``axis``,
     and the corners of the surface's parts."""
     cells = _cells(triangles, axis, slabs)
-    parts, cost = {}, {}
+    parts: dict[tuple[int, int], Float[np.ndarray, "N 3"]] = {}
+    cost: dict[tuple[int, int], float] = {}
     for i, j in itertools.combinations(range(slabs + 1), 2):
-        part = np.concatenate(cells[i:j])
+        # the corners of the whole are corners of its parts
+        part = np.concatenate([parts[i, j - 1], cells[j - 1]]) if j > i + 1 else cells[i]
         parts[i, j] = _corners(part) if len(part) else part
         cost[i, j] = enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
     path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}

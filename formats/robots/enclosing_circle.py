@@ -13,11 +13,12 @@ def across(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "2 3"]:
     return np.stack([u, np.cross(axis, u)])
 
 
-def circle_centre(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, " 2"]:
-    """Return the approximate centre (2,) m of the smallest circle around points (N, 2) m, by steps
-    towards the farthest point (Bădoiu and Clarkson, 2003)."""
-    centre: np.ndarray = (xy.min(axis=0) + xy.max(axis=0)) / 2
+def circle_centre(xy: Float[np.ndarray, "*batch N 2"]) -> Float[np.ndarray, "*batch 2"]:
+    """Return the approximate centres (..., 2) m of the smallest circles around sets of points
+    (..., N, 2) m, by steps towards the farthest point (Bădoiu and Clarkson, 2003)."""
+    centre: np.ndarray = (xy.min(axis=-2) + xy.max(axis=-2)) / 2
     for i in range(1, _STEPS):
-        far = xy[np.argmax(((xy - centre) ** 2).sum(axis=1))]
+        farthest = ((xy - centre[..., None, :]) ** 2).sum(axis=-1).argmax(axis=-1)
+        far = np.take_along_axis(xy, farthest[..., None, None], axis=-2)[..., 0, :]
         centre = centre + (far - centre) / (2 * i + 2)
     return centre

@@ -1,90 +1,54 @@
 """Surfaces of a URDF's links as triangles: meshes from permitted folders, and primitive shapes."""
 
 import io
-from collections.abc import Sequence
-from pathlib import Path, PurePosixPath
+import logging
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from jaxtyping import Float
 
 from ...coverage.choices import Surface
-from ..errors import UserError, shown
-from .urdf import UrdfShape, bounded_bytes, plain_xml
+from ..errors import shown
+from .packages import Packages
+from .urdf import UrdfShape
 from .urdf_chain import Carried
+from .xml_text import bounded_bytes, plain_xml
 
 FORMATS = (".stl", ".dae", ".obj")
 LARGEST = 128 * 2**20  # bytes, largest mesh file
 MOST_TRIANGLES = 3_000_000
+_HEADER = 84  # bytes of a binary STL before its triangles
 FAR = 20.0  # m, largest distance of a shape from its link's frame
+
+# trimesh reports textures that it cannot open; none is wanted
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 class Meshes:
-    """Reader of the meshes of one URDF.
-
-    A file is read only if it lies, with symbolic links resolved, in one of the ``packages`` or in
-    the URDF's folder.
+    """Reader of the meshes of one URDF, in the folders that ``Packages`` permits.
 
     Args:
         path: the URDF.
         packages: folders, chosen by the user, that are packages or hold packages.
+        named: folders of packages by the packages' names.
+        addresses: all names of meshes in the URDF.
     """
 
-    def __init__(self, path: Path, packages: Sequence[Path] = ()) -> None:
-        self.path = path
-        for folder in packages:
-            if not folder.is_dir():
-                raise UserError(f"--packages: found {shown(str(folder))}, allowed: a folder")
-        self.folders = [path.resolve().parent, *(folder.resolve() for folder in packages)]
+    def __init__(
+        self,
+        path: Path,
+        packages: Sequence[Path] = (),
+        named: Mapping[str, Path] | None = None,
+        addresses: Sequence[str] = (),
+    ) -> None:
+        self.path, self.packages = path, Packages(path, packages, named, addresses)
+        self.find, self._fail = self.packages.find, self.packages.fail
         self._read: dict[Path, Float[np.ndarray, "T 3 3"]] = {}
-
-    def _fail(self, link: str, found: str, allowed: str) -> UserError:
-        return UserError(
-            f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}"
-        )
-
-    def find(self, name: str, link: str) -> Path:
-        """Return the file of a mesh name.
-
-        Raises:
-            UserError: if it does not exist, or lies outside the permitted folders.
-        """
-        scheme, colon, rest = name.partition("://")
-        given = ", ".join(f.name or "/" for f in self.folders)
-        if colon and scheme not in ("package", "file", "model"):
-            raise self._fail(link, name, "package://, file:// or a path")
-        text = unquote(rest) if colon else name
-        if "\0" in text:
-            raise self._fail(link, name, "a file's name")
-        wanted = PurePosixPath(text.replace("\\", "/"))
-        options: list[Path] = []
-        if colon and scheme in ("package", "model"):
-            package, *inside = wanted.parts or ("",)
-            for folder in self.folders:
-                options.append(folder / wanted)
-                options += [
-                    up.joinpath(*inside) for up in (folder, *folder.parents) if up.name == package
-                ]
-        else:
-            options += (
-                [Path(wanted)]
-                if wanted.is_absolute()
-                else [folder / wanted for folder in self.folders]
-            )
-        outside = False
-        for option in options:
-            try:
-                real = option.resolve()
-                there = real.is_file()
-            except (OSError, ValueError, RuntimeError):
-                continue
-            if there and any(real.is_relative_to(folder) for folder in self.folders):
-                return real
-            outside |= there or not any(real.is_relative_to(folder) for folder in self.folders)
-        where = f"a file in {given}" + ", or in a folder given by --packages"
-        raise self._fail(link, name, where if not outside else where + "; this one is outside")
 
     def _triangles(self, file: Path, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
         if file in self._read:
@@ -95,14 +59,18 @@ class Meshes:
                 link, name, f"a mesh of the format {', '.join(f[1:] for f in FORMATS)}"
             )
         data = bounded_bytes(file, LARGEST, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
+        if kind == ".stl" and len(data) == _HEADER and not any(data[-4:]):
+            return np.zeros((0, 3, 3))  # a binary file of no triangles
+        unit = 1.0
         if kind == ".dae":
-            plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
+            root = plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
+            unit = self._metres(root, name, link)
         try:
             # Without a resolver, trimesh opens no other file (material, texture).
             mesh: Any = trimesh.load(
                 io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh"
             )
-            triangles = np.array(mesh.triangles, np.float64).reshape(-1, 3, 3)
+            triangles = unit * np.array(mesh.triangles, np.float64).reshape(-1, 3, 3)
         except Exception as error:  # whatever a parser of a broken file raises
             raise self._fail(
                 link, name, f"a mesh that can be read ({type(error).__name__})"
@@ -115,6 +83,20 @@ class Meshes:
             )
         self._read[file] = triangles
         return triangles
+
+    def _metres(self, root: ET.Element, name: str, link: str) -> float:
+        """Return the unit of a COLLADA file, m."""
+        unit = root.find("asset/unit")
+        text = "1" if unit is None else unit.get("meter", "1")
+        try:
+            metres = float(text)
+        except ValueError:
+            metres = math.nan
+        if not 0 < metres < math.inf:
+            raise self._fail(
+                link, name, f"a unit of some metres (its unit has meter={shown(text)})"
+            )
+        return metres
 
     def shape(self, shape: UrdfShape, link: str) -> Float[np.ndarray, "T 3 3"]:
         """Return triangles (T, 3, 3) m of a shape in its link's frame; a round shape is enclosed in
@@ -141,7 +123,7 @@ class Meshes:
         T = shape.T_link_shape
         with np.errstate(over="ignore", invalid="ignore"):
             placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
-        far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max())
+        far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max(initial=0.0))
         if far > FAR:
             where = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
@@ -163,6 +145,8 @@ class Meshes:
         triangles = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
         points: np.ndarray = triangles @ R.T + origin
+        if not len(points):  # meshes of no triangles only
+            return points
         if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from ..errors import UserError, shown
-from .urdf import LARGEST, bounded_bytes, plain_xml
+from .urdf import LARGEST
+from .xml_text import bounded_bytes, plain_xml
 
 MAIN = "main"  # name of the outermost default class
 ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")

@@ -62,12 +62,43 @@ class Sections:
     ) -> Float[np.ndarray, " S"]:
         """Return the largest distance (S,) m of each section's points from the line through
         ``through`` (3,) m along ``axis`` (3,)."""
-        v = self.points - through
-        away = np.sqrt(np.maximum((v * v).sum(axis=1) - (v @ axis) ** 2, 0.0))
-        largest = np.full(len(self.level), np.inf)
+        distance: np.ndarray = self.envelopes(through[None], axis)[0]
+        return distance
+
+    def envelopes(
+        self, through: Float[np.ndarray, "L 3"], axis: Float[np.ndarray, " 3"]
+    ) -> Float[np.ndarray, "L S"]:
+        """Return the same (L, S) m for the lines through each of ``through`` (L, 3) m."""
+        largest = np.full((len(through), len(self.level)), np.inf)
         which, first = np.unique(self.station, return_index=True)
-        largest[which] = np.maximum.reduceat(away, first)
+        if not len(which):
+            return largest
+        frame = across(axis)
+        xy, lines = self.points @ frame.T, through @ frame.T  # (N, 2), (L, 2)
+        away = np.hypot(*np.moveaxis(xy[None] - lines[:, None], -1, 0))
+        largest[:, which] = np.maximum.reduceat(away, first, axis=1)
         return largest
+
+    def circles(
+        self, axis: Float[np.ndarray, " 3"]
+    ) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, " S"]]:
+        """Return the centres (S, 3) m and radii (S,) m of circles around the sections; centre 0 and
+        an infinite radius for empty sections."""
+        centre, radius = np.zeros((len(self.level), 3)), np.full(len(self.level), np.inf)
+        which, first, count = np.unique(self.station, return_index=True, return_counts=True)
+        if not len(which):
+            return centre, radius
+        # sections of fewer points repeat their first one
+        inside = np.arange(count.max()) < count[:, None]
+        points = self.points[
+            np.where(inside, first[:, None] + np.arange(count.max()), first[:, None])
+        ]
+        frame = across(axis)
+        xy = points @ frame.T
+        middle = circle_centre(xy)
+        centre[which] = middle @ frame + self.level[which, None] * axis
+        radius[which] = np.linalg.norm(points - centre[which][:, None], axis=-1).max(axis=1)
+        return centre, radius
 
     def widths(self, axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "S 32"]:
         """Return the widths (S, 32) m of each section in 32 directions across ``axis``; NaN for
@@ -120,20 +151,14 @@ def _along(
     """Return the best tube roughly along a direction, if any."""
     best: MountTube | None = None
     for _ in range(_ROUNDS):
-        frame = across(axis)
         if float(np.ptp(triangles @ axis)) < SHORTEST:
             break
         cut = cut_across(triangles, axis, stations)
-        centre, thick = np.zeros((stations, 3)), np.full(stations, np.inf)
-        for k in np.unique(cut.station):
-            p = cut.points[cut.station == k]
-            centre[k] = circle_centre(p @ frame.T) @ frame + cut.level[k] * axis
-            thick[k] = np.linalg.norm(p - centre[k], axis=1).max()
+        centre, thick = cut.circles(axis)
+        each = cut.envelopes(centre, axis)
         longest: tuple[float, int, int] | None = None
         for k in np.flatnonzero(np.isfinite(thick)):
-            like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (
-                thick * _THICKER >= thick[k]
-            )
+            like = (each[k] <= _THICKER * thick[k]) & (thick * _THICKER >= thick[k])
             a, b = _run(like, int(k))
             length = float(cut.level[b] - cut.level[a])
             long = length >= max(SHORTEST, _LONGER * float(thick[k]))

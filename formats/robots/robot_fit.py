@@ -26,6 +26,9 @@ _FLANGE = 0.03  # m, distance from the tip within which the surface belongs to t
 _POSES = 20_000  # random poses that estimate the reach and yield the default pose
 _SOURCES = ("mesh", "collision mesh", "primitive shape")  # of a surface, the best first
 _ROUND_MOST, _ROUND_LEAST = 0.9, 0.5  # shares of a stretch, for high and for medium confidence
+_SMALL = 0.2  # m, extent of a link beside the chain below which it gets a single capsule
+_SOURCE = 1000  # most characters of a robot's source
+_NAME = 90  # most characters of a link's name in those of its mount and bodies
 _ALIKE = 0.95  # cosine above which two directions count as equal
 
 
@@ -60,6 +63,8 @@ class RobotFit:
     """The robot."""
     links: tuple[FittedLink, ...]
     """Links with their capsules."""
+    notes: tuple[str, ...] = ()
+    """Choices of the reader that a user should know, a sentence each."""
 
 
 def _volume(triangles: Float[np.ndarray, "T 3 3"]) -> float:
@@ -185,6 +190,11 @@ def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
     )
 
 
+def _own_name(link: str) -> str:
+    """Return the name of a link's mount: the link's, unless the mount at the tip has it."""
+    return f"{link}_link" if link == TOOL else link
+
+
 def fit_robot(
     picked: Picked,
     meshes: Meshes,
@@ -193,7 +203,11 @@ def fit_robot(
     which: Surface = "collision",
     tell: Callable[[str], None] | None = None,
 ) -> RobotFit:
-    """Fit capsules to every link's surface, and find mount axes on its visual surface.
+    """Fit capsules to every link's surface, and find mount axes on the visual surfaces of the
+    chain's own links.
+
+    Links beside the chain (a gripper, a piston, another arm) are bodies only; small ones get one
+    capsule each.
 
     Args:
         picked: the chain.
@@ -211,13 +225,14 @@ def fit_robot(
     seen: dict[int, list[Float[np.ndarray, "T 3 3"]]] = {}
     sources: dict[int, str] = {}
     names: dict[int, str] = {}
-    for carried in picked.carried:
-        surface = meshes.surface(carried, which)
+    surfaces = [meshes.surface(carried, which) for carried in picked.carried]  # refused early
+    for carried, surface in zip(picked.carried, surfaces, strict=True):
         if not len(surface):
             continue
         if tell:
             tell(carried.link.name)
-        capsules = fit_capsules(surface, directions(chain, carried.frame), most)
+        small = carried.beside and float(np.ptp(surface.reshape(-1, 3), axis=0).max()) < _SMALL
+        capsules = fit_capsules(surface, directions(chain, carried.frame), 1 if small else most)
         links.append(
             FittedLink(
                 carried.link.name,
@@ -229,9 +244,11 @@ def fit_robot(
             )
         )
         for i, c in enumerate(capsules):
-            label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
+            label = carried.link.name[:_NAME] + (f"_{i}" if len(capsules) > 1 else "")
             bodies.append(Body(label, carried.frame, c))
-        names.setdefault(carried.frame, carried.link.name)
+        if carried.beside:
+            continue
+        names.setdefault(carried.frame, carried.link.name[:_NAME])
         visual, collision = carried.link.visual, carried.link.collision
         source = _source(visual or collision, bool(visual))
         sources[carried.frame] = max(sources.get(carried.frame, source), source, key=_SOURCES.index)
@@ -241,15 +258,27 @@ def fit_robot(
         for frame in sorted(set(seen) - {BASE})
         if frame >= chain.first_revolute  # a rail's carriage is the arm's base: it has no ring
         and (
-            mount := _mount(names[frame], chain, frame, np.concatenate(seen[frame]), sources[frame])
+            mount := _mount(
+                _own_name(names[frame]), chain, frame, np.concatenate(seen[frame]), sources[frame]
+            )
         )
         is not None
     ]
     mounts.append(_tool(chain, np.concatenate(seen.get(len(chain) - 1, [np.zeros((0, 3, 3))]))))
     reach, home = _rest(chain, picked.limits)
     source = f"{picked.urdf.path.name}, {picked.base} to {picked.tip}"
-    robot = Robot(name, chain, tuple(mounts), reach, tuple(bodies), picked.limits, home, source)
-    return RobotFit(robot, tuple(links))
+    robot = Robot(
+        name,
+        chain,
+        tuple(mounts),
+        reach,
+        tuple(bodies),
+        picked.limits,
+        home,
+        source[:_SOURCE],
+        picked.held,
+    )
+    return RobotFit(robot, tuple(links), (*picked.notes, *meshes.packages.notes))
 
 
 def _drawn(

@@ -1,24 +1,27 @@
 """Strict reader of URDF files: unsupported content is rejected, never ignored.
 
-Only the standard library's parser is used, and only after a document type is excluded, so that no
-entity is expanded. A ``UserError`` names file, element, the value found and the values allowed.
+A shape of size 0 and limits that do not limit are taken as a user of the arm means them, with one
+note of each kind a file. A ``UserError`` names file, element, the value found and what is allowed.
 """
 
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
-from xml.parsers import expat
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 from ...coverage.robots.kinematics import transform
 from ..errors import UserError, shown
+from .xml_text import bounded_bytes, plain_xml, some
 
 LARGEST = 16 * 2**20  # bytes, largest URDF
 MOST_LINKS = 2000
 _FAR = 1e3  # largest absolute value of a number in a file
+_TURN = 2 * math.pi + 1e-3  # rad, largest limit of a joint that does not turn without end
+_NAMED = 5  # most names in a note
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_KINDS = (*_MOVING, "fixed")
 _SIZES = {
@@ -75,11 +78,43 @@ class Joint:
     """Limits, rad (or m)."""
     mimic: str = ""
     """Name of the joint that it mimics, if any."""
+    multiplier: float = 1.0
+    """Value of a mimic joint per unit of the other joint's value."""
+    offset: float = 0.0
+    """Value of a mimic joint where the other's is 0, rad or m."""
 
     @property
     def moves(self) -> bool:
         """Whether the joint moves."""
         return self.kind != "fixed"
+
+    @property
+    def slides(self) -> bool:
+        """Whether its value is a length."""
+        return self.kind == "prismatic"
+
+    @property
+    def default(self) -> float:
+        """The value nearest to 0 within the limits, rad or m."""
+        return float(np.clip(0.0, *self.limits))
+
+    def T_parent_child(self, value: float) -> Float[np.ndarray, "4 4"]:
+        """Return the pose of the child link at a joint value, rad or m.
+
+        A planar or a floating joint stays at its origin.
+        """
+        moved = np.eye(4)
+        if self.kind == "prismatic":
+            moved = transform(value * self.axis)
+        if self.kind in ("revolute", "continuous"):
+            moved = rotation(self.axis, value)
+        T: np.ndarray = self.T_parent_joint @ moved
+        return T
+
+    def shown(self, value: float) -> str:
+        """Return a value as ``--hold`` takes it: in metres for a prismatic joint, else in
+        degrees."""
+        return f"{value if self.slides else math.degrees(value):.6g}"
 
 
 @dataclass(frozen=True)
@@ -97,57 +132,39 @@ class Urdf:
     notes: tuple[str, ...] = ()
     """What the reader dropped or took in another way than written, a sentence each."""
 
-
-def plain_xml(text: bytes, name: str) -> ET.Element:
-    """Return the root of an XML text without a document type, and thus without entities of its own.
-
-    Raises:
-        UserError: if the text is not XML or has a document type.
-    """
-    parser = expat.ParserCreate()
-
-    def refuse(*_: object) -> None:
-        raise UserError(
-            f"{name}: line {parser.CurrentLineNumber}: found a document type, allowed: XML"
-            " without one"
-        )
-
-    parser.StartDoctypeDeclHandler = refuse
-    parser.EntityDeclHandler = refuse
-    try:
-        parser.Parse(text, True)
-        return ET.fromstring(text)
-    except (expat.ExpatError, ET.ParseError, ValueError, LookupError) as error:
-        raise UserError(f"{name}: not XML: {error}") from error
-    except RecursionError as error:
-        raise UserError(f"{name}: not XML: nested too deeply") from error
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The names of all mesh files."""
+        shapes = (s for link in self.links.values() for s in (*link.collision, *link.visual))
+        return tuple(dict.fromkeys(shape.file for shape in shapes if shape.file))
 
 
-def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
-    """Return the content of a file of at most ``most`` bytes.
-
-    Raises:
-        UserError: if it cannot be read or is larger.
-    """
-    name = name or str(path)
-    try:
-        if path.exists() and not path.is_file():
-            raise UserError(f"{name}: not a regular file; give a file")
-        with path.open("rb") as file:
-            data = file.read(most + 1)
-    except (OSError, ValueError) as error:
-        raise UserError(
-            f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}"
-        ) from error
-    if len(data) > most:
-        limit = most // 2**20
-        raise UserError(f"{name}: found more than {limit} MB, allowed: at most {limit} MB")
-    return data
+def rotation(axis: Float[np.ndarray, " 3"], angle: float) -> Float[np.ndarray, "4 4"]:
+    """Return the rotation (4, 4) about a unit ``axis`` (3,) by ``angle``, rad."""
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_rotvec(angle * axis).as_matrix()
+    return T
 
 
 class _Reader:
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.empty: list[str] = []  # links with shapes of no size
+        self.absent: list[str] = []  # parents of joints, without an element
+        self.unlimited: list[str] = []  # joints whose limits do not limit
+
+    def notes(self) -> tuple[str, ...]:
+        """Return the notes, at most one of a kind."""
+        lines = (
+            (self.empty, "Dropped shapes of size 0 of"),
+            (self.absent, "The file has no element of these links, taken as links without shape:"),
+            (
+                self.unlimited,
+                "No limits, or limits beyond a turn, or in the wrong order: taken as"
+                " without limits:",
+            ),
+        )
+        return tuple(f"{text} {some(list(dict.fromkeys(of)), _NAMED)}." for of, text in lines if of)
 
     def fail(self, where: str, found: object, allowed: str) -> UserError:
         return UserError(f"{self.path}: {where}: found {shown(found)}, allowed: {allowed}")
@@ -180,11 +197,11 @@ class _Reader:
         )
         return transform(xyz, rpy)
 
-    def shape(self, element: ET.Element, where: str) -> UrdfShape:
+    def shape(self, element: ET.Element, where: str) -> UrdfShape | None:
         T, geometry = self.origin(element, where), element.find("geometry")
         kinds = [] if geometry is None else list(geometry)
         if len(kinds) != 1 or kinds[0].tag not in (*_SIZES, "mesh"):
-            tag = kinds[0].tag if kinds else None
+            tag = ", ".join(kind.tag for kind in kinds) or None
             raise self.fail(f"{where}: geometry", tag, f"one of {', '.join(_SIZES)}, mesh")
         one = kinds[0]
         if one.tag == "mesh":
@@ -202,19 +219,21 @@ class _Reader:
                 self.numbers(one.get(key), 1, f"{where}: {one.tag} {key}")[0]
                 for key in keys.split()
             )
-        if min(size) <= 0:
+        if min(size) < 0:
             raise self.fail(
-                f"{where}: {one.tag}", " ".join(f"{v:g}" for v in size), "sizes above 0"
+                f"{where}: {one.tag}", " ".join(f"{v:g}" for v in size), "sizes of at least 0"
             )
-        return UrdfShape(one.tag, T, size)
+        return UrdfShape(one.tag, T, size) if min(size) > 0 else None
 
     def link(self, element: ET.Element) -> UrdfLink:
         name = self.text(element, "name", "link")
         each = {
-            tag: tuple(self.shape(e, f"link {shown(name)}: {tag}") for e in element.findall(tag))
+            tag: [self.shape(e, f"link {shown(name)}: {tag}") for e in element.findall(tag)]
             for tag in ("collision", "visual")
         }
-        return UrdfLink(name, **each)
+        self.empty += [name] * any(None in shapes for shapes in each.values())
+        kept = {tag: tuple(s for s in shapes if s is not None) for tag, shapes in each.items()}
+        return UrdfLink(name, **kept)
 
     def joint(self, element: ET.Element) -> Joint:
         name = self.text(element, "name", "joint")
@@ -240,20 +259,34 @@ class _Reader:
                 raise self.fail(f"{where}: axis", text, "three numbers, not all 0")
             axis = axis / np.linalg.norm(axis)
         if kind in ("revolute", "prismatic"):
-            part = element.find("limit")
-            if part is None:
-                raise self.fail(f"{where}: limit", None, "lower and upper")
-            low, high = (
-                self.numbers(part.get(key, "0"), 1, f"{where}: limit {key}")[0]
-                for key in ("lower", "upper")
+            limits = self.limits(element.find("limit"), name, kind)
+        target, factors = "", (1.0, 0.0)
+        if mimic is not None:
+            target = self.text(mimic, "joint", f"{where}: mimic")
+            factors = (
+                self.numbers(mimic.get("multiplier", "1"), 1, f"{where}: mimic multiplier")[0],
+                self.numbers(mimic.get("offset", "0"), 1, f"{where}: mimic offset")[0],
             )
-            if low >= high:
-                raise self.fail(f"{where}: limit", f"{low:g} to {high:g}", "the lower value first")
-            limits = (low, high)
-        target = "" if mimic is None else self.text(mimic, "joint", f"{where}: mimic")
-        return Joint(
-            name, kind, ends[0], ends[1], self.origin(element, where), axis, limits, target
-        )
+        T = self.origin(element, where)
+        return Joint(name, kind, ends[0], ends[1], T, axis, limits, target, *factors)
+
+    def limits(self, part: ET.Element | None, name: str, kind: str) -> tuple[float, float]:
+        """Return the limits of a joint; infinite ones where the file's are missing, beyond a turn,
+        or not in order."""
+        each = [0.0, 0.0]
+        for i, key in enumerate(("lower", "upper")):
+            text = "0" if part is None else part.get(key, "0")
+            try:
+                each[i] = float(text)
+            except ValueError:
+                each[i] = math.nan
+            if math.isnan(each[i]):
+                raise self.fail(f"joint {shown(name)}: limit {key}", text, "a number")
+        most = _TURN if kind == "revolute" else _FAR
+        if each[0] < each[1] and -most <= each[0] and each[1] <= most:
+            return each[0], each[1]
+        self.unlimited.append(name)
+        return -math.inf, math.inf
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -284,11 +317,14 @@ def read_urdf(path: Path) -> Urdf:
     if not links or len(links) > MOST_LINKS:
         raise reader.fail("link", len(links), f"1 to {MOST_LINKS} links")
     for joint in joints.values():
-        for key, end in (("parent", joint.parent), ("child", joint.child)):
-            if end not in links:
-                raise reader.fail(f"joint {shown(joint.name)}: {key}", end, "a link of the file")
+        if joint.child not in links:
+            allowed = "a link of the file"
+            raise reader.fail(f"joint {shown(joint.name)}: child", joint.child, allowed)
+        if joint.parent not in links:
+            reader.absent.append(joint.parent)
         if joint.mimic and joint.mimic not in joints:
             raise reader.fail(
                 f"joint {shown(joint.name)}: mimic", joint.mimic, "a joint of the file"
             )
-    return Urdf(path, (root.get("name") or path.stem)[:100], links, joints)
+    links |= {name: UrdfLink(name) for name in reader.absent}
+    return Urdf(path, (root.get("name") or path.stem)[:100], links, joints, reader.notes())

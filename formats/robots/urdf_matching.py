@@ -28,6 +28,13 @@ def plain_names(names: Iterable[str], taken: Sequence[str] = ()) -> tuple[str, .
     return tuple(unique)
 
 
+def chain_between(urdf: Urdf, first: str, last: str, robot: Robot) -> Picked:
+    """Return the chain from the link that holds joint ``first`` to the link that joint ``last``
+    moves, with the joints held that ``robot`` holds."""
+    hold = {h.joint: h.value for h in robot.held if h.joint in urdf.joints}
+    return pick_chain(urdf, urdf.joints[first].parent, urdf.joints[last].child, hold)
+
+
 def find_robot(urdf: Urdf, robot: Robot) -> Picked:
     """Return the chain of ``robot`` in ``urdf``.
 
@@ -45,7 +52,7 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
             raise UserError(
                 f"{urdf.path}: joint: found none called {shown(name)}, allowed: {allowed}"
             )
-    picked = pick_chain(urdf, urdf.joints[names[0]].parent, urdf.joints[names[-1]].child)
+    picked = chain_between(urdf, names[0], names[-1], robot)
     if picked.chain.joints != tuple(names):
         listed = ", ".join(picked.chain.joints)
         raise UserError(

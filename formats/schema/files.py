@@ -9,6 +9,7 @@ MODELS = {
     "scene": ("scene_models", "SceneFile"),
     "robot": ("robot_models", "RobotFile"),
     "sensor": ("own_sensor_models", "OwnSensorFile"),
+    "target": ("target_models", "TargetModel"),
     "proposal": ("proposal_models", "ProposalFile"),
     "verify": ("result_models", "VerifyResult"),
     "robustness": ("robustness_models", "RobustnessResult"),

@@ -8,9 +8,10 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
+from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
 from .price_models import PriceModel
 from .result_models import VerifyResult
-from .ring_models import RingModel, ring_models
+from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import robot_of
 from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
@@ -54,7 +55,10 @@ class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
     produced it."""
 
-    rings: list[RingModel] = Field(min_length=1, max_length=1000, description="rings of the setup")
+    rings: list[RingModel] = Field(default=[], max_length=1000, description="rings of the setup")
+    sensors: list[MountedSensorModel] = Field(
+        default=[], max_length=1000, description="single sensors of the setup"
+    )
     scene: SceneModel = Field(default=SceneModel(), description="scene of the setup")
     zeta: list[VerifyResult] = Field(default=[], description="verified coverage of each target")
     found: FoundModel | None = Field(default=None, description="search that produced the setup")
@@ -63,7 +67,17 @@ class ProposalFile(VersionedFile):
     def of(cls, setup: Setup, scene: CoreScene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with further keys in ``more``."""
         rings = ring_models(setup, scene.sensor)
-        return cls(rings=rings, scene=SceneModel.from_domain(scene), **more)
+        singles = single_models(setup.singles, scene.sensor)
+        return cls(rings=rings, sensors=singles, scene=SceneModel.from_domain(scene), **more)
+
+    def setup(self, scene: CoreScene) -> Setup:
+        """Return the setup; rings and sensors without a sensor or radius take those of ``scene``.
+
+        Raises:
+            ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
+        """
+        rings = setup_of(self.rings, scene.sensor, scene.ring_radius).rings
+        return Setup(rings, singles_of(self.sensors, scene.sensor))
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
@@ -73,6 +87,9 @@ class ProposalFile(VersionedFile):
             for i, ring in enumerate(self.rings)
             if ring.link not in robot.links
         )
+        refuse(single_faults(self.sensors, robot, self.scene.sensor, "sensors"))
+        if not self.rings and not self.sensors:
+            refuse([(("rings",), None, "one ring or single sensor, or more")])
         return self
 
 

@@ -154,6 +154,13 @@ class VerifyResult(MappedModel[Verified]):
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
     )
+    by_part_percent: dict[str, Percent] = Field(
+        default={},
+        description=(
+            "coverage by the rings, the single sensors and the sensors of the cell alone, percent,"
+            " where there are several of these"
+        ),
+    )
     unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
@@ -170,12 +177,13 @@ class VerifyResult(MappedModel[Verified]):
         distances of V_P.
         """
         poses, target = () if scene is None else scene.poses, verified.target
+        name_of, radius = target.key
         worst = verified.worst
         return cls.from_domain(
             verified,
             setup=name,
-            target=target.name,
-            radius=target.radius,
+            target=name_of,
+            radius=radius,
             proof=ProofModel.of(verified),
             occlusion="ignore" if scene is None else scene.occlusion,
             separation=None if scene is None else SeparationModel.of(scene, target),

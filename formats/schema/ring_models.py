@@ -1,7 +1,7 @@
 """Models of rings, and of the rows in a list of their sensors."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -92,3 +92,15 @@ class SquareConeRow(ConeRow):
     up_x: _Part
     up_y: _Part
     up_z: _Part
+
+
+class SpecialConeRow(SquareConeRow):
+    """A row in a file with domes, fans or beams that begin at a distance: also the shape, the
+    thickness of a fan (0 for others), and that distance."""
+
+    fov_deg: float = Field(gt=0, le=360, description="full field of view, degrees")
+    shape: Literal["beam", "dome", "fan"] = Field(description="shape of the beam")
+    thickness_m: float = Field(ge=0, le=100, description="thickness of a fan, m; 0: no fan")
+    near_m: float = Field(
+        ge=0, le=100, description="distance along the axis at which a cone or pyramid begins, m"
+    )

@@ -18,7 +18,7 @@ from ...coverage.robots.joint_values import (
     ordered,
 )
 from ...coverage.robots.kinematics import Chain, rpy_of, transform
-from ...coverage.robots.robot import BASE, Body, Mount, Robot
+from ...coverage.robots.robot import BASE, Body, HeldJoint, Mount, Robot
 from ...coverage.solids.capsules import Capsules
 from .base_model import Fault, StrictModel, refuse
 from .field_types import FARTHEST
@@ -158,6 +158,34 @@ class BodyModel(MappedModel[Body]):
         return super().from_domain(value, **ends, radius=_LENGTH.write(capsule.radius), **given)
 
 
+class HeldJointModel(StrictModel):
+    """A joint of the robot's URDF that the chain does not move."""
+
+    joint: _Name = Field(description="name of the joint in the URDF")
+    deg: _Turn | None = Field(default=None, description="angle at which it stands, degrees")
+    m: _Place | None = Field(default=None, description="place at which it stands, m, if it slides")
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.deg is None) == (self.m is None):
+            both = None if self.deg is None else "both"
+            refuse([(("deg",), both, "one of deg and m")])
+        return self
+
+    def to_domain(self) -> HeldJoint:
+        """Return the joint."""
+        if self.m is not None:
+            return HeldJoint(self.joint, self.m, True)
+        return HeldJoint(self.joint, math.radians(self.deg or 0.0))
+
+    @classmethod
+    def from_domain(cls, value: HeldJoint) -> Self:
+        """Return the table of a joint."""
+        if value.slides:
+            return cls(joint=value.joint, m=_ROUNDED.write(value.value))
+        return cls(joint=value.joint, deg=_ANGLES.unit.write(value.value))
+
+
 class RobotModel(MappedModel[Robot]):
     """A robot: a chain of joints, mount axes, and capsules that enclose its links."""
 
@@ -185,6 +213,11 @@ class RobotModel(MappedModel[Robot]):
     )
     bodies: list[BodyModel] = Field(
         default=[], max_length=1000, description="capsules that enclose the links"
+    )
+    held: list[HeldJointModel] = Field(
+        default=[],
+        max_length=2000,
+        description="moving joints of the URDF that are not in the chain",
     )
 
     @model_validator(mode="after")
@@ -311,6 +344,7 @@ class RobotModel(MappedModel[Robot]):
             home=home,
             mounts=tuple(mount.to_domain(frame=frames[mount.frame]) for mount in self.mounts),
             bodies=tuple(body.to_domain(frame=frames[body.frame]) for body in self.bodies),
+            held=tuple(joint.to_domain() for joint in self.held),
             **given,
         )
 
@@ -339,6 +373,7 @@ class RobotModel(MappedModel[Robot]):
             ],
             mounts=[MountAxisModel.from_domain(m, frame=frames[m.frame]) for m in value.mounts],
             bodies=[BodyModel.from_domain(b, frame=frames[b.frame]) for b in value.bodies],
+            held=[HeldJointModel.from_domain(joint) for joint in value.held],
             **given,
         )
 

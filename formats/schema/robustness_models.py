@@ -49,8 +49,10 @@ class ErrorsModel(MappedModel[MountingErrors]):
 class LossModel(StrictModel):
     """Loss of a ring or sensor, and the coverage without it."""
 
-    ring: int = Field(description="number of the ring, counted from 0")
-    link: str = Field(description="link of the ring")
+    ring: int = Field(
+        description="number of the ring, counted from 0; single sensors follow the rings"
+    )
+    link: str = Field(description="link of the ring or single sensor")
     sensor: int | None = Field(
         default=None, description="number of the sensor on its ring, counted from 0"
     )
@@ -90,12 +92,15 @@ class RobustnessResult(StrictModel):
     @classmethod
     def of(cls, name: str, setup: Setup, sure: Redundancy, astray: Tolerance) -> Self:
         """Return the record of redundancy and tolerance of the setup ``name``."""
-        ring_of, first = setup.ring_of_sensor, np.cumsum([0, *(r.count for r in setup.rings)])
+        ring_of, first = (
+            setup.ring_of_sensor,
+            np.cumsum([0, *(group.count for group in setup.groups)]),
+        )
 
         def loss(ring: int, lost: Loss, sensor: int | None = None) -> LossModel:
             return LossModel(
                 ring=ring,
-                link=setup.rings[ring].link,
+                link=setup.groups[ring].link,
                 sensor=sensor,
                 zeta_percent=COVERAGE.write(lost.zeta),
             )
@@ -104,8 +109,8 @@ class RobustnessResult(StrictModel):
         at = int(ring_of[sensor.index])
         return cls(
             setup=name,
-            target=sure.target.name,
-            radius=sure.target.radius,
+            target=sure.target.key[0],
+            radius=sure.target.key[1],
             voxel=sure.voxel,
             zeta_percent=COVERAGE.write(sure.zeta),
             seen_percent=[COVERAGE.write(z) for z in sure.zetas],

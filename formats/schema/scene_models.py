@@ -11,7 +11,6 @@ from pydantic import (
     Discriminator,
     Field,
     Tag,
-    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -20,64 +19,32 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
-from ...coverage.targets import NAMES, Shape, Target
-from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Goal, Pose
+from ...coverage.targets import Shape, Target
+from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Pose
 from ..errors import IN_LINE, NAMED
 from .base_model import Fault, fault, refuse
 from .field_types import Metres
-from .mapping import PERCENT, MappedModel, Of
+from .mapping import MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
+from .mounted_sensor_models import (
+    CellSensorModel,
+    MountedSensorModel,
+    single_faults,
+    single_models,
+    singles_of,
+)
 from .obstacle_models import ObstacleModel, obstacles_of
 from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
+from .target_models import TargetModel
 from .versions import FILE_VERSION, VersionedFile
 
 
 def _links_of(robot: Robot) -> str:
     return f"a link of {robot.name}: {', '.join(robot.links)}"
-
-
-class TargetModel(MappedModel[Goal]):
-    """A target volume with its weight and floor."""
-
-    name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"] = Field(
-        description="name of the target volume"
-    )
-    radius: Metres | None = Field(
-        default=None, validate_default=True, description="distance from the arm, m, for V_S only"
-    )
-    weight: float = Field(
-        default=1.0,
-        ge=0,
-        le=1e6,
-        description="relative weight in the mean; 0: only its floor counts",
-    )
-    at_least: Annotated[float, Of(unit=PERCENT)] = Field(
-        default=0.0, ge=0, le=100, description="floor of its coverage, percent"
-    )
-
-    @field_validator("radius")
-    @classmethod
-    def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
-        name = info.data.get("name")
-        if name == "V_S" and radius is None:
-            raise fault(None, "a radius in metres, because the target is V_S")
-        if name in NAMES and name != "V_S" and radius is not None:
-            raise fault(radius, f"no radius, because the target is {name}")
-        return radius
-
-    def to_domain(self, **given: Any) -> Goal:
-        """Return the target with its weight and floor."""
-        return super().to_domain(target=Target(self.name, self.radius), **given)
-
-    @classmethod
-    def from_domain(cls, value: Goal, **given: Any) -> Self:
-        """Return the table of a target with its weight and floor."""
-        name, radius = value.target.name, value.target.radius
-        return super().from_domain(value, name=name, radius=radius, **given)
 
 
 class CurveModel(MappedModel[Shape]):
@@ -166,6 +133,14 @@ class SceneModel(MappedModel[CoreScene]):
     fixed: list[RingModel] = Field(
         default=[], max_length=1000, description="rings that are already mounted and stay"
     )
+    fixed_sensors: list[MountedSensorModel] = Field(
+        default=[], max_length=1000, description="single sensors that are already mounted and stay"
+    )
+    cell_sensors: list[CellSensorModel] = Field(
+        default=[],
+        max_length=1000,
+        description="sensors of the cell, in the base frame; their coverage counts with any setup",
+    )
     obstacles: list[ObstacleModel] = Field(
         default=[],
         max_length=1000,
@@ -210,23 +185,35 @@ class SceneModel(MappedModel[CoreScene]):
 
     def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield targets, rings and rules that the robot does not allow."""
-        inner = self.curve.robot_radius
-        for i, target in enumerate(self.targets):
-            if target.radius is not None and target.radius <= inner:
-                allowed = (
-                    f"above {inner:g} m, because all within that distance of the arm's centre line"
-                    " counts as the robot itself"
-                )
-                yield ("targets", i, "radius"), target.radius, allowed
+        yield from self._target_faults()
         for i, ring in enumerate(self.fixed):
             if ring.link not in robot.links:
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
+        yield from single_faults(self.fixed_sensors, robot, self.sensor, "fixed_sensors")
         if self.occlusion != "ignore" and not robot.bodies:
             allowed = f"ignore, because robot {self.robot} has no bodies"
             yield ("occlusion",), self.occlusion, allowed
         if self.rules.mount == "real" and not robot.bodies:
             allowed = f"free, because robot {robot.name} has no bodies"
             yield ("rules", "mount"), "real", allowed
+
+    def _target_faults(self) -> Iterator[Fault]:
+        """Yield shells within the robot's own volume, and different targets of one name."""
+        inner, first = self.curve.robot_radius, dict[tuple[str, float | None], Target]()
+        for i, model in enumerate(self.targets):
+            if model.files:
+                continue  # the loader reads them first
+            target, where = model.target, "radius" if model.volume is None else "volume"
+            for radius in target.radii:
+                if radius <= inner:
+                    allowed = (
+                        f"above {inner:g} m, because all within that distance of the arm's centre"
+                        " line counts as the robot itself"
+                    )
+                    yield ("targets", i, where), radius, allowed
+            if first.setdefault(target.key, target) != target:
+                allowed = f"another name, because a different target is called {target}"
+                yield ("targets", i, "name"), model.name, allowed
 
     def _choice_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield keys that exclude each other, weights that are all 0, and mounts of no link."""
@@ -248,7 +235,10 @@ class SceneModel(MappedModel[CoreScene]):
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
-            rules=self.rules.to_domain(fixed=setup_of(self.fixed, sensor, radius).rings),
+            rules=self.rules.to_domain(
+                fixed=setup_of(self.fixed, sensor, radius).rings,
+                fixed_sensors=singles_of(self.fixed_sensors, sensor),
+            ),
             obstacles=obstacles_of(self.obstacles),
             **given,
         )
@@ -263,6 +253,7 @@ class SceneModel(MappedModel[CoreScene]):
             poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
+            fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
             **given,
         )

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -11,7 +11,7 @@ from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Sensor, Use
 from ..errors import IN_LINE, NAMED
-from .base_model import refuse
+from .base_model import Fault, refuse
 from .board_models import BoardModel
 from .field_types import Metres
 from .mapping import DEGREES, MappedModel, Of
@@ -37,7 +37,12 @@ class SensorModel(MappedModel[Sensor]):
     """
 
     fov_deg: Annotated[float, Of("fov", DEGREES)] = Field(
-        default=25.0, gt=0, lt=180, description="full field of view, degrees"
+        default=25.0,
+        gt=0,
+        le=360,
+        description=(
+            "full field of view, degrees: below 180, of a dome up to 180, of a fan up to 360"
+        ),
     )
     range_m: Metres = Field(default=1.5, description="range, m")
     fov_up_deg: Annotated[float | None, Of("fov_up", DEGREES)] = Field(
@@ -71,6 +76,20 @@ class SensorModel(MappedModel[Sensor]):
     target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
         default=None, description="width and height of the target, m"
     )
+    shape: Literal["beam", "dome", "fan"] = Field(
+        default="beam",
+        description=(
+            "beam: a cone or pyramid; dome: a cone that ends in a ball about its apex, as of a"
+            " capacitive pad; fan: a sector across up, as of a laser scanner"
+        ),
+    )
+    thickness: Metres | None = Field(default=None, description="thickness of a fan, m")
+    near_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=100,
+        description="distance along the axis at which a cone or pyramid begins, m",
+    )
     board: BoardModel | None = Field(
         default=None,
         description="board that carries the sensor; default: the catalogue's, if it has one",
@@ -85,6 +104,28 @@ class SensorModel(MappedModel[Sensor]):
         own = None if isinstance(self.model, str) else self.model.to_domain()
         name = self.model if isinstance(self.model, str) else self.model.name
         return Use(name, self.ambient, self.reflectance, size, own)
+
+    @model_validator(mode="after")
+    def _of_its_shape(self) -> Self:
+        fan, plain = self.shape == "fan", self.shape == "beam"
+        most = {"beam": "below 180", "dome": "at most 180", "fan": "at most 360"}[self.shape]
+        wide = self.fov_deg >= 180 if plain else self.fov_deg > (360 if fan else 180)
+        faults: list[Fault] = []
+        if wide:
+            allowed = f"a number above 0 and {most} (full field of view, degrees)"
+            faults.append((("fov_deg",), self.fov_deg, allowed))
+        if not plain and self.fov_up_deg is not None:
+            faults.append((("fov_up_deg",), self.fov_up_deg, f"no such key for a {self.shape}"))
+        if fan != (self.thickness is not None):
+            allowed = "the thickness of the fan, m" if fan else "no such key, except for a fan"
+            faults.append((("thickness",), self.thickness, allowed))
+        if self.near_m >= self.range_m or (self.near_m > 0 and not plain):
+            allowed = "below range_m" if plain else f"no such key for a {self.shape}"
+            faults.append((("near_m",), self.near_m, allowed))
+        if not plain and self.model is not None:
+            faults.append((("shape",), self.shape, "beam, the shape of all catalogue models"))
+        refuse(faults)
+        return self
 
     @model_validator(mode="after")
     def _of_the_catalogue(self) -> Self:

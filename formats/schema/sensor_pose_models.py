@@ -71,6 +71,13 @@ class RingPosesModel(StrictModel):
     )
 
 
+class SinglePoseModel(SensorPoseModel):
+    """A single sensor: its pose on a link, and its beam."""
+
+    frame: _Name = Field(description="joint that moves the link, tcp, or base")
+    sensor: SensorModel = Field(default=SensorModel(), description="beam of the sensor")
+
+
 class SensorPosesFile(VersionedFile):
     """Poses of sensors (JSON)."""
 
@@ -93,17 +100,20 @@ class SensorPosesFile(VersionedFile):
         ),
     )
     rings: list[RingPosesModel] = Field(
-        min_length=1, max_length=1000, description="rings with their sensors"
+        default=[], max_length=1000, description="rings with their sensors"
+    )
+    sensors: list[SinglePoseModel] = Field(
+        default=[], max_length=1000, description="single sensors"
     )
 
     @model_validator(mode="after")
     def _pose_given(self) -> Self:
+        if not self.rings and not self.sensors:
+            refuse([(("rings",), None, "one ring or single sensor, or more")])
         if self.q_deg is not None and self.q is not None:
             refuse([(("q",), "both", "either q_deg or q")])
-        if (
-            self.q_deg is None
-            and self.q is None
-            and any(s.base_xyz is not None for ring in self.rings for s in ring.sensors)
-        ):
+        each = [s for ring in self.rings for s in ring.sensors]
+        unknown = self.q_deg is None and self.q is None
+        if unknown and any(s.base_xyz is not None for s in (*each, *self.sensors)):
             refuse([(("q_deg",), None, "the joint angles for base_xyz, degrees")])
         return self

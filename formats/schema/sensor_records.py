@@ -95,7 +95,7 @@ def used(setup: Setup) -> list[Effective]:
     and conditions once."""
     return [
         effective(use)
-        for use in dict.fromkeys(r.sensor.use for r in setup.rings)
+        for use in dict.fromkeys(group.sensor.use for group in setup.groups)
         if use is not None
     ]
 

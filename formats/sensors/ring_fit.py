@@ -1,24 +1,28 @@
 """Least-squares fit of rings to sensors with given apexes and axes.
 
-A ring is fitted to each link of the robot; the link with the best fit carries it.
+A ring is fitted to each link of the robot; the link with the best fit carries it. What forms no
+ring becomes single sensors.
 """
 
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import up_of
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import CoreScene
 from ..errors import UserError
-from ..schema.ring_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
+from .sensor_frames import SensorFrame
+from .single_fit import single_at, single_on_link
 
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # largest deviation of a sensor from its ring
 _UNIT = 1e-3  # tolerance of the length of an axis
@@ -51,8 +55,9 @@ def fitted_setup(
     frames: Sequence[Float[np.ndarray, "F 4 4"]],
     scene: CoreScene,
     links: Mapping[int, str] | None = None,
+    known: Mapping[tuple[int, int], SensorFrame] | None = None,
 ) -> Setup:
-    """Return the setup whose sensors ``rows`` list.
+    """Return the setup whose sensors ``rows`` list; sensors that form no ring become single ones.
 
     Args:
         name: name of the file, for messages.
@@ -60,10 +65,11 @@ def fitted_setup(
         frames: link frames at each pose that rows name, T_base_frame.
         scene: gives the robot, and the ring radius that decides between links with equal fits.
         links: links of rings by number, where known.
+        known: poses on links by the numbers of ring and sensor, where known.
 
     Raises:
-        UserError: if the sensors of a ring form no ring on any link of the robot, or on the known
-            link.
+        UserError: if the numbers are not consecutive, a sensor is stated twice or as two kinds, or
+            a vector is not of length 1.
     """
     by_ring: dict[int, dict[int, list[ConeRow]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
@@ -74,21 +80,29 @@ def fitted_setup(
             f"{name}: ring {missing[0]}: found no sensor, allowed: consecutive numbers of rings"
             " from 0"
         )
-    known = links or {}
-    return Setup(
-        tuple(_ring(name, n, by_ring[n], frames, scene, known.get(n)) for n in sorted(by_ring))
-    )
+    rings, singles = list[Ring](), list[MountedSensor]()
+    for n in sorted(by_ring):
+        match _ring_or_singles(name, n, by_ring[n], frames, scene, (links or {}).get(n)):
+            case Ring() as ring:
+                rings.append(ring if known is None else replace(ring, sensor=known[n, 0].unit))
+            case each if known is None:
+                singles += each
+            case each:
+                some = [known[n, k] for k in range(len(each))]
+                singles += [single_at(scene.robot, s.frame, s.T_frame_sensor, s.unit) for s in some]
+    return Setup(tuple(rings), tuple(singles))
 
 
-def _ring(
+def _ring_or_singles(
     name: str,
     number: int,
     poses: dict[int, list[ConeRow]],
     frames: Sequence[Any],
     scene: CoreScene,
     link: str | None,
-) -> Ring:
-    """Return ring ``number`` from its rows at each pose, on ``link`` if known."""
+) -> Ring | list[MountedSensor]:
+    """Return ring ``number`` from its rows at each pose, on ``link`` if known; if its sensors form
+    no ring there, these as single ones."""
     some = [sorted(rows, key=lambda row: row.sensor) for rows in poses.values()]
     count = 1 + max(row.sensor for rows in some for row in rows)
     for pose, rows in zip(poses, some, strict=True):
@@ -99,16 +113,13 @@ def _ring(
                     f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose},"
                     " allowed: 1"
                 )
-    kinds = {(row.fov_deg, row.range_m, _fov_up_deg(row)) for rows in some for row in rows}
+    kinds = {_sensor(name, number, row) for rows in some for row in rows}
     if len(kinds) > 1:
         allowed = "one fov_deg, range_m and fov_up_deg per ring"
         raise UserError(
             f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}"
         )
-    ((fov_deg, range_m, up_deg),) = kinds
-    sensor = Sensor(
-        math.radians(fov_deg), range_m, None, math.radians(up_deg) if up_deg > 0 else None
-    )
+    (sensor,) = kinds
 
     def part(key: str) -> Any:
         return np.array(
@@ -125,27 +136,37 @@ def _ring(
             )
         return vectors / length
 
-    T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
+    T, up = np.array([frames[pose] for pose in poses]), unit("up") if sensor.oriented else None
+    apex, axis = part("apex"), unit("axis")
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)
-    fits = [
-        _fit(mount, T[:, mount.frame], part("apex"), unit("axis"), up, sensor) for mount in mounts
-    ]
+    fits = [_fit(mount, T[:, mount.frame], apex, axis, up, sensor) for mount in mounts]
     good = [f for f in fits if f.misfit <= 1 and f.ring.radius > 0]
     if not good:
-        f = min(fits, key=lambda f: f.misfit)
-        raise UserError(
-            f"{name}: ring {number}: its {count} sensors do not form a ring on any link of"
-            f" {scene.robot.name}: on {f.ring.link}, the best fit, they are up to {f.mm:.3g} mm"
-            f" and {f.deg:.3g}° off; allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}° (evenly"
-            " spaced, right-handed from proximal to distal, one tilt, at the scene's pose)"
-        )
+        ups = [None if up is None else up[:, k] for k in range(count)]
+        return [
+            single_on_link(scene.robot, T, apex[:, k], axis[:, k], ups[k], sensor)
+            for k in range(count)
+        ]
     return min(
         good, key=lambda f: (round(f.misfit, _TIE), abs(f.ring.radius - scene.ring_radius))
     ).ring
 
 
-def _fov_up_deg(row: ConeRow) -> float:
-    return row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
+def _sensor(name: str, number: int, row: ConeRow) -> Sensor:
+    """Return the sensor of a row; raise a UserError for a beam that cannot be."""
+    up = row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
+    shaped = row if isinstance(row, SpecialConeRow) else None
+    try:
+        return Sensor(
+            math.radians(row.fov_deg),
+            row.range_m,
+            fov_up=math.radians(up) if up > 0 else None,
+            shape=shaped.shape if shaped else "beam",
+            thickness=(shaped.thickness_m or None) if shaped else None,
+            near_m=shaped.near_m if shaped else 0.0,
+        )
+    except ValueError as error:
+        raise UserError(f"{name}: ring {number}: {error}") from error
 
 
 def _turned(

@@ -19,7 +19,7 @@ from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.ring_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SpecialConeRow
 
 _TURNS = {"z": 0, "x": 1, "y": 2}
 _POSES = 3  # arbitrary poses: only on its own link do a ring's sensors form a ring in all of them
@@ -30,11 +30,11 @@ class SensorFrame:
     """A sensor's pose in the frame of its link."""
 
     ring: int
-    """Number of the ring."""
+    """Number of the ring; of a single sensor, its own, after those of the rings."""
     sensor: int
     """Number of the sensor on its ring."""
     frame: int
-    """Index of the link's frame among those of ``forward``."""
+    """Index of the link's frame among those of ``forward``, or ``BASE``."""
     T_frame_sensor: Float[np.ndarray, "4 4"]
     """Pose of the sensor; its beam points along z."""
     unit: Sensor
@@ -48,21 +48,21 @@ class SensorFrame:
 
 
 def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
-    """Return the frames of all sensors, ring by ring.
+    """Return the frames of all sensors: ring by ring, then the single ones.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot lacks.
+        ValueError: if a ring or sensor sits on a link that the robot lacks.
     """
-    here, v = ring_arrays(robot, setup.rings), ring_values(setup)
+    groups = setup.groups
+    here, v = ring_arrays(robot, groups), ring_values(groups)
     seat = sensor_poses(here, v.position, v.tilt, v.phase)
     up = up_of(seat.look, seat.along, seat.radial)
     T = np.tile(np.eye(4), (setup.sensors, 1, 1))
     T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)
     T[:, :3, 3] = seat.apex
-    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
     return tuple(
-        SensorFrame(i, k, robot.mount(setup.rings[i].link).frame, T[n], setup.rings[i].sensor)
-        for n, (i, k) in enumerate(labels)
+        SensorFrame(i, k, int(here.frame[i]), T[n], groups[i].sensor)
+        for n, (i, k) in enumerate(setup.labels)
     )
 
 
@@ -103,12 +103,11 @@ def rows_of(
                 values |= {
                     f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)
                 }
-            if s.unit.fov_up is None:
+            if s.unit.plain:
                 rows.append(ConeRow.model_construct(**values))
-            else:
-                rows.append(
-                    SquareConeRow.model_construct(
-                        fov_up_deg=float(np.degrees(s.unit.fov_up)), **values
-                    )
-                )
+                continue
+            values |= {"shape": s.unit.shape, "thickness_m": s.unit.thickness or 0.0}
+            values |= {"near_m": s.unit.near_m}
+            up_deg = float(np.degrees(s.unit.fov_up or 0.0))
+            rows.append(SpecialConeRow.model_construct(fov_up_deg=up_deg, **values))
     return rows, poses

@@ -16,10 +16,12 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
-from ..schema.ring_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .ring_fit import fitted_setup
 
 COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
+SPECIAL_COLUMNS = tuple(SpecialConeRow.model_fields)
+_KINDS = (ConeRow, SquareConeRow, SpecialConeRow)
 _DIGITS = 9  # decimals of metres and of unit vectors
 
 
@@ -27,20 +29,27 @@ def sensor_list(setup: Setup, scene: CoreScene, poses: Sequence[int] | None = No
     """Return the beams of all sensors at poses of the scene (by default all) as CSV in the base
     frame.
 
+    Each single sensor has a number of its own among those of the rings, after them.
+
     If some beams are square, four columns are added: the full angle along ``up`` (0 for a cone),
-    and ``up`` itself.
+    and ``up`` itself. If some are domes, fans or begin at a distance, three more are added.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(SQUARE_COLUMNS if any_square(setup.rings) else COLUMNS)
-    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
+    sensors = [group.sensor for group in setup.groups for _ in range(group.count)]
+    special = any(sensor.special for sensor in sensors)
+    square = SQUARE_COLUMNS if any_square(setup.groups) else COLUMNS
+    writer.writerow(SPECIAL_COLUMNS if special else square)
     for p in range(len(scene.poses)) if poses is None else poses:
         c = sensor_cones(scene.robot, setup, scene.poses[p].q)
-        for n, (i, k) in enumerate(labels):
+        for n, (i, k) in enumerate(setup.labels):
             values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
             if isinstance(c, MixedBeams):
                 values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
-            writer.writerow([p, i, k, *(round(float(v), _DIGITS) + 0.0 for v in values)])
+            row: list[float | str] = [p, i, k, *(round(float(v), _DIGITS) + 0.0 for v in values)]
+            if special:
+                row += [sensors[n].shape, sensors[n].thickness or 0.0, sensors[n].near_m]
+            writer.writerow(row)
     return text.getvalue()
 
 
@@ -66,7 +75,7 @@ def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
     """Return the rows, each with the line on which it ends."""
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
-        kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
+        kinds = {tuple(sorted(kind.model_fields)): kind for kind in _KINDS}
         kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
         if kind is None:
             columns, square = (

@@ -1,26 +1,34 @@
-"""Sensor poses in JSON: writing, and fitting rings to them."""
+"""Sensor poses in JSON: writing, and reading as rings and single sensors."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
 
-from ...coverage.rings.ring import Setup
+from ...coverage.rings.mounted_sensor import MountedSensor
+from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, misnamed, ordered
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.robot import Robot
+from ...coverage.robots.robot import BASE, Robot
 from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
 from ..schema.result_models import joint_keys_of
-from ..schema.robot_models import TCP_FRAME
+from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_models import SensorModel
-from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ..schema.sensor_pose_models import (
+    RingPosesModel,
+    SensorPoseModel,
+    SensorPosesFile,
+    SinglePoseModel,
+)
 from ..schema.versions import FROM_FILE
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
+from .single_fit import link_name, single_at
 
 _DIGITS = 12
 
@@ -43,31 +51,30 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
 def poses_file(scene: CoreScene, setup: Setup, pose: int) -> SensorPosesFile:
     """Return the file with a setup's sensors in the frames of their links, and in the base frame at
     a pose of the scene."""
-    q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
-    frames, sensors = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
-    rings = []
-    for i, ring in enumerate(setup.rings):
-        some = [s for s in sensors if s.ring == i]
-        base = [frames[s.frame] @ s.T_frame_sensor for s in some]
-        rings.append(
-            RingPosesModel(
-                link=ring.link,
-                frame=names[some[0].frame],
-                sensor=SensorModel.from_domain(ring.sensor),
-                sensors=[
-                    SensorPoseModel(
-                        name=s.name,
-                        xyz=place(s.T_frame_sensor),
-                        xyzw=quaternion(s.T_frame_sensor),
-                        base_xyz=place(T),
-                        base_xyzw=quaternion(T),
-                    )
-                    for s, T in zip(some, base, strict=True)
-                ],
-            )
+    q, robot = scene.poses[pose].q, scene.robot
+    frames, each = np.asarray(forward(robot.chain, q)), sensor_frames(robot, setup)
+
+    def keys(s: SensorFrame) -> dict[str, Any]:
+        T = s.T_frame_sensor if s.frame == BASE else frames[s.frame] @ s.T_frame_sensor
+        here, there = (
+            (place(s.T_frame_sensor), quaternion(s.T_frame_sensor)),
+            (place(T), quaternion(T)),
         )
-    joints = joint_keys_of(scene.robot.chain, q)
-    return SensorPosesFile(robot=scene.robot.name, **joints, rings=rings)
+        names = ("xyz", "xyzw", "base_xyz", "base_xyzw")
+        return {"name": s.name} | dict(zip(names, (*here, *there), strict=True))
+
+    rings, singles = [], []
+    for i, group in enumerate(setup.groups):
+        some = [s for s in each if s.ring == i]
+        beam, frame = SensorModel.from_domain(group.sensor), link_name(robot, some[0].frame)
+        if isinstance(group, Ring):
+            poses = [SensorPoseModel(**keys(s)) for s in some]
+            ring = RingPosesModel(link=group.link, frame=frame, sensor=beam, sensors=poses)
+            rings.append(ring)
+        else:
+            singles.append(SinglePoseModel(frame=frame, sensor=beam, **keys(some[0])))
+    joints = joint_keys_of(robot.chain, q)
+    return SensorPosesFile(robot=robot.name, **joints, rings=rings, sensors=singles)
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
@@ -83,7 +90,7 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
 
     Raises:
         UserError: if the text is no such file, names a joint or link that the robot lacks, or
-            contradicts itself, or if the sensors of a ring form no ring.
+            contradicts itself.
     """
     try:
         file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
@@ -116,13 +123,32 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                 )
             sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
-    setup = fitted_setup(name, *rows_of(sensors, robot.chain), scene, links)
-    return Setup(
-        tuple(
-            replace(r, sensor=ring.sensor.to_domain())
-            for r, ring in zip(setup.rings, file.rings, strict=True)
+    known, fitted = {(s.ring, s.sensor): s for s in sensors}, Setup()
+    if sensors:
+        fitted = fitted_setup(name, *rows_of(sensors, robot.chain), scene, links, known)
+    return replace(fitted, singles=(*fitted.singles, *_singles(name, file, scene, frames)))
+
+
+def _singles(
+    name: str, file: SensorPosesFile, scene: CoreScene, frames: Any
+) -> Iterator[MountedSensor]:
+    """Yield the single sensors that the file states as such."""
+    robot = scene.robot
+    names = (*robot.chain.joints, TCP_FRAME, BASE_FRAME)
+    for i, one in enumerate(file.sensors):
+        if one.frame not in names:
+            raise UserError(
+                f"{name}: sensors[{i}].frame: found {shown(one.frame)}, allowed: {', '.join(names)}"
+            )
+        frame = BASE if one.frame == BASE_FRAME else names.index(one.frame)
+        T = _transform(one.xyz, one.xyzw)
+        if frames is not None and one.base_xyz is not None and one.base_xyzw is not None:
+            here = T if frame == BASE else frames[frame] @ T
+            stated = _transform(one.base_xyz, one.base_xyzw)
+            _check_base(f"{name}: sensors[{i}]", here, stated, "q_deg" if file.q is None else "q")
+        yield single_at(
+            robot, frame, looking_along_z(T, file.beam), one.sensor.to_domain(), one.name
         )
-    )
 
 
 def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.ndarray, " J"] | None:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.choices import SENSOR_FRAMES, Along
+from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import CoreScene
@@ -16,6 +17,7 @@ from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of
+from .single_fit import single_at
 
 _LONGEST = 200  # most characters of a pattern
 
@@ -60,12 +62,11 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
     """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
     sensor determines their beams.
 
-    Frames of one link at the same position, distance and tilt form a ring; the first of them in the
-    file is its first sensor.
+    Frames of one link at the same position, distance and tilt form a ring, if they are evenly
+    spaced; the first of them in the file is its first sensor. The others are single sensors.
 
     Raises:
-        UserError: if no frame matches, the URDF lacks the scene's robot, or the frames form no
-            rings on its links.
+        UserError: if no frame matches, or the URDF lacks the scene's robot.
     """
     try:
         if len(asked.pattern) > _LONGEST:
@@ -90,15 +91,14 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
                 f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}; set"
                 " --frames to a pattern of frames on the chain"
             )
-    rings: list[list[Seat]] = []
+    rings, singles = list[list[Seat]](), list[MountedSensor]()
     for link in wanted:
         c = carried[link]
-        seat = _seat(
-            f"{name}: frame {shown(link)}",
-            c.frame,
-            looking_along_z(c.T_frame_link, asked.beam),
-            scene,
-        )
+        T = looking_along_z(c.T_frame_link, asked.beam)
+        seat = _seat(c.frame, T, scene)
+        if seat is None:
+            singles.append(single_at(scene.robot, c.frame, T, scene.sensor, link))
+            continue
         ring = next((r for r in rings if r[0].beside(seat)), None)
         if ring is None:
             rings.append(ring := [])
@@ -110,13 +110,16 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
         for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
             mount, T = ring[j].mount, ring[j].T
             sensors.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
-    setup = fitted_setup(name, *rows_of(sensors, scene.robot.chain), scene)
-    return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
+    fitted = Setup()
+    if sensors:
+        known = {(s.ring, s.sensor): s for s in sensors}
+        fitted = fitted_setup(name, *rows_of(sensors, scene.robot.chain), scene, known=known)
+    return replace(fitted, singles=(*fitted.singles, *singles))
 
 
-def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat:
+def _seat(frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat | None:
     """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
-    frame, from whose axis it points away most directly."""
+    frame, from whose axis it points away most directly; None on a part without a mount."""
     robot = scene.robot
     last, T_last_tcp, seats = len(robot.chain) - 1, robot.chain.origin[-1], []
     for mount in robot.mounts:
@@ -133,10 +136,7 @@ def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene)
             Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
         )
     if not seats:
-        links = ", ".join(robot.links)
-        raise UserError(
-            f"{where}: found on a part of {robot.name} that carries no ring, allowed: on {links}"
-        )
+        return None
     return min(
         seats, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
     )

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.robot import Robot
 
@@ -84,15 +85,17 @@ class Touched:
     """The ring at each place: the places of mounted rings first, then those of added ones."""
     free: tuple[int, ...] = ()
     """The places that may differ from the mounted setup."""
+    singles: tuple[MountedSensor, ...] = ()
+    """The mounted single sensors, which stay."""
 
     @property
     def setup(self) -> Setup:
         """The setup with its changes; unchanged rings keep their order."""
-        return Setup(tuple(ring for ring in self.rings if ring is not None))
+        return Setup(tuple(ring for ring in self.rings if ring is not None), self.singles)
 
     @property
     def sensors(self) -> int:
-        """Number of sensors on all rings together."""
+        """Number of sensors together."""
         return self.setup.sensors
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.ring_kinematics import any_square, ring_arrays
+from ...coverage.rings.ring import Group, Ring, Setup, ring_values
+from ...coverage.rings.ring_kinematics import RingArrays, any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
@@ -63,6 +63,7 @@ class RedesignProblem:
         self.before: Rings = (*self.mounted.rings, *(None,) * places)
         self.sensors = self.mounted.sensors + add_sensors
         self.square = any_square(self.mounted.rings) or scene.square
+        self.still: tuple[Group, ...] = (*self.mounted.singles, *scene.cell_sensors)
         self.fixed, self._missing = held(scene, self.mounted.rings)
         self.clear = MountClearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
@@ -71,7 +72,7 @@ class RedesignProblem:
     @property
     def start(self) -> Touched:
         """The setup without changes."""
-        return Touched(self.before)
+        return Touched(self.before, (), self.mounted.singles)
 
     def may_touch(self, t: Touched) -> list[int]:
         """Return the places that may be touched next: mounted rings that are not fixed, and one
@@ -183,6 +184,7 @@ class RedesignProblem:
             return None
         rings, touched = self._rings(t), [i for i in t.free if t.rings[i] is not None]
         staying = [i for i in range(len(rings)) if i not in touched]
+        which = np.concatenate([which, np.full(len(self.still), -1)])
         where, values = _where(self.segments(t.free), which, rings, staying), _values(rings)
         low, high = values.copy(), values.copy()
         low[:, touched] = high[:, touched] = 0.0
@@ -192,13 +194,13 @@ class RedesignProblem:
         values[0] = encode(where, values, values[0])
         low[0, staying] = high[0, staying] = values[0, staying] = 0.0
         for i in touched:
-            turn = 2 * math.pi / rings[i].count
+            full = 2 * math.pi / rings[i].count
             high[0, i], low[2, i], high[2, i] = (
                 float(where.loose[i]),
-                rings[i].phase - turn,
-                rings[i].phase + turn,
+                values[2, i] - full,
+                values[2, i] + full,
             )
-        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square), where
+        arrays = self._arrays(rings), where
         return EncodedSetup(t, arrays, low, high, np.clip(values, low, high))
 
     def as_it_stands(self, t: Touched) -> EncodedSetup:
@@ -206,12 +208,17 @@ class RedesignProblem:
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
-        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square)
-        return EncodedSetup(t, (arrays, where), values, values, values)
+        return EncodedSetup(t, (self._arrays(rings), where), values, values, values)
 
-    def _rings(self, t: Touched) -> list[Ring]:
+    def _rings(self, t: Touched) -> list[Group]:
+        """Return the ring at each place, and then the single sensors, which stay."""
         nothing = Ring(self.scene.robot.links[0], 0.0, 0)
-        return [nothing if ring is None else ring for ring in t.rings]
+        return [*(nothing if ring is None else ring for ring in t.rings), *self.still]
+
+    def _arrays(self, rings: list[Group]) -> RingArrays:
+        sensors = self.sensors + len(self.scene.cell_sensors)
+        special = any(s.special for s in self.scene.sensors)
+        return ring_arrays(self.scene.robot, tuple(rings), sensors, self.square, special)
 
     def read(self, placed: EncodedSetup, values: Values) -> Touched:
         """Decode ``values`` to a touched setup; phases differ from the mounted ones as little as
@@ -254,7 +261,8 @@ class RedesignProblem:
         rings = tuple(
             None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings
         )
-        return Touched(rings, tuple(i for i in t.free if rings[i] != self.before[i]))
+        free = tuple(i for i in t.free if rings[i] != self.before[i])
+        return replace(t, rings=rings, free=free)
 
     def keeps_rules(self, t: Touched) -> bool:
         """Return whether the touched rings satisfy every rule against all rings; one whose sensor
@@ -270,15 +278,16 @@ class RedesignProblem:
 
 
 def _where(
-    available: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
+    available: list[Segment], which: np.ndarray, rings: list[Group], staying: list[int]
 ) -> Interval:
     where = stretch(available, which)
-    where.hold(staying, [rings[i].position for i in staying])
+    where.hold(staying, ring_values(rings).position[staying].tolist())
     return where
 
 
-def _values(rings: list[Ring]) -> Values:
-    return np.array([(r.position, r.tilt, r.phase) for r in rings], float).T.copy()
+def _values(rings: list[Group]) -> Values:
+    v = ring_values(rings)
+    return np.stack([v.position, v.tilt, v.phase])
 
 
 def _same_count(before: Ring | None, after: Ring | None) -> bool:

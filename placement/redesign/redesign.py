@@ -8,7 +8,7 @@ decides throughout.
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -149,7 +149,7 @@ def _put_back(rework: RedesignProblem, t: Touched, place: int) -> Touched:
     """Return ``t`` with one place as mounted; other rings do not compensate for its sensors."""
     rings = list(t.rings)
     rings[place] = rework.before[place]
-    return Touched(tuple(rings), tuple(i for i in t.free if i != place))
+    return replace(t, rings=tuple(rings), free=tuple(i for i in t.free if i != place))
 
 
 def _worth(last: Answer, answer: Answer) -> bool:

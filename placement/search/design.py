@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays
 from ...objectives.link_segments import Segment
 from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
@@ -48,7 +48,7 @@ class Space(FeasibleSet):
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
         """Return the lower and upper bounds of all values of a candidate; they are equal where
         nothing is free."""
-        low, high = np.zeros((2, 3, self.places + len(self.fixed)))
+        low, high = np.zeros((2, 3, self.places + len(self.held)))
         for i in c.rings:
             low[:, i], high[:, i] = self.limits(c.segment[i], c.count[i])
         if self.scene.rules.shared_tilt and len(c.rings):
@@ -58,18 +58,18 @@ class Space(FeasibleSet):
         return low, high
 
     def stretch(self, c: Candidate) -> Interval:
-        """Return the intervals in which a candidate's rings and the fixed ones may sit."""
+        """Return the intervals in which a candidate's rings may sit, and then the places of what
+        stays."""
         shared = (
-            np.concatenate([c.sign, np.ones(len(self.fixed))])
+            np.concatenate([c.sign, np.ones(len(self.held))])
             if self.scene.rules.shared_tilt
             else None
         )
-        which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
+        which = np.concatenate([c.segment, np.full(len(self.held), -1)])
         where = stretch(self.segments, which, shared)
-        if self.fixed:  # fixed rings keep their positions and tilts
-            n = len(c.segment)
-            where.hold(range(n, n + len(self.fixed)), [ring.position for ring in self.fixed])
-            where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
+        stays = range(len(c.segment), len(c.segment) + len(self.held))
+        where.hold(stays, ring_values(self.held).position.tolist())
+        where.tilt_of[stays] = stays  # what stays keeps its tilt
         return where
 
     def arrays(self, c: Candidate) -> SetupArrays:
@@ -77,20 +77,22 @@ class Space(FeasibleSet):
         shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
-        return ring_arrays(
-            self.scene.robot, (*rings, *self.fixed), self.sensors, self.square
-        ), self.stretch(c)
+        sensors = self.sensors + len(self.scene.standing)
+        every = (*rings, *self.held)
+        arrays = ring_arrays(self.scene.robot, every, sensors, self.square, self.special)
+        return arrays, self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
-        """Return the values of a candidate's rings and of the fixed ones."""
-        held = np.array([(0.0, ring.tilt, ring.phase) for ring in self.fixed]).reshape(-1, 3).T
+        """Return the values of a candidate's rings and of what stays."""
+        stays = ring_values(self.held)
+        held = np.stack([np.zeros(len(self.held)), stays.tilt, stays.phase])
         return np.concatenate([c.values, held], axis=1)
 
     def setup(self, c: Candidate) -> Setup:
         """Return the setup that a candidate encodes.
 
         Each phase is in [0, spacing), the rings of a link are ordered from proximal to distal, and
-        fixed rings stay as they are.
+        fixed rings and single sensors stay as they are.
         """
         position, tilt, phase = decode(self.stretch(c), self.values(c))
         rings = [
@@ -103,9 +105,8 @@ class Space(FeasibleSet):
             for i in c.rings
         ]
         order = self.scene.robot.links
-        return Setup(
-            tuple(sorted([*rings, *self.fixed], key=lambda r: (order.index(r.link), r.position)))
-        )
+        every = sorted([*rings, *self.fixed], key=lambda r: (order.index(r.link), r.position))
+        return Setup(tuple(every), self.scene.rules.fixed_sensors)
 
     def candidate(self, setup: Setup) -> Candidate | None:
         """Return the candidate nearest to a setup's free rings; None if the rules leave no place
@@ -132,7 +133,7 @@ class Space(FeasibleSet):
         c = Candidate(segment, count, values, sign)
         low, high = (edge[:, : self.places] for edge in self.box(c))
         values[1:] = np.clip(values[1:], low[1:], high[1:])
-        position = np.concatenate([values[0], [r.position for r in self.fixed]])
+        position = np.concatenate([values[0], ring_values(self.held).position])
         along = encode(self.stretch(c), self.values(c), position)[: self.places]
         values[0] = np.clip(along, low[0], high[0])
         return c

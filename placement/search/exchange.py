@@ -74,7 +74,7 @@ class Exchange:
     def look(self, field: Field) -> None:
         """Evaluate on the points of ``field`` from now on."""
         self._field = field
-        self._held = np.zeros(len(field.part), bool)
+        self._held = field.held.copy()
         for ring in self._space.fixed:
             self._held |= self._see(ring, np.array([[ring.position], [ring.tilt], [ring.phase]]))[0]
         self._seen = np.zeros((self._space.places, len(field.part)), bool)

@@ -1,13 +1,14 @@
 """Sample points of the exchange, in each mount's coordinates, with the line-of-sight tables of its
 sensors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
+from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
-from ...objectives.occlusion import occluders
+from ...objectives.occlusion import occluders, setup_sight
 from ...objectives.target_points import TargetPoints
 from .design import Space
 from .ring_visibility import Around, around
@@ -28,6 +29,8 @@ class Field:
     """The points in each link's mount coordinates."""
     past: dict[str, VisibilityTable]
     """Line-of-sight table of each link's sensors."""
+    held: Bool[np.ndarray, " N"]
+    """Whether a single sensor or one of the cell covers each point, which they do exactly."""
 
 
 class Fields:
@@ -50,6 +53,12 @@ class Fields:
             {m.link: around(m, frames[p, m.frame], some) for m in scene.robot.mounts}
             for (_, p), some in zip(self._terms, each, strict=True)
         ]
+        standing = Setup((), scene.standing)
+        bare = replace(scene, cell_sensors=())
+        self._held = [
+            setup_sight(bare, standing, scene.poses[p].q).holds(some[: self._most])
+            for (_, p), some in zip(self._terms, each, strict=True)
+        ]
         self.all = self.first(self._most * len(self._terms))
 
     def first(self, count: int) -> Field:
@@ -67,6 +76,7 @@ class Fields:
             part,
             {link: points._replace(number=number) for link, points in joined.items()},
             self._past,
+            np.concatenate([held[:n] for held in self._held]),
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring import Group, Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts
 from ...objectives.feasibility.clearance import MountClearance
@@ -53,7 +53,8 @@ class FeasibleSet:
     ) -> None:
         """Pass either ``layout``, or ``sensors``, or ``rings`` with ``sensors`` or ``each``.
 
-        The scene's fixed rings count among ``sensors`` and ``rings``, not among the layout's.
+        The scene's fixed rings count among ``sensors`` and ``rings``, not among the layout's; its
+        single sensors and those of the cell count in none of these.
 
         Args:
             scene: robot, poses, limits, rules.
@@ -72,6 +73,7 @@ class FeasibleSet:
         self.segments = segments(scene, self._rooms_of_bodies())
         self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
+        self.held: tuple[Group, ...] = (*self.fixed, *scene.standing)
         held = sum(ring.count for ring in self.fixed)
         self.rings = None if rings is None else rings - len(self.fixed)
         """Number of new rings; None: any."""
@@ -80,6 +82,8 @@ class FeasibleSet:
             self.free = (self.rings or 0) * each
         self.sensors = self.free + held
         self.square = scene.square or any_square(layout.rings if layout else ())
+        groups = layout.groups if layout else ()
+        self.special = any(s.special for s in (*scene.sensors, *(g.sensor for g in groups)))
         self.least, self.most = scene.rules.sensors if each is None else (each, each)
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError(

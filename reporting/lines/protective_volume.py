@@ -34,7 +34,7 @@ def protective_lines(results: list[VerifyResult], setup: Setup) -> list[str]:
     reach = [
         f"{title(sensor)} reaches {sensor.range_m:.2f} m, less than the {s.largest_m:.2f} m that"
         " the fastest part requires."
-        for sensor in dict.fromkeys(ring.sensor for ring in setup.rings)
+        for sensor in dict.fromkeys(group.sensor for group in setup.groups)
         if sensor.range_m < s.largest_m
     ]
     return [

@@ -1,5 +1,6 @@
 """Meshes of solids: circles, balls, rods, capsules, cones, rings and hulls."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -8,16 +9,18 @@ from jaxtyping import Float
 from ...coverage.arrays import cross
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.robot import Robot
-from ...coverage.solids.base import Solid, Union
+from ...coverage.solids.base import Difference, Intersection, Solid, Union
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
-from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.polyhedra import Polyhedra, Polyhedron
 from ...coverage.solids.spheres import Spheres
+from ...coverage.solids.swept_tube import Tube
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import CoreScene
 from .surface import Surface
 
 _RING_WIDTH = 0.04  # m
+_MOST_PLANES = 30  # of a polyhedron whose edges are drawn; others are drawn as their box
 
 
 def _polygon(corners: int) -> Any:
@@ -194,13 +197,48 @@ def faces_within(body: Polyhedron, box: Any) -> Any:
     return corners[ConvexHull(corners).simplices]
 
 
+def polyhedra_edges(bodies: Polyhedra) -> Float[np.ndarray, "E 2 3"]:
+    """Return the edges (E, 2, 3) m of polyhedra inside their box.
+
+    An edge joins two corners that lie on the same two planes.
+    """
+    low, high = bodies.bounds()
+    edges = []
+    for normal, offset in zip(np.asarray(bodies.normal), np.asarray(bodies.offset), strict=True):
+        real = np.linalg.norm(normal, axis=1) > 0
+        planes = np.concatenate([normal[real], np.eye(3), -np.eye(3)])
+        offsets = np.concatenate([offset[real], high, -low])
+        if len(planes) > _MOST_PLANES:
+            planes, offsets = planes[-6:], offsets[-6:]
+        three = np.array(list(itertools.combinations(range(len(planes)), 3)))
+        three = three[np.abs(np.linalg.det(planes[three])) > 1e-6]
+        corners = np.linalg.solve(planes[three], offsets[three][..., None])[..., 0]
+        corners = corners[(corners @ planes.T <= offsets + 1e-7).all(axis=1)]
+        corners = np.unique(np.round(corners, 7), axis=0)
+        on = np.abs(corners @ planes.T - offsets) <= 1e-6  # (C, M)
+        one, other = np.triu_indices(len(corners), 1)
+        shared = (on[one] & on[other]).sum(axis=1) >= 2
+        edges.append(np.stack([corners[one[shared]], corners[other[shared]]], axis=1))
+    return np.concatenate(edges)
+
+
+def box_corners(box: Any) -> Any:
+    """Return the eight corners (8, 3) m of an axis-aligned box (2, 3) m."""
+    return np.array(list(itertools.product(*np.asarray(box).T)))
+
+
 def convex_pieces(outer: Any) -> list[Any]:
     """Return point sets (_, 3) m whose convex hulls together form a target's outer solid.
 
-    They are balls, capsules and a tube.
+    They are balls, capsules and tubes; other solids, and parts that an intersection or a difference
+    cuts, are contained in the boxes that are returned for them.
     """
     if isinstance(outer, Union):
         return convex_pieces(outer.a) + convex_pieces(outer.b)
+    if isinstance(outer, Difference | Intersection):
+        return convex_pieces(outer.a)
+    if not isinstance(outer, Spheres | Capsules | Tube):
+        return [box_corners(outer.bounds())]
     if isinstance(outer, Spheres):
         return [
             ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)

@@ -49,7 +49,11 @@ def _bought(scene: CoreScene, setup: Setup) -> list[str]:
     def text(amount: float) -> str:
         return escaped(prices.text(amount))
 
-    new = Setup(tuple(ring for ring in setup.rings if ring not in scene.rules.fixed))
+    rules = scene.rules
+    new = Setup(
+        tuple(ring for ring in setup.rings if ring not in rules.fixed),
+        tuple(one for one in setup.singles if one not in rules.fixed_sensors),
+    )
     rows = [
         (f"{n}", title(s), text(each), text(n * each))
         for s, n in _kinds(new).items()
@@ -69,8 +73,8 @@ def _bought(scene: CoreScene, setup: Setup) -> list[str]:
 def _kinds(setup: Setup) -> Counter[Sensor]:
     """Return the number of sensors of each kind."""
     kinds = Counter[Sensor]()
-    for ring in setup.rings:
-        kinds[ring.sensor] += ring.count
+    for group in setup.groups:
+        kinds[group.sensor] += group.count
     return kinds
 
 

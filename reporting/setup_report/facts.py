@@ -56,7 +56,7 @@ class Facts:
     @property
     def own(self) -> list[VerifyResult]:
         """ζ of the setup for each goal of the scene."""
-        goals = [(g.target.name, g.target.radius) for g in self.scene.goals]
+        goals = [g.target.key for g in self.scene.goals]
         return [
             r
             for goal in goals
@@ -115,7 +115,7 @@ def gather(
     worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
     with console.status("computing blind spots"):
         blind = [
-            blind_spots(verifier, setup, t, looked_at(scene, worst.get((t.name, t.radius), 0)))
+            blind_spots(verifier, setup, t, looked_at(scene, worst.get(t.key, 0)))
             for t in (goal.target for goal in scene.goals)
             for verifier in [Verifier(scene, voxel)]
         ]

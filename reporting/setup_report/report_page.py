@@ -13,6 +13,7 @@ from ..lines.motion import record_line
 from ..lines.occlusion import ADVICE, scene_lines, unseeing_lines
 from ..lines.protective_volume import protective_lines
 from ..lines.sensors import sensor_lines
+from ..lines.targets import described
 from ..pages import code, escaped, table
 from ..robustness import lines, robustness_rows
 from ..tables import count_error_line, target_label
@@ -70,6 +71,10 @@ def page(
 def answer(f: Facts) -> str:
     """Return the coverage of the setup in one sentence."""
     what = f"{counted(f.setup.sensors, 'sensor')} on {counted(len(f.setup.rings), 'ring')}"
+    if f.setup.singles:
+        what += f" and as {counted(len(f.setup.singles), 'single sensor')}"
+    if f.scene.cell_sensors:
+        what += f" with {counted(len(f.scene.cell_sensors), 'sensor')} of the cell"
     each = []
     for r in f.own:
         others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
@@ -120,7 +125,7 @@ def _asked(f: Facts) -> Iterator[str]:
     yield f"- Targets: {'; '.join(goals)}. {_meaning(scene)}"
     yield (
         "- Sensors:"
-        f" {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
+        f" {escaped(listed([title(s) for s in dict.fromkeys(g.sensor for g in f.setup.groups)]))}."
     )
     yield f"- Occlusion: `{scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
     mounts = "with bodies, as on a real mount" if scene.real else "without bodies, as in the paper"
@@ -146,7 +151,20 @@ def _meaning(scene: CoreScene) -> str:
         "V_S": "V_S(r) is the shell of all points within r m of the robot's curve",
         "V_P": "V_P is the space within the separation distance of a part of the robot",
     }
-    names = [words[n] for n in dict.fromkeys(g.target.name for g in scene.goals)]
+    names = [
+        words.get(g.target.name) or f"{g.target} is {described(g.target)}"
+        for g in {g.target.name: g for g in scene.goals}.values()
+    ]
+    names += [
+        f"places in {g.target} count by its weight field"
+        for g in scene.goals
+        if g.target.importance
+    ]
+    names += [
+        f"only what is connected to the robot past the obstacles belongs to {g.target}"
+        for g in scene.goals
+        if g.target.reachable
+    ]
     return (
         f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
         " curve, is excluded."
@@ -248,15 +266,12 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
     yield f"{_listed_versions(versions)}:\n"
     yield code(shlex.join(["place-rings", *words]))
     yield "To prove a ζ, as a guaranteed interval:\n"
-    target = f.scene.goals[0].target
-    radius = "" if target.radius is None else f":{target.radius:g}"
-    say = [
-        "place-rings",
-        "verify",
-        *_without(words[1:], _ASKED),
-        "--target",
-        f"{target.name}{radius}",
-    ]
+    target, say = f.scene.goals[0].target, ["place-rings", "verify"]
+    if target.plain:
+        radius = "" if target.radius is None else f":{target.radius:g}"
+        say += [*_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
+    else:
+        say += _without(words[1:], _ASKED[2:])
     yield code(shlex.join([*say, "--rule", "certified"]))
 
 

@@ -4,16 +4,17 @@ degrees.
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...coverage.targets import Target
+from ...coverage.targets import NAMES, check_named
 from ...formats.schema.base_model import StrictModel, refuse
-from ...formats.schema.field_types import Metres, Percent
+from ...formats.schema.field_types import LONGEST_NAME, Metres, Percent
 from ...formats.schema.versions import VersionedFile
 from ...formats.writing import to_toml, write_text
+from ...objectives.scene import CoreScene
 from ..mount.stop_plan import MountPlan
 from ..rod.rod import Detection, Rod
 from ..rod.trial_plan import RodPlan, Stratum
@@ -96,7 +97,7 @@ class TrialModel(StrictModel):
 class RodPlanFile(VersionedFile):
     """Points at which a test rod is placed at each pose: upright, with its centre at the point."""
 
-    target: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
+    target: str = Field(max_length=2 * LONGEST_NAME)
     target_radius: Metres | None = None
     testable_percent: Percent
     rod: RodModel
@@ -108,7 +109,8 @@ class RodPlanFile(VersionedFile):
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
         try:
-            Target(self.target, self.target_radius)
+            if self.target in NAMES:
+                check_named(self.target, self.target_radius)
         except ValueError as error:
             refuse([(("target_radius",), self.target_radius, f"another: {error}")])
         poses, strata = len(self.poses), len(self.strata)
@@ -154,10 +156,10 @@ def write_mount_plan(path: Path, plan: MountPlan) -> None:
 
 def rod_plan_model(plan: RodPlan) -> RodPlanFile:
     """Convert a plan of trials to its file model."""
-    name: Any = plan.target.name
+    name, radius = plan.target.key
     return RodPlanFile(
         target=name,
-        target_radius=plan.target.radius,
+        target_radius=radius,
         testable_percent=100 * plan.testable,
         rod=RodModel(**vars(plan.rod)),
         detection=DetectionModel(
@@ -183,11 +185,15 @@ def write_rod_plan(path: Path, plan: RodPlan) -> None:
     write_text(path, to_toml(rod_plan_model(plan)))
 
 
-def rod_plan_of(file: RodPlanFile) -> RodPlan:
-    """Convert a file model to a plan of trials."""
+def rod_plan_of(file: RodPlanFile, scene: CoreScene) -> RodPlan:
+    """Convert a file model to a plan of trials in a target of ``scene``, or in a named one.
+
+    Raises:
+        ValueError: if neither has the target's name.
+    """
     d = file.detection
     return RodPlan(
-        Target(file.target, file.target_radius),
+        scene.target_named(file.target, file.target_radius),
         Rod(file.rod.radius, file.rod.length),
         Detection(Noise(**d.noise.model_dump()), d.frames, d.before, d.sure),
         _joints(file.poses),

@@ -6,7 +6,6 @@ from pydantic import ValidationError
 
 from ...coverage.rings.ring import Setup
 from ...formats.errors import explain
-from ...formats.schema.ring_models import setup_of
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import CoreScene
 from ..rings.line_monitor import Port
@@ -34,10 +33,9 @@ class PlannedCheck:
         """Create the check that a header describes."""
         scene = about.proposal.scene.to_domain()
         stops = mount_plan_of(about.stops) if about.stops else None
-        plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
-        return PlannedCheck(
-            about, scene, setup_of(about.proposal.rings, scene.sensor, scene.ring_radius), plans
-        )
+        rods = tuple(rod_plan_of(t, scene) for t in about.trials)
+        plans = Plans(about.seconds, stops, rods, about.wave)
+        return PlannedCheck(about, scene, about.proposal.setup(scene), plans)
 
     @staticmethod
     def read(name: str, content: object) -> "PlannedCheck":

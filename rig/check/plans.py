@@ -2,6 +2,7 @@
 also written to files for a person to read and print.
 """
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -106,8 +107,9 @@ def write_plans(scene: CoreScene, plans: Plans, folder: Path) -> list[str]:
         write_mount_plan(folder / "stops.toml", plans.mount)
         files.append("stops.toml")
     for plan in plans.rods:
-        radius = "" if plan.target.radius is None else f"-{plan.target.radius:g}"
-        files.append(f"trials-{plan.target.name}{radius}.toml")
+        name, radius = plan.target.key
+        name = re.sub(r"[^\w-]", "_", name) + ("" if radius is None else f"-{radius:g}")
+        files.append(f"trials-{name}.toml")
         write_rod_plan(folder / files[-1], plan)
     if plans.rods:
         write_rod_pages(folder / "trials.pdf", scene, plans.rods)

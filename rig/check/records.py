@@ -76,7 +76,7 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
     """Describe every ring's line."""
     rows, clocks = [], gathered.clocks(len(ports))
     for i, (ring, port, c, clock) in enumerate(
-        zip(setup.rings, ports, gathered.counts, clocks, strict=True)
+        zip(setup.groups, ports, gathered.counts, clocks, strict=True)
     ):
         counts: Any = {
             key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
@@ -197,7 +197,7 @@ def mount_of(
         percents = {
             f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
         }
-        zeta.append(ZetaModel(target=goal.target.name, radius=goal.target.radius, **percents))
+        zeta.append(ZetaModel(target=goal.target.key[0], radius=goal.target.key[1], **percents))
     return MountCheckModel(
         stops=stops,
         planned=len(plan.joints),
@@ -222,8 +222,8 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
             true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     return CoverageModel(
-        target=plan.target.name,
-        radius=plan.target.radius,
+        target=plan.target.key[0],
+        radius=plan.target.key[1],
         rod_mm=[round(v, 3) for v in size],
         trials=int(rod.tested.sum()),
         planned=len(rod.tested),

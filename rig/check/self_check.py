@@ -98,8 +98,8 @@ class SelfCheck:
 
     def text(self) -> list[str]:
         """Describe each ring, then list the irregular sensors, as lines."""
-        first, lines = np.cumsum([0, *(r.count for r in self.setup.rings)]), []
-        for i, (ring, health) in enumerate(zip(self.setup.rings, self.rings, strict=True)):
+        first, lines = np.cumsum([0, *(r.count for r in self.setup.groups)]), []
+        for i, (ring, health) in enumerate(zip(self.setup.groups, self.rings, strict=True)):
             k = slice(int(first[i]), int(first[i + 1]))
             told = np.isfinite(self.spread[k])
             scatter = (
@@ -125,7 +125,7 @@ class SelfCheck:
         """Name sensors as ring:sensor, both counted from 0."""
         ring, first = (
             self.setup.ring_of_sensor,
-            np.cumsum([0, *(r.count for r in self.setup.rings)]),
+            np.cumsum([0, *(r.count for r in self.setup.groups)]),
         )
         return [f"{ring[k]}:{k - first[ring[k]]}" for k in which]
 
@@ -143,7 +143,7 @@ def self_check(
     q = np.median(readings.joints, axis=0)[None]
     stops, wanted = at_stops(readings, setup, q), expected(scene, setup, q)
     total = np.maximum(stops.total[0], 1)
-    rings = tuple(_health(readings.time[readings.ring == i]) for i in range(len(setup.rings)))
+    rings = tuple(_health(readings.time[readings.ring == i]) for i in range(len(setup.groups)))
     return SelfCheck(
         setup,
         rings,

@@ -65,7 +65,8 @@ class AsBuilt:
         end is placed at the end.
         """
         rings = (replace(f.ring, position=min(max(f.ring.position, 0.0), 1.0)) for f in self.fits)
-        return rounded(Setup(tuple(rings)), self.scene.sensor)
+        built = replace(self.proposed, rings=tuple(rings))
+        return rounded(built, self.scene.sensor)
 
     @property
     def alive(self) -> Bool[np.ndarray, " K"]:
@@ -73,7 +74,7 @@ class AsBuilt:
         alive = [np.ones(f.ring.count, bool) for f in self.fits]
         for mine, f in zip(alive, self.fits, strict=True):
             mine[f.seat[list(f.dead)]] = False
-        return np.concatenate(alive)
+        return np.concatenate([*alive, np.ones(len(self.proposed.singles), bool)])
 
     def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
         """Count ζ exactly; ``verifier`` must be of the same scene."""

@@ -56,7 +56,7 @@ class NearStops:
         a ring those of the lowest.
         """
         least, body = self.least.copy(), self.body.copy()
-        first = np.cumsum([0, *(r.count for r in setup.rings)])
+        first = np.cumsum([0, *(r.count for r in setup.groups)])
         for a, b in pairwise(first):
             lowest = self.least[:, a:b].argmin(axis=1)[:, None]  # (P, 1)
             for whole, own in ((least, self.least), (body, self.body)):
@@ -84,18 +84,21 @@ def near_stops(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"])
     """Return the near stops of all sensors at P poses (P, J) rad.
 
     Each ring may sit up to 2 cm elsewhere along its link. Each sensor may point up to 8° elsewhere
-    than proposed, and read up to 5 cm too little. Unless the scene says that the rings are as
-    proposed, each ring may also be wired in reverse or mounted the other way round.
+    than proposed, and read up to 5 cm too little. Single sensors stand where they are proposed.
+    Unless the scene says that the rings are as proposed, each ring may also be wired in reverse or
+    mounted the other way round.
     """
     full, shape = scene.motion.near, (len(joints), setup.sensors)
     if not scene.robot.bodies or not len(joints):
         return NearStops(full, joints, np.full(shape, full), np.full(shape, NOBODY))
     wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
+    singles = tuple(replace(s, sensor=_wider(s.sensor)) for s in setup.singles)
     tilts = (1,) if scene.motion.rings_as_proposed else (1, -1)
     distance, body = np.full(shape, np.inf), np.full(shape, NOBODY)
     for slip, way in product((0.0, -_SLIP, _SLIP), tilts):
-        rings = Setup(tuple(replace(_slipped(scene, r, slip), tilt=way * r.tilt) for r in wide))
-        distance, body = _nearer(distance, body, *_to_robot(scene, rings, joints, full + MARGIN))
+        rings = tuple(replace(_slipped(scene, r, slip), tilt=way * r.tilt) for r in wide)
+        there = replace(setup, rings=rings, singles=singles)
+        distance, body = _nearer(distance, body, *_to_robot(scene, there, joints, full + MARGIN))
     if not scene.motion.rings_as_proposed:
         mirror = _in_reverse(setup)
         distance, body = _nearer(distance, body, distance[:, mirror], body[:, mirror])
@@ -133,7 +136,7 @@ def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
     """Return for each sensor the sensor (K,) that takes its place if the rings are wired in
     reverse.
     """
-    first = np.cumsum([0, *(r.count for r in setup.rings)])
+    first = np.cumsum([0, *(r.count for r in setup.groups)])
     return np.concatenate([a + -np.arange(b - a) % (b - a) for a, b in pairwise(first)])
 
 
@@ -167,7 +170,7 @@ class RingNearStops:
 
 def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingNearStops]:
     """Summarise the near stops of each ring; ``bodies`` names the robot's bodies."""
-    found, first = [], np.cumsum([0, *(r.count for r in setup.rings)])
+    found, first = [], np.cumsum([0, *(r.count for r in setup.groups)])
     for a, b in pairwise(first):
         least, lowest = stops.least[:, a:b], stops.least[:, a:b].min(axis=0)  # (P, n), (n,)
         worst = stops.body[:, a:b][least.argmin(axis=0), np.arange(b - a)]  # (n,)

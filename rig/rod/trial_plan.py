@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...coverage.voxels.octree import voxels
+from ...coverage.weight_field import WeightField
 from ...objectives.scene import CoreScene
 from .rod import Detection, Rod, placeable, seen
 
@@ -98,6 +99,8 @@ def places(scene: CoreScene, target: Target, rod: Rod, voxel: float = VOXEL) -> 
     found, share = [], []
     for i, pose in enumerate(scene.poses):
         centres = voxels(scene.solid(target, i), voxel).centres()
+        if target.importance is not None:
+            centres = _repeated(centres, target.importance)
         good = centres[placeable(scene, pose.q, centres, rod)]
         if not len(good):
             raise ValueError(
@@ -107,6 +110,16 @@ def places(scene: CoreScene, target: Target, rod: Rod, voxel: float = VOXEL) -> 
         found.append(good)
         share.append(len(good) / len(centres))
     return Places(tuple(found), scene.pose_weights, float(scene.pose_weights @ np.array(share)))
+
+
+def _repeated(points: Float[np.ndarray, "N 3"], weights: WeightField) -> Float[np.ndarray, "N 3"]:
+    """Return as many points, each about as often as its weight says: by systematic sampling."""
+    level = weights.levels_at(points)
+    if not level.any():
+        return points[:0]
+    edges = np.cumsum(level) / level.sum()
+    chosen = np.searchsorted(edges, (np.arange(len(points)) + 0.5) / len(points))
+    return points[np.minimum(chosen, len(points) - 1)]
 
 
 def rod_zeta(

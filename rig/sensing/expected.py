@@ -13,6 +13,7 @@ from jaxtyping import Float, Int
 
 from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
 from ...coverage.occlusion.ranging import slabs
+from ...coverage.pytrees import mapped
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
 from ...coverage.robots.kinematics import forward
@@ -21,7 +22,7 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
-from ...coverage.solids.sensor_beams import BeamShapes, MixedBeams
+from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import CoreScene
 from .ray_fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
@@ -72,12 +73,12 @@ def expected(
 
 def beams_at(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
-    here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
+    here, v = ring_arrays(scene.robot, setup.groups, square=True), ring_values(setup.groups)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
     apex, axis, up = (
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
     )
-    shapes = BeamShapes(*(np.tile(np.asarray(a), len(joints)) for a in here.beams))
+    shapes = mapped(lambda a: np.tile(np.asarray(a), len(joints)), here.beams)
     beams = shapes.solids(apex, axis, up)
     assert isinstance(beams, MixedBeams)
     return beams
@@ -85,7 +86,7 @@ def beams_at(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"]) -
 
 def only(beams: MixedBeams, some: Any) -> MixedBeams:
     """Select beams by a mask or by indices."""
-    return MixedBeams(**{key: value[some] for key, value in vars(beams).items()})
+    return mapped(lambda a: a[some], beams)
 
 
 def to_cell(beams: MixedBeams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:

@@ -36,7 +36,7 @@ class Readings:
         Raises:
             ValueError: if the setup has no such ring or sensor.
         """
-        count = np.array([r.count for r in setup.rings])
+        count = np.array([r.count for r in setup.groups])
         if len(self) and (self.ring.min() < 0 or self.ring.max() >= len(count)):
             raise ValueError(
                 f"a reading is of ring {self.ring.max()}; the setup has rings 0 to {len(count) - 1}"

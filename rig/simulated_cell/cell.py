@@ -45,7 +45,7 @@ class SimulatedCell:
 
     def __init__(self, world: World) -> None:
         self._world, self._rod, self._hand = world, None, None
-        self.counts = tuple(r.count for r in world.mounted.rings)
+        self.counts = tuple(r.count for r in world.mounted.groups)
 
     _rod: Capsules | None
     _hand: int | None

@@ -46,8 +46,9 @@ class Injected:
             rings[self.reversed_ring] = replace(
                 rings[self.reversed_ring], tilt=-rings[self.reversed_ring].tilt
             )
-        mounted = Setup(tuple(moved(scene, r, e) for r, e in zip(rings, self.errors, strict=True)))
-        return World(scene, mounted, self.seat, self.errors[:, 3])
+        built = tuple(moved(scene, r, e) for r, e in zip(rings, self.errors, strict=True))
+        offset = np.pad(self.errors[:, 3], (0, len(self.setup.singles)))  # of rings only
+        return World(scene, replace(self.setup, rings=built), self.seat, offset)
 
     @property
     def alive(self) -> Bool[np.ndarray, " K"]:
@@ -80,8 +81,8 @@ def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
     """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
     swapped, one sensor dead.
     """
-    rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.rings]
-    errors = rng.uniform(-1, 1, (len(count), 4)) * LIMITS
+    rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.groups]
+    errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS
     for i, ring in enumerate(setup.rings):
         if len(free(scene, ring)) < 4:
             errors[i, 0] = 0.0
@@ -96,7 +97,8 @@ def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
     if swapped is not None:
         pair = tuple(sorted(int(k) for k in rng.choice(count[swapped], 2, replace=False)))
         seats[swapped][list(pair)] = seats[swapped][list(pair[::-1])]
-    dead, first = int(rng.integers(sum(count))), np.cumsum([0, *count])
+    rings = count[: len(setup.rings)]
+    dead, first = int(rng.integers(sum(rings) or 1)), np.cumsum([0, *count])
     seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
     seat[dead] = DEAD
     return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat)

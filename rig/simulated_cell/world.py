@@ -71,7 +71,7 @@ class World:
         ``start`` s on; ``rod`` as in ``expected``.
         """
         ring, count = self.mounted.ring_of_sensor, len(joints) * frames
-        place = np.concatenate([np.arange(r.count) for r in self.mounted.rings])
+        place = np.concatenate([np.arange(r.count) for r in self.mounted.groups])
         true = np.repeat(self.distances(joints, rod), frames, axis=0)
         distance, status = self.told(rng, true)
         return Readings(

@@ -10,7 +10,6 @@ from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.soft.sampling import sample
 from ...coverage.targets import Target
 from ...objectives.scene import CoreScene
 from .max_cover import CoverProblem, greedy, grouped, relaxed, solved
@@ -76,7 +75,7 @@ def limits(scene: CoreScene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int],
 
 def points_in(scene: CoreScene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """Draw points (N, 3) m in the target at the scene's first pose."""
-    return sample(scene.solid(target, 0), count, seed)
+    return scene.sample(target, 0, count, seed)
 
 
 def covered(

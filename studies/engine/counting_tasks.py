@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Any
 
 from ...coverage.choices import Rule
-from ...coverage.targets import Target
 from ...objectives.occlusion import unseeing
 from ...objectives.verify import Verifier
 from .registry import register
@@ -39,7 +38,8 @@ def zeta(
             not store.
     """
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
-    found = verifier.verify(setup_from(setup, verifier.scene), Target(target, radius))
+    wanted = verifier.scene.target_named(target, radius)
+    found = verifier.verify(setup_from(setup, verifier.scene), wanted)
     if any(pose.proof is not None and width > 0 and not pose.proof.reached for pose in found.poses):
         raise KeyboardInterrupt
     percents = {f"{key}_percent": 100 * getattr(found, key) for key in ("zeta", "low", "high")}

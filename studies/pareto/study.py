@@ -14,6 +14,7 @@ from typing import Any
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
+from ...formats.schema.target_models import own_keys
 from ...objectives.named_layouts import layout_in
 from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
@@ -102,7 +103,8 @@ def _place(
 
 
 def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, object]:
-    return {"name": target.name, "radius": target.radius, "weight": weight, "at_least": at_least}
+    goal = {"name": target.name, "radius": target.radius, "weight": weight, "at_least": at_least}
+    return goal | own_keys(target)
 
 
 def measure(
@@ -200,14 +202,16 @@ def _counted(
     targets: tuple[Target, Target],
     setups: Sequence[tuple[int, str, Rings]],
 ) -> list[Point]:
+    if any(own_keys(t) for t in targets):  # the scene then holds the targets that a count names
+        where = where | {"targets": [_goal(t, 1.0) for t in targets]}
     cells = [
         Cell(
             "zeta",
             {
                 "scene": where,
                 "setup": rings,
-                "target": t.name,
-                "radius": t.radius,
+                "target": t.key[0],
+                "radius": t.key[1],
                 "rule": "centre",
                 "voxel": VOXEL,
             },

@@ -17,7 +17,8 @@ from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import Polyhedron, polyhedra
 from place_rings.coverage.targets import Shape, Target, target_solid
 
-from .rings import LONGEST, ROBOT_NAMES, setups
+from .rings import LONGEST, ROBOT_NAMES
+from .singles import mixed_setups
 from .solids import boxes, pointed_bodies
 
 DENSE = {"centre": 20_000, "touch": 80}  # voxels that a dense count by each rule can stand
@@ -95,7 +96,7 @@ def scenes(
         pose_deg=st.tuples(*[st.integers(-180, 180)] * LONGEST),
         target=targets,
         blend_percent=st.integers(10, 100),
-        setup=setups(),
+        setup=mixed_setups(),
         fineness_percent=st.integers(25, 100),
         obstacles=obstacles,
     )

@@ -1,0 +1,243 @@
+"""Files that a URDF names: package:// addresses, file:// addresses and paths, in permitted folders
+only."""
+
+import itertools
+import os
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
+
+from ..errors import UserError, shown
+from .xml_text import bounded_bytes, plain_xml
+
+_ABOVE = 4  # folders above a URDF, the last of which may be its package
+_DEEP = 6  # levels of folders below --packages in which packages are searched
+_MOST = 20_000  # folders that a search visits
+_FILES = 50_000  # files of the own package that are considered
+_LARGEST = 2**20  # bytes, largest package.xml
+_MODELS = ("urdf", "urdfs", "robot", "robots")  # folders of a package that hold its URDFs
+
+
+class Packages:
+    """Finder of the files of one URDF.
+
+    A file is found only if it lies, with symbolic links resolved, in one of the ``folders``, in the
+    folder of a package in ``named``, in the URDF's folder, or in the URDF's own package. That is
+    the nearest folder above the URDF that has a package.xml or the name of the address, or the
+    parent of a folder called urdf or robots. Where the own package has another name than in the
+    addresses, all of the ``addresses`` must lie in the same folder of it.
+
+    Args:
+        path: the URDF.
+        folders: folders, chosen by the user, that are packages or hold packages.
+        named: folders of packages by the packages' names.
+        addresses: all names of meshes in the URDF.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        folders: Sequence[Path] = (),
+        named: Mapping[str, Path] | None = None,
+        addresses: Sequence[str] = (),
+    ) -> None:
+        self.path, self.named = path, {n: f.resolve() for n, f in (named or {}).items()}
+        for folder in folders:
+            if not folder.is_dir():
+                raise UserError(f"--packages: found {shown(str(folder))}, allowed: a folder")
+        for name, folder in (named or {}).items():
+            if not folder.is_dir():
+                raise UserError(
+                    f"--package: found {shown(f'{name}={folder}')}, allowed: NAME=FOLDER with an"
+                    " existing folder"
+                )
+        self.given = [folder.resolve() for folder in folders]
+        self._stands_in = False  # whether a file was found by ``renamed``
+        package = self._own_package()
+        self._own = [] if package is None else [package]
+        self.addresses = [
+            PurePosixPath(unquote(name.partition("://")[2]).replace("\\", "/")).parts
+            for name in addresses
+            if name.startswith(("package://", "model://"))
+        ]
+
+    @cached_property
+    def folders(self) -> list[Path]:
+        """The folders in which files may lie, whatever package they name."""
+        found = [self.path.resolve().parent, *self._own, *self.given, *self.named.values()]
+        return list(dict.fromkeys(found))
+
+    def _above(self) -> Iterator[Path]:
+        """Yield the URDF's folder and those above it that may be its package: none of them a home
+        folder or the root of a disk."""
+        own = self.path.resolve().parent
+        for up in (own, *own.parents)[: _ABOVE + 1]:
+            if up.parent == up or up == Path(os.path.expanduser("~")).resolve():
+                return
+            yield up
+
+    def _own_package(self) -> Path | None:
+        above = list(self._above())
+        for up in above:
+            if (up / "package.xml").is_file():
+                return up
+        return above[1] if len(above) > 1 and above[0].name.lower() in _MODELS else None
+
+    @cached_property
+    def renamed(self) -> list[tuple[int, Path]]:
+        """Folders of the own package in which all files of the addresses lie, each without the
+        first few parts of its address; and how many those are."""
+        addresses = self.addresses
+        if not self._own or not addresses or any(".." in parts for parts in addresses):
+            return []
+        files = list(itertools.islice(_files_below(self._own[0]), _FILES))
+        found: dict[tuple[Path, ...], tuple[int, Path]] = {}
+        for without in range(min(len(parts) for parts in addresses) - 1):
+            tail = addresses[0][without:]
+            for file in files:
+                if file.parts[-len(tail) :] != tail:
+                    continue
+                top = file.parents[len(tail) - 1]
+                places = tuple(top.joinpath(*parts[without:]) for parts in addresses)
+                if all(place.is_file() for place in places):
+                    found.setdefault(places, (without, top))
+        return list(found.values())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence about the folder that stands for other names in the addresses, if any."""
+        if not self._stands_in:
+            return ()
+        return (f"The meshes lie in {self._as_given(self.renamed[0][1])}, under other names.",)
+
+    @cached_property
+    def _described(self) -> dict[str, Path]:
+        """Folders of packages below ``given`` by the names in their package.xml."""
+        found: dict[str, Path] = {}
+        visited = 0
+        for top in self.given:
+            for folder, inside, files in os.walk(top):
+                visited += 1
+                depth = len(Path(folder).relative_to(top).parts)
+                if depth >= _DEEP or visited > _MOST:
+                    inside.clear()
+                inside.sort()
+                if "package.xml" in files and (name := _package_name(Path(folder))):
+                    found.setdefault(name, Path(folder))
+        return found
+
+    def find(self, name: str, link: str) -> Path:
+        """Return the file of a mesh name.
+
+        Raises:
+            UserError: if it does not exist, or lies outside the permitted folders.
+        """
+        scheme, colon, rest = name.partition("://")
+        if colon and scheme not in ("package", "file", "model"):
+            raise self.fail(link, name, "package://, file:// or a path")
+        text = unquote(rest) if colon else name
+        if "\0" in text:
+            raise self.fail(link, name, "a file's name")
+        wanted = PurePosixPath(text.replace("\\", "/"))
+        packaged = bool(colon) and scheme in ("package", "model")
+        outside = False
+        for option, permitted in self._options(wanted, packaged):
+            try:
+                real = option.resolve()
+                there = real.is_file()
+            except (OSError, ValueError, RuntimeError):
+                continue
+            inside = any(real.is_relative_to(folder) for folder in permitted)
+            if there and inside:
+                self._stands_in |= permitted is self._own
+                return real
+            outside |= there or not inside
+        given = ", ".join(dict.fromkeys(f.name or "/" for f in self.folders))
+        where = f"a file in {given}, or in a folder given by --packages"
+        where += "; this one is outside" * outside
+        raise self.fail(link, name, where + self._remedy(wanted, packaged))
+
+    def _options(
+        self, wanted: PurePosixPath, packaged: bool
+    ) -> Iterator[tuple[Path, Sequence[Path]]]:
+        """Yield the places where a file may lie, each with the folders that permit it."""
+        if not packaged:
+            places = [Path(wanted)] if wanted.is_absolute() else [f / wanted for f in self.folders]
+            yield from ((place, self.folders) for place in places)
+            return
+        package, *inside = wanted.parts or ("",)
+        if package in self.named:
+            yield self.named[package].joinpath(*inside), self.folders
+        for folder in self.folders:
+            yield folder / wanted, self.folders
+            for up in (folder, *folder.parents):
+                if up.name == package:
+                    yield up.joinpath(*inside), self.folders
+        for up in self._above():
+            if up.name == package:
+                yield up.joinpath(*inside), [up]
+        if package in self._described:
+            yield self._described[package].joinpath(*inside), self.folders
+        if (renamed := self._renamed(wanted)) is not None:
+            yield renamed, self._own
+
+    def _renamed(self, wanted: PurePosixPath) -> Path | None:
+        """Return the place of a file in the own package under another name, if that is unique."""
+        if len(self.renamed) != 1 or wanted.parts not in self.addresses:
+            return None
+        without, top = self.renamed[0]
+        return top.joinpath(*wanted.parts[without:])
+
+    def _remedy(self, wanted: PurePosixPath, packaged: bool) -> str:
+        """Return the option that finds a file which lies near the URDF; otherwise, for a package,
+        the option to name its folder."""
+        if ".." in wanted.parts[1:] or wanted.is_absolute() or not wanted.parts:
+            return ""
+        package, *inside = wanted.parts
+        if packaged and len(self.renamed) > 1 and wanted.parts in self.addresses:
+            options = ((f"{package}=" if n else "", n, top) for n, top in self.renamed)
+            return "; choose one: " + ", or ".join(
+                f"--package{'' if n else 's'} {name}{self._as_given(top)}"
+                for name, n, top in options
+                if n < 2
+            )
+        if not packaged:
+            for up in list(self._above())[1:]:
+                if package == ".." and (up / Path(*inside)).is_file():
+                    return f"; permit it: --packages {self._as_given(up)}"
+            return ""
+        if package == "..":
+            return ""
+        for up in self._above():
+            for folder in (up, up / package):
+                if folder.joinpath(*inside).is_file():
+                    return f"; name its folder: --package {package}={self._as_given(folder)}"
+        return f"; if it has another name, --package {package}=FOLDER tells its folder"
+
+    def _as_given(self, folder: Path) -> str:
+        """Return a folder as an argument of a command, relative if the URDF's path is."""
+        return shlex.quote(str(folder) if self.path.is_absolute() else os.path.relpath(folder))
+
+    def fail(self, link: str, found: str, allowed: str) -> UserError:
+        """Return the error for a mesh of a link."""
+        return UserError(
+            f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}"
+        )
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    for at, inside, files in os.walk(folder):
+        inside.sort()
+        yield from (Path(at, name) for name in sorted(files))
+
+
+def _package_name(folder: Path) -> str:
+    """Return the name in a folder's package.xml; empty if it has none."""
+    file = folder / "package.xml"
+    try:
+        root = plain_xml(bounded_bytes(file, _LARGEST), str(file))
+    except UserError:
+        return ""
+    return (root.findtext("name") or "").strip()

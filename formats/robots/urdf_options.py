@@ -1,0 +1,76 @@
+"""How a robot is read from its URDF: ends of the chain, held joints, and folders of its meshes."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...coverage.choices import Surface
+from .description import read_description
+from .meshes import Meshes
+from .robot_fit import RobotFit, fit_robot
+from .urdf import Urdf
+from .urdf_chain import Picked, pick_chain
+
+
+@dataclass(frozen=True)
+class UrdfOptions:
+    """Choices that a URDF leaves open."""
+
+    base: str | None = None
+    """Link that does not move; by default the root."""
+    tip: str | None = None
+    """Link at the TCP; by default the tip of the longest arm, before its gripper."""
+    hold: Mapping[str, float] = field(default_factory=dict)
+    """Values of joints by name that do not move, rad, or m for prismatic joints."""
+    degrees: bool = False
+    """Whether ``hold`` is in degrees instead of rad; metres stay metres."""
+    packages: tuple[Path, ...] = ()
+    """Folders that are packages of ``package://`` addresses, or hold packages."""
+    package: Mapping[str, Path] = field(default_factory=dict)
+    """Folders of packages by the packages' names."""
+
+    def pick(self, urdf: Urdf) -> Picked:
+        """Return the chain of a URDF.
+
+        Raises:
+            UserError: if it has none, or several.
+        """
+        values = {}
+        for name, value in self.hold.items():
+            joint = urdf.joints.get(name)
+            turns = self.degrees and (joint is None or not joint.slides)
+            values[name] = math.radians(value) if turns else value
+        return pick_chain(urdf, self.base, self.tip, values)
+
+    def meshes(self, urdf: Urdf) -> Meshes:
+        """Return the reader of a URDF's meshes.
+
+        Raises:
+            UserError: if a folder does not exist.
+        """
+        return Meshes(urdf.path, self.packages, self.package, urdf.addresses)
+
+    def fit(
+        self,
+        path: Path,
+        name: str | None = None,
+        capsules: int = 3,
+        surface: Surface = "collision",
+        tell: Callable[[str], None] | None = None,
+    ) -> RobotFit:
+        """Return the robot of a URDF with bodies and mounts fitted to its meshes.
+
+        Args:
+            path: the URDF.
+            name: name of the robot; by default that in the URDF.
+            capsules: largest number of capsules for a link.
+            surface: meshes to which capsules are fitted.
+            tell: receives each link's name before its fit.
+
+        Raises:
+            UserError: if the URDF or a mesh is not usable.
+        """
+        urdf = read_description(path)
+        picked = self.pick(urdf)
+        return fit_robot(picked, self.meshes(urdf), name or urdf.name, capsules, surface, tell)

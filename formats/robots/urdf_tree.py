@@ -1,0 +1,138 @@
+"""Tree of a URDF's links: which joint carries each link, at which values joints stand that no chain
+moves, and which links are rigid together."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..errors import UserError, shown
+from .urdf import Joint, Urdf
+from .xml_text import some
+
+
+@dataclass(frozen=True)
+class LinkTree:
+    """The links of a URDF with the joints above and below them."""
+
+    urdf: Urdf
+    """The file."""
+    hold: Mapping[str, float]
+    """Values of held joints by name, rad or m: fixed joints of this tree."""
+    above: dict[str, Joint] = field(default_factory=dict)
+    """The joint that carries each link but the roots."""
+    below: dict[str, list[Joint]] = field(default_factory=dict)
+    """The joints that each link carries."""
+
+    def __post_init__(self) -> None:
+        for joint in self.urdf.joints.values():
+            if joint.child in self.above:
+                raise UserError(
+                    f"{self.urdf.path}: joint {shown(joint.name)}: child: found"
+                    f" {shown(joint.child)}, which joint {shown(self.above[joint.child].name)}"
+                    " carries already; allowed: one parent joint for each link"
+                )
+            self.above[joint.child] = joint
+            self.below.setdefault(joint.parent, []).append(joint)
+        self._refuse_loops()
+        self._check_held()
+
+    def _refuse_loops(self) -> None:
+        clear: set[str] = set()
+        for name in self.urdf.links:
+            seen, at = {name}, name
+            while at in self.above and at not in clear:
+                at = self.above[at].parent
+                if at in seen:
+                    raise UserError(
+                        f"{self.urdf.path}: link {shown(at)}: found a loop of joints through it,"
+                        " allowed: a tree"
+                    )
+                seen.add(at)
+            clear |= seen
+
+    def _check_held(self) -> None:
+        joints = self.urdf.joints
+        for name, value in self.hold.items():
+            if name not in joints or not self.urdf.joints[name].moves:
+                moving = [joint.name for joint in joints.values() if joint.moves]
+                raise UserError(
+                    f"{self.urdf.path}: --hold: found {shown(name)}, allowed: a moving joint, such"
+                    f" as {some(moving)}"
+                )
+            joint, slack = joints[name], 1e-6
+            low, high = joint.limits
+            if joint.kind in ("planar", "floating") and value != 0:
+                raise UserError(
+                    f"{self.urdf.path}: --hold: found {shown(name)}, a {joint.kind} joint, at"
+                    f" {value:g}, allowed: 0, its origin"
+                )
+            # where a mimic joint stands, the other joint decides
+            if not joint.mimic and not low - slack <= value <= high + slack:
+                unit = "m" if joint.slides else "degrees"
+                raise UserError(
+                    f"{self.urdf.path}: --hold: found {name}={joint.shown(value)}, allowed:"
+                    f" {joint.shown(low)} to {joint.shown(high)} {unit}"
+                )
+
+    @property
+    def roots(self) -> list[str]:
+        """The links that no joint carries."""
+        return [name for name in self.urdf.links if name not in self.above]
+
+    def still(self, joint: Joint) -> bool:
+        """Return whether a joint moves nothing in this tree: fixed, held, or the joint of a mobile
+        base, planar or floating, which stays at its origin."""
+        return not joint.moves or joint.name in self.hold or joint.kind in ("planar", "floating")
+
+    def value(self, joint: Joint) -> float:
+        """Return the value of a joint outside the chain, rad or m: as held, as the joint that it
+        mimics, or the one nearest to 0 within its limits."""
+        factor, offset, seen = 1.0, 0.0, {joint.name}
+        while joint.name not in self.hold and joint.mimic and joint.mimic not in seen:
+            factor, offset = factor * joint.multiplier, offset + factor * joint.offset
+            joint = self.urdf.joints[joint.mimic]
+            seen.add(joint.name)
+        value = factor * self.hold.get(joint.name, joint.default) + offset
+        return value if math.isfinite(value) else 0.0
+
+    def rigid(self, link: str) -> dict[str, int]:
+        """Return the links that still joints connect below ``link``, and how many joints lead to
+        each."""
+        found, queue = {link: 0}, [link]
+        for name in queue:
+            for joint in self.below.get(name, []):
+                if self.still(joint):
+                    found[joint.child] = found[name] + 1
+                    queue.append(joint.child)
+        return found
+
+    def exits(self, link: str) -> list[Joint]:
+        """Return the moving joints that leave the links rigid with ``link``."""
+        return [
+            j for name in self.rigid(link) for j in self.below.get(name, []) if not self.still(j)
+        ]
+
+    def moving_below(self, joint: Joint) -> list[Joint]:
+        """Return the moving joints that a joint carries."""
+        found, queue = [], self.exits(joint.child)
+        for at in queue:
+            found.append(at)
+            queue += self.exits(at.child)
+        return found
+
+    def path(self, base: str, tip: str) -> list[Joint]:
+        """Return the joints from base to tip.
+
+        Raises:
+            UserError: if no joints lead there.
+        """
+        path, at = [], tip
+        while at != base:
+            if at not in self.above:
+                raise UserError(
+                    f"{self.urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints"
+                    f" connect to {base}"
+                )
+            path.append(self.above[at])
+            at = self.above[at].parent
+        return path[::-1]

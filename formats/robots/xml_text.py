@@ -1,0 +1,72 @@
+"""Text of XML files from others: bounded in size, and without entities of its own.
+
+Only the standard library's parser is used, and it refuses a document type, so that no entity is
+expanded.
+"""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from pathlib import Path
+from xml.parsers import expat
+
+from ..errors import UserError
+
+
+def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
+    """Return the root of an XML text without a document type, and thus without entities of its own.
+
+    Prefixes of names stay as they are written: simulators read files that declare none. Comments
+    are kept with ``comments``.
+
+    Raises:
+        UserError: if the text is not XML or has a document type.
+    """
+    parser, builder = expat.ParserCreate(), ET.TreeBuilder(insert_comments=comments)
+    parser.buffer_text = True
+
+    def refuse(*_: object) -> None:
+        raise UserError(
+            f"{name}: line {parser.CurrentLineNumber}: found a document type, allowed: XML"
+            " without one"
+        )
+
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    parser.CommentHandler = builder.comment
+    try:
+        parser.Parse(text, True)
+        return builder.close()
+    except (expat.ExpatError, ET.ParseError, ValueError, LookupError) as error:
+        raise UserError(f"{name}: not XML: {error}") from error
+    except RecursionError as error:
+        raise UserError(f"{name}: not XML: nested too deeply") from error
+
+
+def some(names: Sequence[str], most: int = 8) -> str:
+    """Return the first of ``names``, and how many more there are."""
+    return ", ".join(names[:most]) + f" and {len(names) - most} more" * (len(names) > most)
+
+
+def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
+    """Return the content of a file of at most ``most`` bytes.
+
+    Raises:
+        UserError: if it cannot be read or is larger.
+    """
+    name = name or str(path)
+    try:
+        if path.exists() and not path.is_file():
+            raise UserError(f"{name}: not a regular file; give a file")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        raise UserError(
+            f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
+    if len(data) > most:
+        limit = most // 2**20
+        raise UserError(f"{name}: found more than {limit} MB, allowed: at most {limit} MB")
+    return data
