@@ -27,7 +27,7 @@ from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
-from .schema.target_models import TargetModel
+from .schema.target_models import TargetFile
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
@@ -234,7 +234,7 @@ def read_target(path: Path) -> Goal:
     Raises:
         UserError: if it, or a file that it names, cannot be read or is not valid.
     """
-    model = read_model(path, TargetModel)
+    model = read_model(path, TargetFile)
     return with_contents(model, str(path), _reader(path)).to_domain()
 
 

@@ -1,6 +1,7 @@
 """Files state their version; those without are of the first, newer ones are refused."""
 
 import json
+import math
 import tomllib
 from pathlib import Path
 
@@ -127,3 +128,18 @@ def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
     found = Holder.model_validate(within, context=FROM_FILE)
     assert found.proposal.scene.rules.mount == "free"
     assert ProposalFile.of(named_setup("n2_16_25"), paper_scene()).scene.rules.mount == "free"
+
+
+def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
+    """19.1° by 19.1° is what the catalogue once had for this sensor; today it has 18.98°."""
+    path = tmp_path / "mine.toml"
+    sensor = 'model = "vl53l1x"\nfov_deg = 19.091883\nfov_up_deg = 19.091883\n'
+    path.write_text(RINGS + "[scene.sensor]\n" + sensor)
+    setup, _, file = read_proposal(path)
+    assert math.degrees(setup.rings[0].sensor.fov) == pytest.approx(19.091883, abs=1e-9)
+    assert setup.rings[0].sensor.use.model == "vl53l1x"
+    path.write_text(to_toml(file))
+    assert read_proposal(path)[0] == setup
+    path.write_text(RINGS + "[scene.sensor]\n" + sensor.replace("19.0", "19.5"))
+    with pytest.raises(UserError, match=r"sensor.fov_deg: found 19.5"):
+        read_proposal(path)

@@ -14,8 +14,8 @@ def schema(
         Literal[
             "scene",
             "robot",
-            "target",
             "sensor",
+            "target",
             "proposal",
             "verify",
             "robustness",

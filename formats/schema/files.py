@@ -8,8 +8,8 @@ from .base_model import StrictModel
 MODELS = {
     "scene": ("scene_models", "SceneFile"),
     "robot": ("robot_models", "RobotFile"),
-    "target": ("target_models", "TargetModel"),
     "sensor": ("own_sensor_models", "OwnSensorFile"),
+    "target": ("target_models", "TargetFile"),
     "proposal": ("proposal_models", "ProposalFile"),
     "verify": ("result_models", "VerifyResult"),
     "robustness": ("robustness_models", "RobustnessResult"),

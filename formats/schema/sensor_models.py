@@ -18,7 +18,9 @@ from .mapping import DEGREES, MappedModel, Of
 from .own_sensor_models import OwnSensorModel
 
 _USES = ("ambient", "reflectance", "target_size")
-_SAME = 1e-6  # degrees and metres, largest difference between a stated beam and the catalogue's
+_SAME = 1e-6  # m, largest difference between a stated range and the catalogue's
+# degrees, of angles: the catalogue may become more precise; a file keeps the angles it states
+_CLOSE = 0.2
 
 
 SensorKey = Annotated[
@@ -161,7 +163,7 @@ class SensorModel(MappedModel[Sensor]):
             for key, value in beam.items()
             if key in given
             and value is not None
-            and abs((getattr(self, key) or 0.0) - value) > _SAME
+            and abs((getattr(self, key) or 0.0) - value) > (_CLOSE if "fov" in key else _SAME)
         )
         refuse(
             ((key,), getattr(self, key), f"no such key, because the beam of {use.model} is round")
@@ -175,6 +177,11 @@ class SensorModel(MappedModel[Sensor]):
         if self.use is None:
             return super().to_domain(**given)
         sensor = effective(self.use).sensor
+        for key, name in (("fov_deg", "fov"), ("fov_up_deg", "fov_up")):
+            angle, known = getattr(self, key), getattr(sensor, name)
+            if key in self.model_fields_set and angle is not None and known is not None:
+                exact = abs(angle - math.degrees(known)) <= _SAME
+                sensor = sensor if exact else replace(sensor, **{name: math.radians(angle)})
         return sensor if self.board is None else replace(sensor, board=self.board.to_domain())
 
     @classmethod

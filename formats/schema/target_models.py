@@ -28,6 +28,7 @@ from .base_model import StrictModel, fault
 from .field_types import FARTHEST, LONGEST_NAME, Metres
 from .importance_models import ImportanceModel
 from .mapping import PERCENT, MappedModel, Of
+from .versions import VersionedFile
 
 _Coordinate = Annotated[
     float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate in the base frame, m")
@@ -348,3 +349,7 @@ def own_keys(target: Target) -> dict[str, Any]:
     table = TargetModel.from_domain(Goal(target))
     own = {"volume", "importance", "reachable"}
     return table.model_dump(mode="json", exclude_none=True, exclude_defaults=True, include=own)
+
+
+class TargetFile(TargetModel, VersionedFile):
+    """A target of one's own, for ``--target`` (TOML)."""
