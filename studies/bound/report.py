@@ -7,6 +7,7 @@ from matplotlib.patches import Patch
 
 from ...reporting.pages import table
 from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
+from ..engine.scenes import PAPERS_WORLD
 from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, BoundRow
 
 _WAYS = (
@@ -53,7 +54,7 @@ def page(rows: list[BoundRow], command: str) -> str:
     lines = [
         "# How far is the search from the best layout?",
         "",
-        f"`{command}`; the measurements are in `data.csv`.",
+        f"`{command}`; the measurements are in `data.csv`. {PAPERS_WORLD}",
         "",
     ]
     lines += [

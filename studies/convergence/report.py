@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ...reporting.plots import GREY, GRID, INK, save, sheet
+from ..engine.scenes import PAPERS_WORLD
 from ..paper.coverage_cells import FAR, NEAR
 from ..paper.coverage_cells import PUBLISHED as _BOTH
 from .study import TARGETS, ConvergenceRow, errors, order
@@ -89,7 +90,7 @@ def page(rows: list[ConvergenceRow], command: str) -> str:
     lines = [
         "# How ζ depends on the voxel",
         "",
-        f"`{command}`; the measurements are in `data.csv`.",
+        f"`{command}`; the measurements are in `data.csv`. {PAPERS_WORLD}",
         "",
     ]
     lines += [

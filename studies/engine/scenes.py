@@ -10,6 +10,8 @@ from ...objectives.named_layouts import layout_in
 from ...objectives.scene import CoreScene
 
 Rings = list[dict[str, Any]]
+PAPERS_WORLD = "As in the paper, beams pass through the robot, and rings need no room on it."
+"""Sentence for the pages of studies in the paper's scene."""
 
 
 def scene_from(scene: Mapping[str, Any]) -> CoreScene:

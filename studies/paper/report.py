@@ -11,7 +11,7 @@ from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...reporting import approach_figure, distance_figures
 from ...reporting.pages import csv_text, html, table
 from ...simulation.distance import summary
-from ..engine.scenes import scene_from
+from ..engine.scenes import PAPERS_WORLD, scene_from
 from . import cone_figure, octree_figures
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
@@ -132,7 +132,8 @@ def _page(
         f"`{command}` creates this page and its figures; the numbers are in the CSV files in this"
         " folder. The paper is Kumar and Sahin, *Sensing Volume Coverage of Robot Workspace using"
         " On-Robot Time-of-Flight Sensor Arrays* (IEEE SMC 2019). The pose is that of the highest"
-        " TCP speed in the paper's task, not the pose of the README, so figures differ slightly.\n"
+        " TCP speed in the paper's task, not the pose of the README, so figures differ slightly."
+        f" {PAPERS_WORLD}\n"
     )
     yield "## The paper's statements and our measurements\n"
     yield (

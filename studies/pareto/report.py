@@ -9,7 +9,7 @@ from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
 from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
-from ..engine.scenes import scene_from
+from ..engine.scenes import PAPERS_WORLD, scene_from
 from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
 
 _POINTS = "points.csv"
@@ -66,7 +66,7 @@ def write(
     """Draw the plot into ``folder`` and return the texts of the other files by name."""
     picture(points, names, folder / "front.png")
     kept = front([p for p in points if not is_papers(p)])
-    text = printable_lines("\n".join(_page(points, kept, names, command)))
+    text = printable_lines("\n".join(_page(points, kept, names, _world(where), command)))
     lines = [
         {
             "sensors": p.sensors,
@@ -108,15 +108,29 @@ def _proposal(p: Point, names: tuple[str, str], where: dict[str, object]) -> str
     return to_toml(ProposalFile.of(setup_of_point(p, where), scene), heading)
 
 
+def _world(where: dict[str, object]) -> str:
+    """Return a sentence on occlusion and mounts in the scene of a front."""
+    scene = scene_from(where)
+    if scene.occlusion == "ignore" and not scene.real:
+        return PAPERS_WORLD
+    mounts = "rings have real mounts" if scene.real else "rings need no room on the robot"
+    return f"Occlusion is `{scene.occlusion}`; {mounts}."
+
+
 def _page(
-    points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str], command: str
+    points: Sequence[Point],
+    kept: Sequence[Point],
+    names: tuple[str, str],
+    world: str,
+    command: str,
 ) -> Iterator[str]:
     yield f"# {names[0]} against {names[1]}\n"
     yield (
         f"`{command}` searches the Pareto fronts of two targets, one front for each number of"
         " sensors. Every point is counted exactly (rule `centre`, voxels of 1 cm), and no point of"
         " a front is dominated by another with the same number of sensors. The numbers are in"
-        " `points.csv`; each point of a front is a proposal in this folder.\n"
+        " `points.csv`; each point of a front is a proposal in this folder."
+        f" {world}\n"
     )
     yield f"![Pareto fronts of {names[0]} against {names[1]}](front.png)\n"
     papers = [p for p in points if is_papers(p)]
