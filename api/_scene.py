@@ -113,7 +113,7 @@ class Scene:
         safety: Safety | None = None,
         prices: Prices | None = None,
     ) -> None:
-        given = {
+        given: dict[str, Any] = {
             "targets": targets or None,
             "sensor": sensor,
             "occlusion": occlusion,

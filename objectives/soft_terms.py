@@ -138,10 +138,15 @@ class SoftTerms:
         if self._bodies is not None:
             bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
             seen = Hidden(cones, bodies, self._occlusion)
-        carried = (
-            Polyhedron(*(jnp.asarray(a)[pose] for a in at_poses), faces)
-            for at_poses, faces in self._carried
-        )
+        carried = [
+            Polyhedron(
+                jnp.asarray(normal)[pose],
+                jnp.asarray(offset)[pose],
+                jnp.asarray(edges)[pose],
+                faces,
+            )
+            for (normal, offset, edges), faces in self._carried
+        ]
         obstacles = (*self._obstacles, *carried)
         return InCell(seen, obstacles) if obstacles else seen
 
@@ -154,7 +159,7 @@ def _moved(one: CarriedPolyhedron, frames: Float[np.ndarray, "P F 4 4"]) -> Move
         np.stack([np.asarray(getattr(b, key), np.float32) for b in each])
         for key in ("normal", "offset", "edges")
     ]
-    return at_poses, one.body.faces
+    return at_poses, np.asarray(one.body.faces)
 
 
 def _rows() -> tuple[int, int | None]:

@@ -34,8 +34,10 @@ class Attached:
         """Return the solid in the frame in which its own frame has the pose ``T`` (4, 4) m."""
         if isinstance(self.solid, Polyhedron):
             return placed(self.solid, T)
-        ends = (T[:3, :3] @ np.asarray(v) + T[:3, 3] for v in (self.solid.start, self.solid.end))
-        return Capsules(*ends, self.solid.radius)
+        start, end = (
+            T[:3, :3] @ np.asarray(v) + T[:3, 3] for v in (self.solid.start, self.solid.end)
+        )
+        return Capsules(start, end, self.solid.radius)
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class CarriedPolyhedron:
     @cached_property
     def enclosing(self) -> Capsules:
         """A capsule, in the same frame, that contains the polyhedron."""
-        return enclosing_capsule(self.body.edges.reshape(-1, 3))
+        return enclosing_capsule(np.asarray(self.body.edges).reshape(-1, 3))
 
 
 def enclosing_capsule(points: Float[np.ndarray, "N 3"]) -> Capsules:

@@ -56,7 +56,7 @@ def _meshes(robot: Robot) -> dict[str, bytes]:
     files = {}
     for i, carried in enumerate(robot.carried):
         if box_of(carried.body) is None:
-            hull = trimesh.convex.convex_hull(carried.body.edges.reshape(-1, 3))
+            hull = trimesh.convex.convex_hull(np.asarray(carried.body.edges).reshape(-1, 3))
             files[_mesh_name(i)] = bytes(hull.export(file_type="stl"))
     return files
 
