@@ -135,10 +135,10 @@ def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
     path = tmp_path / "mine.toml"
     sensor = 'model = "vl53l1x"\nfov_deg = 19.091883\nfov_up_deg = 19.091883\n'
     path.write_text(RINGS + "[scene.sensor]\n" + sensor)
-    setup, _, file = read_proposal(path)
+    setup, scene, _ = read_proposal(path)
     assert math.degrees(setup.rings[0].sensor.fov) == pytest.approx(19.091883, abs=1e-9)
     assert setup.rings[0].sensor.use.model == "vl53l1x"
-    path.write_text(to_toml(file))
+    path.write_text(to_toml(ProposalFile.of(setup, scene)))
     assert read_proposal(path)[0] == setup
     path.write_text(RINGS + "[scene.sensor]\n" + sensor.replace("19.0", "19.5"))
     with pytest.raises(UserError, match=r"sensor.fov_deg: found 19.5"):

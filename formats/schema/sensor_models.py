@@ -177,11 +177,12 @@ class SensorModel(MappedModel[Sensor]):
         if self.use is None:
             return super().to_domain(**given)
         sensor = effective(self.use).sensor
-        for key, name in (("fov_deg", "fov"), ("fov_up_deg", "fov_up")):
-            angle, known = getattr(self, key), getattr(sensor, name)
-            if key in self.model_fields_set and angle is not None and known is not None:
-                exact = abs(angle - math.degrees(known)) <= _SAME
-                sensor = sensor if exact else replace(sensor, **{name: math.radians(angle)})
+        stated = self.model_fields_set
+        if "fov_deg" in stated and abs(self.fov_deg - math.degrees(sensor.fov)) > _SAME:
+            sensor = replace(sensor, fov=math.radians(self.fov_deg))
+        up = self.fov_up_deg if sensor.fov_up is not None else None
+        if up is not None and abs(up - math.degrees(sensor.fov_up or 0.0)) > _SAME:
+            sensor = replace(sensor, fov_up=math.radians(up))
         return sensor if self.board is None else replace(sensor, board=self.board.to_domain())
 
     @classmethod
