@@ -63,7 +63,7 @@ class SensorCatalogue(Mapping[str, Sensor]):
         Example:
             >>> import place_rings as pr
             >>> round(pr.sensors.under("vl53l1x", ambient="50kcps").range_m, 2)
-            1.61
+            1.62
         """
         use = name.use if isinstance(name, Sensor) else Use(name)
         if use is None:

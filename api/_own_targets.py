@@ -429,7 +429,7 @@ def weight_field(
         >>> import place_rings as pr
         >>> busy = pr.weight_field(np.array([[1.0, 0.2]]), cell=(1, 1, 2), origin=(0, -1, 0))
         >>> pr.Scene(targets=pr.Shell(0.5, importance=busy))
-        <Scene: ur10, 1 pose, V_S(0.5) weighted, occlusion ignore>
+        <Scene: ur10, 1 pose, V_S(0.5) weighted, occlusion shadow>
     """
     corner, sides = _three("origin", origin), _three("cell", cell)
     if isinstance(weights, str | Path):

@@ -153,7 +153,7 @@ class RobotVolume(TargetVolume):
 
     Example:
         >>> import place_rings as pr
-        >>> around = pr.Union([pr.Box((1, 1, 1)), pr.RobotVolume()])
+        >>> around = pr.UnionOf([pr.Box((1, 1, 1)), pr.RobotVolume()])
     """
 
     symbol: str = field(init=False, default="V_R", repr=False)

@@ -18,9 +18,10 @@ from .mapping import DEGREES, MappedModel, Of
 from .own_sensor_models import OwnSensorModel
 
 _USES = ("ambient", "reflectance", "target_size")
-_SAME = 1e-6  # m, largest difference between a stated range and the catalogue's
-# degrees, of angles: the catalogue may become more precise; a file keeps the angles it states
-_CLOSE = 0.2
+_SAME = 1e-6  # degrees and metres
+# The catalogue may become more precise; a file keeps a beam that it states and that is as near to
+# the catalogue's as this: degrees of an angle, and a share of a range.
+_CLOSE_ANGLE, _CLOSE_RANGE = 0.2, 0.02
 
 
 SensorKey = Annotated[
@@ -163,7 +164,7 @@ class SensorModel(MappedModel[Sensor]):
             for key, value in beam.items()
             if key in given
             and value is not None
-            and abs((getattr(self, key) or 0.0) - value) > (_CLOSE if "fov" in key else _SAME)
+            and abs((getattr(self, key) or 0.0) - value) > _close(key, value)
         )
         refuse(
             ((key,), getattr(self, key), f"no such key, because the beam of {use.model} is round")
@@ -180,6 +181,8 @@ class SensorModel(MappedModel[Sensor]):
         stated = self.model_fields_set
         if "fov_deg" in stated and abs(self.fov_deg - math.degrees(sensor.fov)) > _SAME:
             sensor = replace(sensor, fov=math.radians(self.fov_deg))
+        if "range_m" in stated and abs(self.range_m - sensor.range_m) > _SAME:
+            sensor = replace(sensor, range_m=self.range_m)
         up = self.fov_up_deg if sensor.fov_up is not None else None
         if up is not None and abs(up - math.degrees(sensor.fov_up or 0.0)) > _SAME:
             sensor = replace(sensor, fov_up=math.radians(up))
@@ -204,3 +207,10 @@ class SensorModel(MappedModel[Sensor]):
         if value.fov_up is None:
             stated["zones"] = 1
         return super().from_domain(value, **stated, **given)
+
+
+def _close(key: str, value: float) -> float:
+    """Return by how much a stated value may differ from the catalogue's."""
+    if key == "range_m":
+        return _CLOSE_RANGE * value
+    return _CLOSE_ANGLE if "fov" in key else _SAME
