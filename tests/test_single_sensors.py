@@ -16,6 +16,8 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
 from place_rings.objectives.scene import CoreScene, Obstacle, Rules
 from place_rings.objectives.target_voxels import target_voxels
 from place_rings.objectives.verify import Verifier, by_part
@@ -124,6 +126,26 @@ def test_what_stands_before_a_camera_hides_what_is_behind_it():
 def test_a_single_sensor_that_cannot_be_is_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         MountedSensor(**({"link": "tool", "position": (0, 0, 0), "direction": (0, 0, 1)} | wrong))
+
+
+@pytest.mark.parametrize("key", ["cell_sensors", "fixed_sensors"])
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ("direction = [0, 0, 0]", r'direction: found "\[0.0, 0.0, 0.0\]", allowed: a vector'),
+        ("direction = [0, 0, 1]\nup = [0, 0, 2]", r'up: found "\[0.0, 0.0, 2.0\]", allowed: a'),
+        (
+            "direction = [0, 0, 1]\nsensor = { fov_deg = 20, fov_up_deg = 20 }",
+            "up: found nothing, allowed: the direction of fov_up",
+        ),
+    ],
+)
+def test_a_pose_that_cannot_be_names_its_file_and_key(tmp_path, key, wrong, message):
+    keys = "" if "sensor" in wrong else "sensor = {}\n"
+    keys = "link = 'tool'\n" * (key == "fixed_sensors") + (keys if key == "cell_sensors" else "")
+    (tmp_path / "scene.toml").write_text(f"[[{key}]]\n{keys}position = [0, 0.1, 0]\n{wrong}\n")
+    with pytest.raises(UserError, match=rf"scene.toml: {key}\[0\].{message}"):
+        read_scene(tmp_path / "scene.toml")
 
 
 def test_a_sensor_of_the_cell_is_on_the_base():

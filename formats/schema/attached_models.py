@@ -73,10 +73,10 @@ class AttachedModel(StrictModel):
     def _of_one_kind(self) -> Self:
         given = [kind for kind in _KINDS if getattr(self, kind) is not None]
         if len(given) != 1:
-            raise fault(given or None, f"exactly one of the keys {', '.join(_KINDS)}")
+            raise fault(", ".join(given) or None, f"exactly one of the keys {', '.join(_KINDS)}")
         capsule = [key for key in ("start", "end", "radius") if getattr(self, key) is not None]
         if capsule and len(capsule) != 3:
-            raise fault(capsule, "start, end and radius together, for a capsule")
+            raise fault(", ".join(capsule), "start, end and radius together, for a capsule")
         if self.start is None:
             self.shape()
         return self

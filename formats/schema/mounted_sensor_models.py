@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from ...coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from .base_model import Fault, fault
+from .base_model import Fault, refuse
 from .field_types import FARTHEST, LONGEST_NAME
 from .mapping import MappedModel
 from .sensor_models import SensorModel
@@ -45,16 +45,15 @@ class CellSensorModel(MappedModel[MountedSensor]):
 
     @model_validator(mode="after")
     def _some_pose(self) -> Self:
-        beam = getattr(self, "sensor", None)
-        if beam is None and self.up is None:
-            return self  # known with the scene's sensor only
+        beam = self.sensor  # None: the scene's, whose beam may need an up: single_faults tells
         try:
             self.to_domain(sensor=Sensor() if beam is None else beam.to_domain())
         except ValueError as error:
             text = str(error).removeprefix("MountedSensor: ")
             key, _, text = text.partition(": found ")
-            found, _, allowed = text.partition(", allowed: ")
-            raise fault(f"{key} {found}", allowed) from error
+            value = getattr(self, key)
+            found = None if value is None else str(value)
+            refuse([((key,), found, text.partition(", allowed: ")[2])])
         return self
 
     def to_domain(self, **given: Any) -> MountedSensor:
