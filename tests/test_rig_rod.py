@@ -138,7 +138,7 @@ def test_the_interval_holds_the_share_as_often_as_it_says(p):
 def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     file = tmp_path / "trials.toml"
     write_rod_plan(file, plan)
-    back = rod_plan_of(read_model(file, RodPlanFile))
+    back = rod_plan_of(read_model(file, RodPlanFile), SCENE)
     np.testing.assert_allclose(back.point, plan.point, atol=1e-6)
     np.testing.assert_array_equal(back.stratum, plan.stratum)
     assert (back.strata, back.rod, back.detection, back.target) == (
