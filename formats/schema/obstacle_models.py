@@ -63,6 +63,8 @@ class ObstacleModel(StrictModel):
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
             raise fault(given or None, f"exactly one of the keys {', '.join(kinds)}")
+        if self.scale != 1.0 and self.file is None:
+            raise fault(f"scale {self.scale:g}", "no scale without file, because it scales a mesh")
         if self.points is not None:
             try:
                 hull(np.array(self.points))
