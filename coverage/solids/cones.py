@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import Parts
-from .tangent_bounds import Tangent, away, curvature, union_bounds
+from .tangent_bounds import Tangent, TangentParts, away, curvature
 from .volume_fraction import VolumeFraction
 
 
@@ -54,7 +53,7 @@ def cone(
 
 @tree
 @dataclass(frozen=True)
-class Cones(Parts):
+class Cones(TangentParts):
     """A union of cones with flat bases: the field of view of K sensors."""
 
     apex: Float[Array, "K 3"]
@@ -148,18 +147,6 @@ class Cones(Parts):
         aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
         point: np.ndarray = self.apex[k] + d[:, None] * axis + rho[:, None] * aside
         return point
-
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``."""
-        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the bounding box of all cones.

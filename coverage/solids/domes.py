@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
 from .cones import Cones, cone
-from .tangent_bounds import distance_tangent, union_bounds
+from .tangent_bounds import distance_tangent
 from .volume_fraction import VolumeFraction
 
 
@@ -59,18 +59,6 @@ class Domes(Cones):
             both = share.only(cut) & ball.share(side, slack)
             share.low[cut], share.high[cut] = both.low, both.high
         return share, value, normal
-
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``."""
-        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """See ``Cones.within``."""

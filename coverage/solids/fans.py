@@ -8,8 +8,7 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import Parts
-from .tangent_bounds import Tangent, away, curvature, union_bounds
+from .tangent_bounds import Tangent, TangentParts, away, curvature
 from .volume_fraction import VolumeFraction
 
 FULL = 1e-6  # rad, an opening this near to a full turn has no sides
@@ -53,7 +52,7 @@ def fan(
 
 @tree
 @dataclass(frozen=True)
-class Fans(Parts):
+class Fans(TangentParts):
     """A union of fans."""
 
     apex: Float[Array, "K 3"]
@@ -119,18 +118,6 @@ class Fans(Parts):
         upper = np.where(y < 0, -1.0, 1.0)
         plane = upper * y - self.half_thickness[index], upper[:, None] * up
         return share & VolumeFraction(low, high), *plane
-
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``."""
-        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """Map numbers in the unit cube to points m spread evenly over part ``k``."""

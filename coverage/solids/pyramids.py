@@ -8,8 +8,7 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
-from .base import Parts
-from .tangent_bounds import Tangent, union_bounds
+from .tangent_bounds import Tangent, TangentParts
 from .volume_fraction import VolumeFraction
 
 
@@ -47,7 +46,7 @@ def pyramid(
 
 @tree
 @dataclass(frozen=True)
-class Pyramids(Parts):
+class Pyramids(TangentParts):
     """A union of pyramids with flat bases."""
 
     apex: Float[Array, "K 3"]
@@ -134,18 +133,6 @@ class Pyramids(Parts):
         furthest = values.argmax(axis=0)
         at = np.arange(len(index))
         return share, values[furthest, at], normals[furthest, at]
-
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``."""
-        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the bounding box of all apexes and all corners of bases."""

@@ -6,12 +6,15 @@ of a cube under a plane has a closed form. The volume between plane and parabola
 curvature and decreases with the square of the cube's side.
 """
 
+from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Numbers, dot
+from .base import Parts
 from .volume_fraction import VolumeFraction
 
 # minimum component of a normal: smaller ones are raised to it, and the plane is moved by the
@@ -195,3 +198,30 @@ def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Numbers, side: float) 
     return Tangent(
         distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2)
     )
+
+
+class TangentParts(Parts):
+    """Parts whose share of a cube is bounded by a tangent plane of each."""
+
+    @abstractmethod
+    def each_share(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
+    ) -> tuple[VolumeFraction, Any, Any]:
+        """Return bounds of the share of each pair's cube in its part, and the value and the normal
+        of a plane at the cube's centre that lies below the part's surface."""
+
+    def shares(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
+    ) -> VolumeFraction:
+        """See ``Parts.shares``."""
+        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
