@@ -20,7 +20,7 @@ class TermBoundModel(StrictModel):
         description="bound by the volume of the beams alone, percent"
     )
     by_prices_percent: Percent = Field(
-        description="bound by prices of places, percent; 100 where none were computed"
+        description="bound by prices of places, percent; 100 where none beat the volume"
     )
 
 

@@ -14,7 +14,7 @@ from ...coverage.weight_field import LEVELS
 from ...objectives.scene import CoreScene
 
 WIDTH = 0.7  # standard deviation of a Gaussian, in spacings of the lattice
-_LEAST = 0.02  # of its mass that a Gaussian has in the target; others get no price
+_LEAST = 0.05  # of its mass that a Gaussian has in the target; others get no price
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,7 @@ from .ring_values import BOXES, RingMaxima, shares
 
 MARGIN = 5e-4
 """Added to each bound for the sums over voxels, as a share of the target."""
+_FLAT = 0.98  # of the largest price: prices above are as good as constant
 NOTHING = 0.9995
 """A bound of at least this says nothing."""
 
@@ -58,11 +59,11 @@ NOTHING = 0.9995
 class Effort:
     """How much work a bound takes."""
 
-    points: int = 500
+    points: int = 400
     """Gaussians of a field of prices."""
-    steps: int = 200
+    steps: int = 160
     """Most steps towards good prices; 0: the volume bound only."""
-    places: int = 3000
+    places: int = 2500
     """Most places of rings on a link at which a field is evaluated."""
     boxes: tuple[float, float] = BOXES
     """Sides of the first boxes of positions and tilts, m and rad."""
@@ -83,7 +84,8 @@ class TermBound:
     by_volume: float
     """Bound by the volume of the beams, in [0, 1]."""
     by_prices: float
-    """Bound by prices, in [0, 1]; 1 without."""
+    """Bound by prices, in [0, 1]; 1 without, or where constant prices are the best known, which
+    are no better than the volume."""
 
     @property
     def value(self) -> float:
@@ -172,7 +174,10 @@ class AtPose:
         volume = min(self._by_volume(grid) + MARGIN, 1.0)
         if not priced or not effort.steps:
             return TermBound(goal, self.pose, volume, 1.0)
-        value = Priced(self, grid, effort).bound(effort)
+        field = Priced(self, grid, effort)
+        if field.flat:
+            return TermBound(goal, self.pose, volume, 1.0)
+        value = field.bound(effort)
         return TermBound(goal, self.pose, volume, min(value + MARGIN, 1.0))
 
     def _by_volume(self, grid: TargetGrid) -> float:
@@ -215,6 +220,11 @@ class Priced:
             if prices is None
             else prices
         )
+
+    @property
+    def flat(self) -> bool:
+        """Whether the prices are constant."""
+        return float(self.prices.min()) > _FLAT * self.field.most
 
     def bound(self, effort: Effort) -> float:
         """Return the bound that the prices give, refined within the effort."""

@@ -64,7 +64,8 @@ def page(rows: list[GapRow], command: str) -> str:
         (
             "An upper bound holds for every layout with this number of sensors: any rings that the"
             " rules allow, at any positions, tilts and phases. All figures are percent of the"
-            " target's volume. [How good could it be?](../../docs/gap.md) explains the bound."
+            " target's volume. [How good could it be?](../../docs/questions/gap.md) explains the"
+            " bound."
         ),
         "",
         (
@@ -73,8 +74,8 @@ def page(rows: list[GapRow], command: str) -> str:
         ),
         "- **By volume**: the number of sensors times the volume of a beam.",
         (
-            "- **By prices**: Lagrangian relaxation with a price for each place in the target. The"
-            " upper bound is the lower of the two."
+            "- **By prices**: Lagrangian relaxation with a price for each place in the target; 100"
+            " where no prices beat the volume. The upper bound is the lower of the two."
         ),
         "- **Seconds**: wall time of the bound, on a machine that did other work beside it.",
         "",
