@@ -36,7 +36,7 @@ def picture(rows: list[GapRow], file: Path) -> None:
 def page(rows: list[GapRow], command: str) -> str:
     """Return the study as Markdown."""
     heads = (
-        "target", "sensors", "best known", "short search", "upper bound", "by volume",
+        "target", "sensors", "best known", "upper bound", "by volume",
         "by prices", "gap, points", "share of what 100 % leaves open", "seconds",
     )  # fmt: skip
     body = [
@@ -44,7 +44,6 @@ def page(rows: list[GapRow], command: str) -> str:
             row.target,
             str(row.sensors),
             f"{row.known_percent:.2f}",
-            f"{row.search_percent:.2f}",
             f"{row.bound_percent:.2f}",
             f"{min(row.volume_percent, 100):.2f}",
             f"{row.prices_percent:.2f}",
@@ -69,8 +68,8 @@ def page(rows: list[GapRow], command: str) -> str:
         ),
         "",
         (
-            "- **Best known**: the best of this study's short search and of longer ones"
-            " (`studies/gap/study.py` lists them)."
+            "- **Best known**: ζ of the best layout of this project's searches (listed in"
+            " `studies/gap/study.py`), or of a search by this study."
         ),
         "- **By volume**: the number of sensors times the volume of a beam.",
         (
