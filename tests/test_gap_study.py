@@ -11,7 +11,7 @@ def rows_of(cells_run):
     def run(heading, cells):
         cells_run.extend(cells)
         if cells and cells[0].work == "upper bound":
-            upper = [min(100.0, 3.0 * cell.arguments["sensors"]) for cell in cells]
+            upper = [{12: 60.0, 24: 80.0}.get(cell.arguments["sensors"], 100.0) for cell in cells]
             return [
                 {"bound_percent": u, "volume_percent": 2 * u, "prices_percent": u, "seconds": 1.0}
                 for u in upper
@@ -23,7 +23,8 @@ def rows_of(cells_run):
     return study.measure(run)
 
 
-def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path):
+def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path, monkeypatch):
+    monkeypatch.delitem(study.KNOWN, ("V_OT", 48))
     cells = []
     rows = rows_of(cells)
     works = [cell.work for cell in cells]
@@ -34,7 +35,8 @@ def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path):
         assert row.known_percent == study.KNOWN.get((row.target, row.sensors), 20.0)
         assert row.gap == row.bound_percent - row.known_percent
     text = report.page(rows, "place-rings study gap")
-    assert "V_S(1.5) with 24" in text.split("**Loose**")[1]
+    assert "V_S(0.5) with 24" in text.split("**Tight**")[1].split("**Loose**")[0]
+    assert "V_S(0.5) with 12" in text.split("**Loose**")[1].split("**Says nothing**")[0]
     assert "V_OT with 80" in text.split("**Says nothing**")[1]
     report.picture(rows, tmp_path / "gap.png")
     assert (tmp_path / "gap.png").stat().st_size > 10_000

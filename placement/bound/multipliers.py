@@ -96,8 +96,10 @@ def find_prices(
     standing: Float[np.ndarray, " J"],
     seen: int,
     steps: int,
-) -> Float[np.ndarray, " J"]:
+) -> tuple[Float[np.ndarray, " J"], float]:
     """Return prices, at most ``field.most``, whose bound on a grid of rings is the lowest.
+
+    The second result is that bound. It is no bound for rings between the grid's places.
 
     Args:
         some: families of rings.
@@ -129,4 +131,4 @@ def find_prices(
         way = (added - covered) / field.held
         covered = covered + _step(covered / field.held, way, field.held, width) * (added - covered)
         width = max(width * _NARROWING, _WIDTHS[1])
-    return best
+    return best, least

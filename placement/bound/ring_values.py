@@ -21,7 +21,7 @@ from .blurred_beam import BlurredBeam
 from .families import Family
 from .price_field import PriceField
 
-AZIMUTHS = 180
+AZIMUTHS = 360
 """Azimuths at which a sensor is evaluated for a bound."""
 BOXES = 0.1, math.radians(5)
 """Sides of the first boxes, m and rad."""

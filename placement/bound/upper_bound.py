@@ -50,7 +50,7 @@ from .ring_values import BOXES, RingMaxima, shares
 
 MARGIN = 5e-4
 """Added to each bound for the sums over voxels, as a share of the target."""
-_FLAT = 0.98  # of the largest price: prices above are as good as constant
+_GAIN = 0.002  # below the volume bound: prices that promise less are not followed up
 NOTHING = 0.9995
 """A bound of at least this says nothing."""
 
@@ -84,8 +84,7 @@ class TermBound:
     by_volume: float
     """Bound by the volume of the beams, in [0, 1]."""
     by_prices: float
-    """Bound by prices, in [0, 1]; 1 without, or where constant prices are the best known, which
-    are no better than the volume."""
+    """Bound by prices, in [0, 1]; 1 without, or where no prices are known to beat the volume."""
 
     @property
     def value(self) -> float:
@@ -175,7 +174,7 @@ class AtPose:
         if not priced or not effort.steps:
             return TermBound(goal, self.pose, volume, 1.0)
         field = Priced(self, grid, effort)
-        if field.flat:
+        if field.estimate > volume - _GAIN:
             return TermBound(goal, self.pose, volume, 1.0)
         value = field.bound(effort)
         return TermBound(goal, self.pose, volume, min(value + MARGIN, 1.0))
@@ -207,7 +206,7 @@ class Priced:
         for sensor, apex, look in zip(pose.held, pose.apex, pose.look, strict=True):
             mass = shares(beams[sensor], self.field, apex[None], look[None])[0]
             self.standing += mass * self.field.worth
-        self.prices = (
+        self.prices, self.estimate = (
             find_prices(
                 pose.families,
                 self.beams,
@@ -218,13 +217,8 @@ class Priced:
                 effort.steps,
             )
             if prices is None
-            else prices
+            else (prices, 0.0)
         )
-
-    @property
-    def flat(self) -> bool:
-        """Whether the prices are constant."""
-        return float(self.prices.min()) > _FLAT * self.field.most
 
     def bound(self, effort: Effort) -> float:
         """Return the bound that the prices give, refined within the effort."""

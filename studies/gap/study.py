@@ -12,11 +12,12 @@ from . import tasks  # noqa: F401  (they are registered)
 
 CASES = (
     *((Target("V_S", 0.5), n) for n in (12, 24, 48)),
-    *((Target("V_S", 1.5), n) for n in (24, 48, 80)),
+    *((Target("V_S", 1.5), n) for n in (48, 80)),
     *((Target("V_OT"), n) for n in (48, 80)),
 )
 KNOWN = {
-    ("V_S(0.5)", 24): 78.13,
+    ("V_S(0.5)", 12): 50.42,
+    ("V_S(0.5)", 24): 78.66,
     ("V_S(0.5)", 48): 95.29,
     ("V_S(1.5)", 48): 39.03,
     ("V_S(1.5)", 80): 59.67,
