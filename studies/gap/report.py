@@ -105,7 +105,8 @@ def _verdict(rows: list[GapRow]) -> list[str]:
             "The bound counts fractions of rings: a hundred different rings, each to a hundredth,"
             " may share the space without covering any place twice. Real beams must overlap once"
             " there are many of them, or once all of them start close to the target, as in a near"
-            " shell. There the bound exceeds what any layout reaches, and no better prices mend it:"
-            " it is a property of the relaxation."
+            " shell. There the bound exceeds what any layout reaches, and better prices cannot"
+            " mend that: it is a property of the relaxation. In a thin shell the smooth prices cost"
+            " some points more, as beams also collect them beyond the shell's surface."
         ),
     ]
