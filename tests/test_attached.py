@@ -146,7 +146,7 @@ def ring_manifold(scene: CoreScene, ring: Ring, q: np.ndarray) -> Manifold:
     return sum(bands[1:], bands[0]).transform(T[:3])
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(
     ROBOT_NAMES,
     st.lists(ANGLES, min_size=1, max_size=2),

@@ -321,6 +321,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_pat
         "0.5",
         "--redundancy",
         "2",
+        "--paper",
         "--voxel",
         "0.1",
         "--out",
@@ -384,7 +385,8 @@ def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_p
         return real(self, setup, target)
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
-    code, _, err = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
+    options = ("--paper", "--voxel", "0.1", "--out", "found")
+    code, _, err = run("--target", "V_S", "--radius", "0.5", *options)
     assert code == 0
     assert "the proposal is kept" in err
     assert read_proposal(tmp_path / "found" / "proposal.toml")[0].sensors == 80

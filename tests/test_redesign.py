@@ -147,7 +147,8 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
 
 
 def test_the_command_says_what_to_do_and_what_is_broken_and_where_there_is_no_gain(run, tmp_path):
-    scene = 'targets = [{name = "V_S", radius = 0.5}]\nrules.mount = "free"\n'
+    scene = 'targets = [{name = "V_S", radius = 0.5}]\nocclusion = "ignore"\n'
+    scene += 'rules.mount = "free"\n'
     scene += "mounts.forearm.tilt_deg = [10, 20]\n"
     (tmp_path / "scene.toml").write_text(scene)
     code, out, err = run(
