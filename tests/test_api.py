@@ -502,7 +502,10 @@ def test_jit_and_vmap_give_the_same(scene):
     each = [both(v) for v in values]
     ways = [list(zip(*jax.jit(jax.vmap(both))(values), strict=True))]
     if scene is PAPER:
-        ways += [[jax.jit(both)(v) for v in values], list(zip(*jax.vmap(both)(values), strict=True))]
+        ways += [
+            [jax.jit(both)(v) for v in values],
+            list(zip(*jax.vmap(both)(values), strict=True)),
+        ]
     for way in ways:
         for (value, slope), (expected, by) in zip(way, each, strict=True):
             assert float(value) == pytest.approx(float(expected), abs=1e-6)

@@ -51,7 +51,7 @@ def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
     assert better.name == "n1_8_0, 1 change"
     assert len(better.instructions) == 1
     assert all(line.startswith(("ring ", "new ring")) for line in better.instructions[0])
-    assert "as mounted: 12" in repr(better)
+    assert "as mounted: 16" in repr(better)
     files = better.save(tmp_path)
     assert [file.name for file in files] == ["changes_1.toml", "improve.png", "improve.json"]
     text = files[0].read_text()

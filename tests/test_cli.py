@@ -418,7 +418,7 @@ def heeded():
 def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     """Pressed as soon as the progress bar, which is drawn for a terminal only, says so."""
     program = Path(sys.executable).parent / "place-rings"
-    asked = ["--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", str(tmp_path / "out")]
+    asked = ["--target", "V_S", "--radius", "0.5", "--paper", "--voxel", "0.1", "--out", "out"]
     terminal = {**os.environ, "FORCE_COLOR": "1"}
     pipe = subprocess.PIPE
     with subprocess.Popen(

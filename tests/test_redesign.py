@@ -121,9 +121,9 @@ def run(run, monkeypatch):
 
 
 def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
-    _, cones, _ = run("cones", "n1_8_0")
+    _, cones, _ = run("cones", "n1_8_0", "--paper")
     (tmp_path / "mounted.csv").write_text(cones)
-    args = ("--target", "V_S:0.5", "--changes", 2, "--add-sensors", 4, "--voxel", 0.05)
+    args = ("--paper", "--target", "V_S:0.5", "--changes", 2, "--add-sensors", 4, "--voxel", 0.05)
     code, out, _ = run("improve", "mounted.csv", *args, "--out", "better", "--json")
     assert code == 0
     result = ImproveResult.model_validate_json(out)
