@@ -46,8 +46,9 @@ class Waving:
 
 
 def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
-    """Determine the wiring of a ring from readings while the robot stood still and a hand passed
-    its sensors one by one.
+    """Determine the wiring of a ring, or whether a single sensor sees a hand.
+
+    The readings are those while the robot stood still and a hand passed the sensors one by one.
 
     The usual distance of each sensor is its median over the whole time, so the hand may be in front
     of it for less than half of it. The hand passes a sensor when it is nearest, because
@@ -59,12 +60,10 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     Raises:
         ValueError: if there is no reading of the ring.
     """
-    noise, count = noise or Noise(), setup.rings[ring].count
+    noise, count = noise or Noise(), setup.groups[ring].count
     mine = readings.only(readings.ring == ring)
     if not len(mine):
-        raise ValueError(
-            f"no reading of ring {ring} ({setup.rings[ring].link}) while a hand passed it"
-        )
+        raise ValueError(f"no reading of {setup.group_name(ring)} while a hand passed it")
     time = np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
     answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
     seen = np.flatnonzero(np.isfinite(time))
