@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ..options.common import WHOLE
+
 
 def study(
     name: Annotated[
@@ -26,6 +28,7 @@ def study(
     ] = (),
     sensors: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
@@ -52,12 +55,14 @@ def study(
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
         ),
     ] = 0,
     workers: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=1024),
             help="Number of processes on this machine; above 1 it needs the cluster extra.",
