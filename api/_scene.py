@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from html import escape
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -24,6 +24,7 @@ from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.attached_models import AttachedModel, attached_of
+from .formats.schema.convex_models import ConvexModel
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from .formats.schema.scene_models import SceneFile, SceneModel
 from .formats.schema.target_models import boxed
@@ -375,24 +376,16 @@ def obstacle(
         >>> pr.obstacle("table", centre=[0.8, 0, -0.1], size=[0.6, 1.2, 0.2]).name
         'table'
     """
-    try:
-        keys: dict[str, Any] = {
-            "name": name,
-            "centre": [float(v) for v in centre],
-            "rpy_deg": [float(v) for v in rpy_deg],
-            "size": None if size is None else [float(v) for v in size],
-            "points": None if points is None else [[float(v) for v in p] for p in points],
-            "floor": None if floor is None else float(floor),
-        }
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
-            "obstacle",
-        ) from error
-    try:
-        model = ObstacleModel(**keys)
-    except ValidationError as error:
-        raise InputError(str(explain("obstacle", error, ObstacleModel))) from error
+    model = _solid_model(
+        ObstacleModel,
+        "obstacle",
+        name=name,
+        centre=centre,
+        rpy_deg=rpy_deg,
+        size=size,
+        points=points,
+        floor=floor,
+    )
     return obstacles_of([model])[0]
 
 
@@ -436,25 +429,46 @@ def attached(
         >>> pr.attached("gripper", centre=[0, 0, 0.07], size=[0.1, 0.06, 0.14]).link
         'tcp'
     """
+    model = _solid_model(
+        AttachedModel,
+        "attached",
+        name=name,
+        link=link,
+        centre=centre,
+        rpy_deg=rpy_deg,
+        size=size,
+        points=points,
+        start=start,
+        end=end,
+        radius=radius,
+    )
+    return attached_of([model])[0]
+
+
+_Solid = TypeVar("_Solid", bound=ConvexModel)
+
+
+def _solid_model(model: type[_Solid], argument: str, **keys: Any) -> _Solid:
+    """Return the table of a solid from values that may be integers, tuples or arrays.
+
+    Raises:
+        InputError: for values that are not numbers, or out of range.
+    """
+
+    def plain(value: Any) -> Any:
+        if value is None or isinstance(value, str):
+            return value
+        return [plain(v) for v in value] if np.ndim(value) else float(value)
+
     try:
-        three = {"centre": centre, "rpy_deg": rpy_deg, "size": size, "start": start, "end": end}
-        keys: dict[str, Any] = {
-            "name": name,
-            "link": link,
-            "points": None if points is None else [[float(v) for v in p] for p in points],
-            "radius": None if radius is None else float(radius),
-            **{k: None if v is None else [float(c) for c in v] for k, v in three.items()},
-        }
+        return model(**{key: plain(value) for key, value in keys.items()})
+    except ValidationError as error:
+        raise InputError(str(explain(argument, error, model))) from error
     except (TypeError, ValueError) as error:
         raise InputError(
             "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
-            "attached",
+            argument,
         ) from error
-    try:
-        model = AttachedModel(**keys)
-    except ValidationError as error:
-        raise InputError(str(explain("attached", error, AttachedModel))) from error
-    return attached_of([model])[0]
 
 
 def _with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:

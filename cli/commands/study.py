@@ -98,7 +98,8 @@ def study(
     from ..._study import StudyOptions, check_machines, check_study
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
-    from ...objectives.scene import CoreScene, as_in_paper
+    from ...objectives.scene import CoreScene
+    from ..options.scenes import in_paper
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
@@ -107,7 +108,7 @@ def study(
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
-    where = as_in_paper(where) if paper else where
+    where = in_paper(where) if paper else where
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]
