@@ -245,7 +245,7 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
             " floor"
         ),
         "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": (
-            "obstacles[0]: found "size, floor", allowed: exactly one of the keys"
+            'obstacles[0]: found "size, floor", allowed: exactly one of the keys'
         ),
         "[[obstacles]]\nsize = [1, 1, 0]": (
             "obstacles[0].size[2]: found 0, allowed: a number above 0"
