@@ -174,6 +174,22 @@ def test_a_search_saves_what_the_command_writes(run, tmp_path, proposal):
     assert theirs == ours
 
 
+def test_the_count_that_chose_a_proposal_is_not_repeated(proposal, monkeypatch):
+    counted = []
+    verify = Verifier.verify
+
+    def listening(self, setup, target):
+        counted.append((setup, self.scene.occlusion))
+        return verify(self, setup, target)
+
+    monkeypatch.setattr(Verifier, "verify", listening)
+    assert replace(proposal).coverage == proposal.coverage
+    assert not counted
+    proposal.compare()
+    assert (proposal.setup, proposal.scene.occlusion) not in counted
+    assert (proposal.setup, "blind") in counted
+
+
 def test_a_proposal_reads_back(tmp_path, proposal):
     path = proposal.save(tmp_path / "proposal.toml")
     again = pr.load(path)

@@ -23,6 +23,8 @@ def schema(
             "improve",
             "safety",
             "printing",
+            "report",
+            "export",
             "check",
             "sensors",
         ],

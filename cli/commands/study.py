@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ..options.common import WHOLE
+
 
 def study(
     name: Annotated[
@@ -26,6 +28,7 @@ def study(
     ] = (),
     sensors: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
@@ -52,12 +55,14 @@ def study(
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
         ),
     ] = 0,
     workers: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=1024),
             help="Number of processes on this machine; above 1 it needs the cluster extra.",
@@ -93,7 +98,8 @@ def study(
     from ..._study import StudyOptions, check_machines, check_study
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
-    from ...objectives.scene import CoreScene, as_in_paper
+    from ...objectives.scene import CoreScene
+    from ..options.scenes import in_paper
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
@@ -102,7 +108,7 @@ def study(
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
-    where = as_in_paper(where) if paper else where
+    where = in_paper(where) if paper else where
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]
