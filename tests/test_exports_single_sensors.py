@@ -4,6 +4,7 @@ poses are those composed here from what the setup states.
 
 import io
 import json
+import math
 from dataclasses import replace
 
 import mujoco
@@ -149,3 +150,30 @@ def test_tables_of_single_sensors_come_back(tmp_path_factory, seed, setup):
             assert again.sensor.shape == one.sensor.shape
             assert again.sensor.range_m == pytest.approx(one.sensor.range_m)
             assert again.sensor.fov == pytest.approx(one.sensor.fov)
+
+
+@few
+@given(seed=seeds, setup=setups, cell=CELL_SENSORS)
+def test_a_glb_shows_beams_of_every_shape_by_their_extent(tmp_path_factory, seed, setup, cell):
+    """A dome has its cap, a fan its sector, and no beam more than its field."""
+    scene, folder = drawn(seed, cell), tmp_path_factory.mktemp("beams")
+    written(folder, scene, setup, "glb")
+    made = trimesh.load(io.BytesIO((folder / "scene.glb").read_bytes()), file_type="glb")
+    for name, (one, there) in expected(scene, setup, scene.poses[-1].q).items():
+        vertices = made.geometry[f"sensor_{name.split('_')[1]}_sees"].vertices
+        local = (np.linalg.inv(there) @ np.c_[vertices, np.ones(len(vertices))].T).T[:, :3]
+        far, range_m, half = np.linalg.norm(local, axis=1), one.sensor.range_m, one.sensor.fov / 2
+        flat = np.hypot(local[:, 0], local[:, 2])
+        if one.sensor.shape == "dome":
+            assert far.max() == pytest.approx(range_m, abs=CLOSE)
+            assert local[:, 2].max() == pytest.approx(range_m, abs=CLOSE)
+            wide = range_m * math.sin(half)
+            assert np.hypot(*local[:, :2].T).max() == pytest.approx(wide, rel=0.01, abs=CLOSE)
+        elif one.sensor.shape == "fan":
+            assert flat.max() == pytest.approx(range_m, abs=CLOSE)
+            assert np.ptp(local[:, 1]) == pytest.approx(one.sensor.thickness, abs=CLOSE)
+            outer = local[flat > 0.5 * range_m]
+            angles = np.arctan2(outer[:, 0], outer[:, 2])
+            assert np.abs(angles).max() == pytest.approx(min(half, math.pi), abs=1e-4)
+        else:
+            assert local[:, 2].max() == pytest.approx(range_m, abs=CLOSE)
