@@ -284,7 +284,7 @@ def test_a_mimic_of_a_joint_that_is_held_stands_and_of_one_beside_the_chain_name
     joint(robot, "crank", "revolute", "base", "crank", pose(rng), Z, (-2, 2))
     mimic(robot, "joint2", "crank", 0.5, 0.1)
     path = written(tmp_path, robot)
-    with pytest.raises(UserError, match="mimic: found .*another joint of the chain") as told:
+    with pytest.raises(UserError, match=r"mimic: found .*another joint of the chain") as told:
         pick_chain(read_urdf(path), tip=last)
     (choice,) = options_of(str(told.value))
     picked = replace(choice, tip=last).pick(read_urdf(path))

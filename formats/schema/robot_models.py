@@ -369,7 +369,7 @@ class RobotModel(MappedModel[Robot]):
             limits=np.stack(
                 [from_file_units(chain, end) for end in zip(*limits, strict=True)], axis=1
             ),
-            home=home,
+            home=None if home is None else chain.settled(home),
             mounts=tuple(mount.to_domain(frame=frames[mount.frame]) for mount in self.mounts),
             bodies=tuple(body.to_domain(frame=frames[body.frame]) for body in self.bodies),
             held=tuple(joint.to_domain() for joint in self.held),
