@@ -242,6 +242,11 @@ def _measuring(
     folder: Path, workers: int, scheduler: str | None, progress: Told | None
 ) -> Iterator[Measure]:
     """Yield a function that measures cells under a heading; stored cells are not measured again."""
+    # they register the tasks, whose versions the store needs now
+    from .studies.bound import tasks as _bound_tasks  # noqa: F401
+    from .studies.engine import counting_tasks, searching_tasks  # noqa: F401
+    from .studies.paper import tasks as _paper_tasks  # noqa: F401
+
     with (
         Store(folder / CELLS, programs(TASKS)) as store,
         _runner(workers, scheduler) as run_cells,
