@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -26,7 +26,7 @@ from .studies.engine.registry import TASKS
 from .studies.engine.runner import run
 from .studies.engine.store import Cell, Store
 
-StudyName = Literal["bound", "convergence", "paper", "pareto", "robots"]
+StudyName = Literal["bound", "convergence", "layouts", "paper", "pareto", "robots"]
 Measure = Callable[[str, list[Cell]], list[Any]]
 Told = Callable[[str, int, int], None]
 
@@ -73,6 +73,8 @@ class StudyOptions:
     """Number of sensors of the front with most points in ``pareto``."""
     scene: CoreScene
     """Scene of ``pareto``."""
+    layouts: tuple[Path, ...]
+    """Layout files of ``layouts``, besides those of the package."""
     command: str
     """The command that the page quotes."""
 
@@ -85,6 +87,7 @@ def study(
     targets: tuple[TargetVolume, TargetVolume] | None = None,
     sensors: int | None = None,
     scene: Scene | CoreScene | None = None,
+    layouts: Sequence[str | Path] = (),
     workers: int = 1,
     scheduler: str | None = None,
     progress: Told | None = None,
@@ -97,8 +100,8 @@ def study(
     Args:
         name: ``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the
             front of two targets, ``bound`` computes upper bounds on any search's coverage,
-            ``convergence`` measures ζ against the voxel, and ``robots`` the effect of
-            self-occlusion on six robots.
+            ``convergence`` measures ζ against the voxel, ``layouts`` scores published layouts, and
+            ``robots`` measures the effect of self-occlusion on six robots.
         folder: output folder; by default ``results/NAME``.
         seed: random seed of searches and paths; ``convergence`` draws nothing.
         targets: the two targets of ``pareto``; by default V_S(0.5) and V_S(1.5). Weights do not
@@ -106,6 +109,7 @@ def study(
         sensors: number of sensors of the front with most points in ``pareto``, 1 to 2000; 80 by
             default.
         scene: scene of ``pareto``; by default the reference scene.
+        layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
         workers: number of processes on this machine, 1 to 1024; 1 is this process.
         scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
             ``workers``.
@@ -127,13 +131,15 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    check_study(name, seed, targets, sensors, scene)
+    check_study(name, seed, targets, sensors, scene, layouts)
     check_machines(workers, scheduler)
     core = CoreScene() if scene is None else core_scene(scene)
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = [f"place_rings.study('pareto', ..., seed={seed})"]
-    options = StudyOptions(seed, _pair(targets), sensors, core, shlex.join(command))
+    own = tuple(Path(file) for file in layouts)
+    command += [part for file in own for part in ("--layout", file.name)]
+    options = StudyOptions(seed, _pair(targets), sensors, core, own, shlex.join(command))
     return run_study(name, folder, options, workers, scheduler, progress)
 
 
@@ -164,7 +170,9 @@ def run_study(
     return StudyReport(name, path, data)
 
 
-def check_study(name: str, seed: Any, targets: Any, sensors: Any, scene: Any) -> None:
+def check_study(
+    name: str, seed: Any, targets: Any, sensors: Any, scene: Any, layouts: Any = ()
+) -> None:
     """Check the arguments of a study.
 
     Raises:
@@ -175,6 +183,8 @@ def check_study(name: str, seed: Any, targets: Any, sensors: Any, scene: Any) ->
     for key, value in (("targets", targets), ("sensors", sensors), ("scene", scene)):
         if value is not None and name != "pareto":
             raise InputError(f"found {value!r} with study {name}, allowed: only with pareto", key)
+    if len(layouts) and name != "layouts":
+        raise InputError(f"found some with study {name}, allowed: only with layouts", "layout")
     whole("seed", seed, 0)
     if name == "convergence" and seed:
         raise InputError(
@@ -292,6 +302,15 @@ def _robots(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     return rows
 
 
+def _layouts(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
+    from .studies.layouts import report, study
+
+    rows = study.measure(measure, study.layouts(options.layouts), options.seed)
+    for name, text in report.write(rows, folder, options.command).items():
+        write_text(folder / name, text)
+    return rows
+
+
 def _pareto(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     """Search, draw and write the front of two targets.
 
@@ -327,6 +346,7 @@ def _feasible(scene: CoreScene, sensors: int) -> bool:
 _STUDIES: dict[str, Callable[[Measure, Path, StudyOptions], Any]] = {
     "bound": _bound,
     "convergence": _convergence,
+    "layouts": _layouts,
     "paper": _paper,
     "pareto": _pareto,
     "robots": _robots,

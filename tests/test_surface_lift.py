@@ -75,9 +75,7 @@ def test_a_pad_across_a_capsule_moves_by_what_the_radius_says():
     out = np.cross(along, [0.3, 1.0, 0.2])
     out /= np.linalg.norm(out)
     alone = replace(UR10, bodies=(body,), tube_links=None, joint_links=None)
-    pad = MountedSensor(
-        "elbow", tuple((start + end) / 2 + 0.01 * out), tuple(7 * out), name="pad"
-    )
+    pad = MountedSensor("elbow", tuple((start + end) / 2 + 0.01 * out), tuple(7 * out), name="pad")
     new, (lift,) = lift_to_surface(alone, Setup((), (pad,)), LIMIT)
     assert lift.distance == pytest.approx(body.capsule.radius - 0.01 + CLEAR, abs=1e-8)
     assert (lift.body, lift.sensor.name) == (body.name, "pad")
@@ -101,9 +99,7 @@ def test_a_ring_of_which_a_sensor_moves_becomes_single_sensors():
     assert new.rings == (wide,)
     assert len(new.singles) == len(lifts) == 6
     q = UR10.rest
-    before, after = (
-        sensor_cones(UR10, s, q) for s in (Setup((tight,)), Setup((), new.singles))
-    )
+    before, after = (sensor_cones(UR10, s, q) for s in (Setup((tight,)), Setup((), new.singles)))
     shift = np.array([one.lifted for one in new.singles])[:, None]
     np.testing.assert_allclose(after.axis, before.axis, atol=1e-12)
     np.testing.assert_allclose(after.apex, before.apex + shift * before.axis, atol=1e-12)
@@ -123,9 +119,11 @@ def test_a_lifted_sensor_sees_and_only_its_pose_decides():
     file = ProposalFile.of(lifted, scene)
     assert file.sensors[0].lifted_mm == pytest.approx(1000 * lifted.singles[0].lifted, abs=1e-6)
     assert file.setup(scene).singles[0].lifted == pytest.approx(lifted.singles[0].lifted, abs=1e-8)
-    gap = np.asarray(robot_capsules(scene.robot, forward(scene.robot.chain, UR10.rest)).distance(
-        sensor_cones(scene.robot, lifted, UR10.rest).apex[:, None]
-    ))
+    gap = np.asarray(
+        robot_capsules(scene.robot, forward(scene.robot.chain, UR10.rest)).distance(
+            sensor_cones(scene.robot, lifted, UR10.rest).apex[:, None]
+        )
+    )
     assert gap.min() > INSIDE
 
 

@@ -328,7 +328,7 @@ def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):
         UrdfOptions().fit(path)
     fit = UrdfOptions(skip_missing_meshes=True).fit(path)
     (note,) = fit.notes
-    assert "gone.stl" in note and "link \"b\" is incomplete" in note
+    assert "gone.stl" in note and 'link "b" is incomplete' in note
     path.write_text(robot.format(ball, "", moved()))
     whole = UrdfOptions().fit(path)
     assert [repr(b) for b in fit.robot.bodies] == [repr(b) for b in whole.robot.bodies]

@@ -182,7 +182,7 @@ class FrameOptions:
                 "Move sensors that lie in a body of their own link along their axes to its surface,"
                 " by at most this many millimetres; rings of which one moves become single sensors."
                 " Default: they stay, and see nothing."
-            )
+            ),
         ),
     ] = None
 

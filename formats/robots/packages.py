@@ -162,8 +162,8 @@ class Packages:
         where = f"a file in {given}, or in a folder given by --packages"
         where += "; this one is outside" * outside
         fault = self.fail(link, name, where + self._remedy(wanted, packaged))
-        raise fault if outside else MissingFileError(
-            f"{fault}; --skip-missing-meshes leaves it out"
+        raise (
+            fault if outside else MissingFileError(f"{fault}; --skip-missing-meshes leaves it out")
         )
 
     def _options(

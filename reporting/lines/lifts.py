@@ -22,7 +22,5 @@ def lift_lines(lifts: Sequence[Lift], most_mm: float) -> Iterator[str]:
         )
         yield f"Lifted along their axes to the surface: {each}."
     if len(moved) < len(lifts):
-        each = ", ".join(
-            f"{lift.sensor.label} in {lift.body}" for lift in lifts if not lift.lifted
-        )
+        each = ", ".join(f"{lift.sensor.label} in {lift.body}" for lift in lifts if not lift.lifted)
         yield f"Deeper than {most_mm:g} mm, so they stay and see nothing: {each}."
