@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -20,7 +20,6 @@ from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
-from .robots.urdf import read_urdf
 from .schema.mounted_sensor_models import links_text
 from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import FoundModel, ProposalFile
@@ -29,10 +28,10 @@ from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
-from .sensors.sensor_lists import mounted_setup
-from .sensors.sensor_poses import setup_of_poses
-from .sensors.urdf_frames import FramePattern, setup_of_urdf
 from .target_files import with_contents
+
+if TYPE_CHECKING:
+    from .sensors.urdf_frames import FramePattern
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -86,7 +85,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, text = str(path), read_text(path, "TOML")
+    name, text = str(path), readread_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
         if issubclass(model, VersionedFile):
@@ -288,7 +287,7 @@ def resolve(
     name_or_path: str,
     scene: CoreScene | None,
     sensor: Sensor | None = None,
-    frames: FramePattern | None = None,
+    frames: "FramePattern | None" = None,
 ) -> tuple[Setup, CoreScene]:
     """Return a setup and its scene.
 
@@ -319,7 +318,7 @@ def resolve(
             raise UserError(f"setup: {error}") from error
     elif path.suffix.lower() in (".csv", ".json", ".urdf"):
         scene = scene or with_sensor(CoreScene(), sensor)
-        setup = _mounted(path, scene, frames or FramePattern())
+        setup = _mounted(path, scene, frames)
     else:
         if not path.suffix and not path.exists():
             raise UserError(
@@ -345,14 +344,23 @@ def resolve(
     return setup, scene
 
 
-def _mounted(path: Path, scene: CoreScene, frames: FramePattern) -> Setup:
+def _mounted(path: Path, scene: CoreScene, frames: "FramePattern | None") -> Setup:
+    """Return the setup in a file with sensors. Its reader is imported here: few commands read such
+    a file, and a URDF's loads SciPy."""
     match path.suffix.lower():
         case ".csv":
+            from .sensors.sensor_lists import mounted_setup
+
             return mounted_setup(str(path), read_text(path, "CSV"), scene)
         case ".json":
+            from .sensors.sensor_poses import setup_of_poses
+
             return setup_of_poses(str(path), read_text(path, "JSON"), scene)
         case _:
-            return setup_of_urdf(read_urdf(path), frames, scene)
+            from .robots.urdf import read_urdf
+            from .sensors.urdf_frames import FramePattern, setup_of_urdf
+
+            return setup_of_urdf(read_urdf(path), frames or FramePattern(), scene)
 
 
 def is_proposal(name_or_path: str) -> bool:

@@ -95,7 +95,9 @@ class UnseeingModel(MappedModel[Unseeing]):
     """A blocked sensor: it sees less than 1 % of its cone, or nothing because it sits inside a
     body."""
 
-    ring: int = Field(description="number of the ring, counted from 0")
+    ring: int = Field(
+        description="number of the ring, counted from 0; single sensors follow the rings"
+    )
     sensor: int = Field(description="number of the sensor on its ring, counted from 0")
     poses: int = Field(description="number of poses at which it is blocked")
     within: str | None = Field(
@@ -103,6 +105,10 @@ class UnseeingModel(MappedModel[Unseeing]):
     )
     depth_mm: Annotated[float, Of("depth", rounded_millimetres(3))] = Field(
         default=0.0, description="largest depth inside it, mm"
+    )
+    single: str = Field(
+        default="",
+        description="name of a single sensor or of one of the cell; empty for a sensor of a ring",
     )
 
     @classmethod

@@ -119,6 +119,8 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
         each = list(some)
         sensors = ", ".join(str(u.sensor) for u in each)
         who = f"Ring {ring}, sensor{'s' * (len(each) > 1)} {sensors}"
+        if single := each[0].single:
+            who = single[0].upper() + single[1:]
         if within is None:
             lines.append(f"{who}: less than 1 % of the cone is unobstructed.")
         else:
