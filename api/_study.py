@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -14,6 +15,7 @@ from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from ._targets import TargetVolume
 from .coverage.targets import Target
+from .formats.layouts.layout import Layout
 from .formats.optional_dependencies import require
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import made_folder, write_text
@@ -73,8 +75,8 @@ class StudyOptions:
     """Number of sensors of the front with most points in ``pareto``."""
     scene: CoreScene
     """Scene of ``pareto``."""
-    layouts: tuple[Path, ...]
-    """Layout files of ``layouts``, besides those of the package."""
+    layouts: tuple[Layout, ...]
+    """The layouts of ``layouts``."""
     command: str
     """The command that the page quotes."""
 
@@ -137,9 +139,11 @@ def study(
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = [f"place_rings.study('pareto', ..., seed={seed})"]
-    own = tuple(Path(file) for file in layouts)
+    own = [Path(file) for file in layouts]
     command += [part for file in own for part in ("--layout", file.name)]
-    options = StudyOptions(seed, _pair(targets), sensors, core, own, shlex.join(command))
+    with input_errors():
+        some = read_layouts(name, own)
+    options = StudyOptions(seed, _pair(targets), sensors, core, some, shlex.join(command))
     return run_study(name, folder, options, workers, scheduler, progress)
 
 
@@ -165,6 +169,7 @@ def run_study(
     with input_errors(but=(InfeasibleError,)):
         if name == "pareto":
             Space(options.scene, sensors=options.sensors or _SENSORS)
+        import_module(f".studies.{name}.study", __package__)  # it registers its tasks
         with made_folder(path) as out, _measuring(out, workers, scheduler, progress) as measure:
             data = _STUDIES[name](measure, out, options)
     return StudyReport(name, path, data)
@@ -192,6 +197,20 @@ def check_study(
         )
     if sensors is not None:
         whole("sensors", sensors, 1, 2000)
+
+
+def read_layouts(name: str, own: Sequence[Path]) -> tuple[Layout, ...]:
+    """Return the layouts of the study ``layouts``: those of the package, and the user's own; none
+    for another study.
+
+    Raises:
+        UserError: if a file is not usable.
+    """
+    if name != "layouts":
+        return ()
+    from .studies.layouts import study
+
+    return tuple(study.layouts(own))
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
@@ -305,7 +324,7 @@ def _robots(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
 def _layouts(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     from .studies.layouts import report, study
 
-    rows = study.measure(measure, study.layouts(options.layouts), options.seed)
+    rows = study.measure(measure, options.layouts, options.seed)
     for name, text in report.write(rows, folder, options.command).items():
         write_text(folder / name, text)
     return rows

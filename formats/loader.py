@@ -85,7 +85,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, text = str(path), readread_text(path, "TOML")
+    name, text = str(path), read_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
         if issubclass(model, VersionedFile):

@@ -76,7 +76,7 @@ def test_a_pad_across_a_capsule_moves_by_what_the_radius_says():
     out /= np.linalg.norm(out)
     alone = replace(UR10, bodies=(body,), tube_links=None, joint_links=None)
     pad = MountedSensor("elbow", tuple((start + end) / 2 + 0.01 * out), tuple(7 * out), name="pad")
-    new, (lift,) = lift_to_surface(alone, Setup((), (pad,)), LIMIT)
+    _, (lift,) = lift_to_surface(alone, Setup((), (pad,)), LIMIT)
     assert lift.distance == pytest.approx(body.capsule.radius - 0.01 + CLEAR, abs=1e-8)
     assert (lift.body, lift.sensor.name) == (body.name, "pad")
     near = body.capsule.radius - 0.01
@@ -143,14 +143,18 @@ def test_the_command_says_which_sensor_it_lifted(run, tmp_path):
     code, out, err = run(*where, "--lift-to-surface", "50", "--json")
     record = json.loads(out)
     assert code == 0
-    assert "Lifted along their axes" in err and " mm out of " in err
+    assert "Lifted along their axes" in err
+    assert " mm out of " in err
     assert record["lifted"][0]["lifted_mm"] > 0 == len(record["unseeing"])
     code, out, err = run(*where, "--lift-to-surface", "1", "--json")
-    assert code == 0 and "Deeper than 1 mm" in err
+    assert code == 0
+    assert "Deeper than 1 mm" in err
     record = json.loads(out)
-    assert record["lifted"] == [] and len(record["unseeing"]) == 1
+    assert record["lifted"] == []
+    assert len(record["unseeing"]) == 1
     for wrong in ("0", "-3", "nan", "5000"):
         code, out, err = run(*where, f"--lift-to-surface={wrong}")
         assert (code, out) == (2, "")
-        assert "--lift-to-surface" in err and err.splitlines()[-1].startswith("place-rings: ")
+        assert "--lift-to-surface" in err
+        assert err.splitlines()[-1].startswith("place-rings: ")
     assert math.isfinite(record["zeta_percent"])

@@ -324,11 +324,12 @@ def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):
         "<link name='b'><collision>{0}</collision>{1}</link>{2}</robot>"
     )
     path.write_text(robot.format(ball, gone, moved()))
-    with pytest.raises(UserError, match="gone.stl.*--skip-missing-meshes leaves it out"):
+    with pytest.raises(UserError, match=r"gone\.stl.*--skip-missing-meshes leaves it out"):
         UrdfOptions().fit(path)
     fit = UrdfOptions(skip_missing_meshes=True).fit(path)
     (note,) = fit.notes
-    assert "gone.stl" in note and 'link "b" is incomplete' in note
+    assert "gone.stl" in note
+    assert 'link "b" is incomplete' in note
     path.write_text(robot.format(ball, "", moved()))
     whole = UrdfOptions().fit(path)
     assert [repr(b) for b in fit.robot.bodies] == [repr(b) for b in whole.robot.bodies]
@@ -337,4 +338,5 @@ def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):
     with pytest.raises(UserError, match="this one is outside"):
         UrdfOptions(skip_missing_meshes=True).fit(path)
     code, out, err = run("verify", "n1_8_0", "--skip-missing-meshes")
-    assert (code, out) == (2, "") and "--skip-missing-meshes: allowed only with" in err
+    assert (code, out) == (2, "")
+    assert "--skip-missing-meshes: allowed only with" in err

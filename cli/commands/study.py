@@ -103,7 +103,7 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._study import StudyOptions, check_machines, check_study
+    from ..._study import StudyOptions, check_machines, check_study, read_layouts
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
     from ...objectives.scene import CoreScene, as_in_paper
@@ -121,5 +121,7 @@ def study(
         command = ["place-rings", *sys.argv[1:]]
     command += [part for file in layout for part in ("--layout", file.name)]
     pair = resolve_pair(target, where)
-    options = StudyOptions(seed, pair, sensors, where, layout, shlex.join(command))
+    options = StudyOptions(
+        seed, pair, sensors, where, read_layouts(name, layout), shlex.join(command)
+    )
     run(name, out or Path("results") / name, options, workers, scheduler)

@@ -89,8 +89,9 @@ class ReadingOptions:
         """Raise a ``UserError`` if an option is given, but no URDF."""
         for key in ("base", "tip", "hold", "packages", "package", "skip_missing_meshes"):
             if urdf is None and getattr(self, key):
+                option = f"--{key.replace('_', '-')}"
                 raise UserError(
-                    f"--{key.replace('_', '-')}: allowed only with the URDF of a robot (.urdf); a robot file"
+                    f"{option}: allowed only with the URDF of a robot (.urdf); a robot file"
                     " (.toml) states how it was read"
                 )
 

@@ -15,7 +15,6 @@ from ..schema.layout_models import LayoutModel, LayoutRow, OrientedLayoutRow
 
 COLUMNS, ORIENTED = tuple(LayoutRow.model_fields), tuple(OrientedLayoutRow.model_fields)
 _MARK = "#"
-_DIGITS = 9  # decimals of metres and of vectors
 
 
 def read_csv(name: str, text: str) -> tuple[LayoutModel, tuple[MountedSensor, ...]]:
@@ -90,9 +89,12 @@ def layout_csv(model: LayoutModel, sensors: Sequence[MountedSensor]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(ORIENTED if oriented else COLUMNS)
     for one in sensors:
-        T = one.T_link_sensor
-        values = [*one.position, *T[:3, 2], *(T[:3, 1] if oriented else ())]
-        writer.writerow([one.name, one.link, *(round(float(v), _DIGITS) + 0.0 for v in values)])
+        up = one.up if oriented else ()
+        if up is None:
+            up = tuple(one.T_link_sensor[:3, 1])
+        writer.writerow(
+            [one.name, one.link, *(float(v) for v in (*one.position, *one.direction, *up))]
+        )
     return text.getvalue()
 
 

@@ -57,8 +57,8 @@ class Meshes:
     def notes(self) -> tuple[str, ...]:
         """A sentence about each mesh that is left out, and about meshes under other names."""
         missing = (
-            f"Mesh {shown(name.rpartition('/')[2])} does not exist and is left out: the body of link {shown(link)} is"
-            " incomplete."
+            f"Mesh {shown(name.rpartition('/')[2])} does not exist and is left out: the body of"
+            f" link {shown(link)} is incomplete."
             for name, link in self._skipped.items()
         )
         return (*self.packages.notes, *missing)
