@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from ._arguments import whole
+from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from ._targets import TargetVolume
@@ -77,6 +77,8 @@ class StudyOptions:
     """Scene of ``pareto``."""
     layouts: tuple[Layout, ...]
     """The layouts of ``layouts``."""
+    time_cap: float | None
+    """Processor time of each search of ``layouts``, s; None for the study's own."""
     command: str
     """The command that the page quotes."""
 
@@ -90,6 +92,7 @@ def study(
     sensors: int | None = None,
     scene: Scene | CoreScene | None = None,
     layouts: Sequence[str | Path] = (),
+    time_cap: float | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Told | None = None,
@@ -112,6 +115,7 @@ def study(
             default.
         scene: scene of ``pareto``; by default the reference scene.
         layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
+        time_cap: processor time of each search of ``layouts``, s, above 0; 40 by default.
         workers: number of processes on this machine, 1 to 1024; 1 is this process.
         scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
             ``workers``.
@@ -133,7 +137,7 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    check_study(name, seed, targets, sensors, scene, layouts)
+    check_study(name, seed, targets, sensors, scene, layouts, time_cap)
     check_machines(workers, scheduler)
     core = CoreScene() if scene is None else core_scene(scene)
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
@@ -143,7 +147,8 @@ def study(
     command += [part for file in own for part in ("--layout", file.name)]
     with input_errors():
         some = read_layouts(name, own)
-    options = StudyOptions(seed, _pair(targets), sensors, core, some, shlex.join(command))
+    command += [] if time_cap is None else ["--time", f"{time_cap:g}"]
+    options = StudyOptions(seed, _pair(targets), sensors, core, some, time_cap, shlex.join(command))
     return run_study(name, folder, options, workers, scheduler, progress)
 
 
@@ -176,7 +181,13 @@ def run_study(
 
 
 def check_study(
-    name: str, seed: Any, targets: Any, sensors: Any, scene: Any, layouts: Any = ()
+    name: str,
+    seed: Any,
+    targets: Any,
+    sensors: Any,
+    scene: Any,
+    layouts: Any = (),
+    time_cap: Any = None,
 ) -> None:
     """Check the arguments of a study.
 
@@ -190,6 +201,14 @@ def check_study(
             raise InputError(f"found {value!r} with study {name}, allowed: only with pareto", key)
     if len(layouts) and name != "layouts":
         raise InputError(f"found some with study {name}, allowed: only with layouts", "layout")
+    if time_cap is not None:
+        if name != "layouts":
+            raise InputError(
+                f"found {time_cap:g} with study {name}, allowed: only with layouts", "time_cap"
+            )
+        number("time_cap", time_cap, "s, above 0")
+        if not time_cap > 0:
+            raise InputError(f"found {time_cap:g}, allowed: s, above 0", "time_cap")
     whole("seed", seed, 0)
     if name == "convergence" and seed:
         raise InputError(
@@ -324,7 +343,8 @@ def _robots(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
 def _layouts(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     from .studies.layouts import report, study
 
-    rows = study.measure(measure, options.layouts, options.seed)
+    seconds = options.time_cap or study.SECONDS
+    rows = study.measure(measure, options.layouts, options.seed, seconds)
     for name, text in report.write(rows, folder, options.command).items():
         write_text(folder / name, text)
     return rows

@@ -60,6 +60,10 @@ def study(
             ),
         ),
     ] = (),
+    time: Annotated[
+        float | None,
+        Parameter(help="layouts: processor time of each search in seconds. Default: 40."),
+    ] = None,
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
@@ -111,7 +115,7 @@ def study(
     from ..runs.study import study as run
 
     check_machines(workers, scheduler)
-    check_study(name, seed, target or None, sensors, scene, layout)
+    check_study(name, seed, target or None, sensors, scene, layout, time)
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
@@ -120,8 +124,9 @@ def study(
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]
     command += [part for file in layout for part in ("--layout", file.name)]
+    command += [] if time is None else ["--time", f"{time:g}"]
     pair = resolve_pair(target, where)
     options = StudyOptions(
-        seed, pair, sensors, where, read_layouts(name, layout), shlex.join(command)
+        seed, pair, sensors, where, read_layouts(name, layout), time, shlex.join(command)
     )
     run(name, out or Path("results") / name, options, workers, scheduler)

@@ -12,7 +12,7 @@ from ...formats.schema.scene_models import SceneModel
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, escaped, table
 from .figure import picture
-from .study import SECONDS, TARGETS, VOXEL, WIDTH, Score, ScoredLayout, beam
+from .study import TARGETS, VOXEL, WIDTH, Score, ScoredLayout, beam
 
 _LIBRARIES = ("place-rings", "jax", "numpy", "scipy", "nlopt")
 _NAMES = [str(target) for target in TARGETS]
@@ -203,7 +203,8 @@ def _effort(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     cut = [row.layout.name for row in rows if not row.finished]
     yield (
         f"The command above wrote this page with Python {python_version()}, {libraries}. Each"
-        f" search may use {SECONDS:g} s of processor time. Those of this page used"
+        f" search may use {rows[0].limit_seconds:g} s of processor time, besides compiling and the"
+        " count of its result. Those of this page used"
         f" {processor:.0f} s of processor time in {wall:.0f} s, so they had"
         f" {processor / wall:.1f} processors to themselves."
         + (

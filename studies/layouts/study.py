@@ -67,6 +67,8 @@ class ScoredLayout:
     """Processor time of the search, s."""
     wall_seconds: float
     """Duration of the search, s."""
+    limit_seconds: float
+    """Processor time that the search was allowed, s."""
 
     @property
     def sensors(self) -> int:
@@ -105,13 +107,16 @@ def scene_keys(layout: Layout, occlusion: str) -> dict[str, Any]:
     return keys | {"occlusion": occlusion, "rules": rules, "targets": goals}
 
 
-def measure(run: Measure, some: Sequence[Layout], seed: int = 0) -> list[ScoredLayout]:
+def measure(
+    run: Measure, some: Sequence[Layout], seed: int = 0, seconds: float = SECONDS
+) -> list[ScoredLayout]:
     """Return all layouts with their scores.
 
     Args:
         run: measures cells under a heading.
         some: the layouts.
         seed: random seed of the searches.
+        seconds: processor time of each search, s.
     """
     scenes = [scene_keys(layout, "shadow") for layout in some]
     setups = [setup_keys(layout.setup, layout.scene) for layout in some]
@@ -130,7 +135,7 @@ def measure(run: Measure, some: Sequence[Layout], seed: int = 0) -> list[ScoredL
                 "scene": scene,
                 "seed": seed,
                 "sensors": layout.setup.sensors,
-                "seconds": SECONDS,
+                "seconds": seconds,
             },
         )
         for layout, scene in zip(some, scenes, strict=True)
@@ -150,6 +155,7 @@ def measure(run: Measure, some: Sequence[Layout], seed: int = 0) -> list[ScoredL
             search["finished"],
             search["processor_seconds"],
             search["wall_seconds"],
+            seconds,
         )
         for layout, scene, setup, score, blocked, proposal, other, search in zip(
             some, scenes, setups, scores, unseeing, proposals, proposed, found, strict=True
