@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._lift import lift_to_surface
     from ._own_targets import (
         Box,
         Cylinder,
@@ -104,6 +105,7 @@ __all__ = [
     "coverage_fraction",
     "export",
     "improve",
+    "lift_to_surface",
     "load",
     "obstacle",
     "report",
@@ -127,6 +129,7 @@ _MODULES = {
     "_export": ("export",),
     "_files": ("load", "save"),
     "_improve": ("Improvement", "improve"),
+    "_lift": ("lift_to_surface",),
     "_proposal": ("Proposal",),
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),

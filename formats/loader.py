@@ -65,7 +65,7 @@ def _bytes(path: Path, kind: str) -> bytes:
     return data
 
 
-def _text(path: Path, kind: str) -> str:
+def read_text(path: Path, kind: str) -> str:
     """Return the text of a UTF-8 file; parameters and errors as in ``_bytes``."""
     name, data = str(path), _bytes(path, kind)
     try:
@@ -87,7 +87,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, text = str(path), _text(path, "TOML")
+    name, text = str(path), read_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
         if issubclass(model, VersionedFile):
@@ -117,7 +117,7 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
             f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
             " URDF with place-rings robot"
         )
-    robot = read_model(_beside(path, key, reference), RobotFile)
+    robot = read_model(beside(path, key, reference), RobotFile)
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
@@ -128,7 +128,7 @@ def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> di
     tables."""
 
     def read(key: str, name: str) -> OwnSensorModel:
-        file = read_model(_beside(path, key, name), OwnSensorFile)
+        file = read_model(beside(path, key, name), OwnSensorFile)
         return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
 
     return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
@@ -154,7 +154,7 @@ def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
     return moved
 
 
-def _beside(path: Path, key: str, name: str) -> Path:
+def beside(path: Path, key: str, name: str) -> Path:
     """Return the path of a file in the folder of the file at ``path`` or below.
 
     Raises:
@@ -228,7 +228,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read)
     if trajectory is None:
         return scene
-    record = _beside(path, f"{key}trajectory.file", trajectory.file)
+    record = beside(path, f"{key}trajectory.file", trajectory.file)
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
@@ -246,7 +246,7 @@ def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
     """Return a function that reads a file beside ``path``, from the key and the name."""
 
     def read(where: str, name: str) -> tuple[Path, bytes]:
-        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        at = beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh or NumPy")
 
     return read
@@ -356,11 +356,11 @@ def _mounted(path: Path, scene: CoreScene, frames: "FramePattern | None") -> Set
         case ".csv":
             from .sensors.sensor_lists import mounted_setup
 
-            return mounted_setup(str(path), _text(path, "CSV"), scene)
+            return mounted_setup(str(path), read_text(path, "CSV"), scene)
         case ".json":
             from .sensors.sensor_poses import setup_of_poses
 
-            return setup_of_poses(str(path), _text(path, "JSON"), scene)
+            return setup_of_poses(str(path), read_text(path, "JSON"), scene)
         case _:
             from .robots.urdf import read_urdf
             from .sensors.urdf_frames import FramePattern, setup_of_urdf

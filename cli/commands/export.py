@@ -83,9 +83,9 @@ def export(
     kinds = formats_of(to)
     urdf = urdf or urdf_of(robot)
     where = scene_for(subject, scene, robot, paper, reading, urdf)
-    placed = resolve(subject, where, frames=mounted.resolve())
+    setup, place = resolve(subject, where, frames=mounted.resolve())
     files = write(
-        ResolvedSetup(subject, *placed),
+        ResolvedSetup(subject, mounted.lifted(setup, place), place),
         to=kinds,
         folder=out,
         pose=pose,

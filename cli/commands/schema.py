@@ -16,6 +16,7 @@ def schema(
             "robot",
             "sensor",
             "target",
+            "layout",
             "proposal",
             "verify",
             "robustness",

@@ -10,6 +10,7 @@ MODELS = {
     "robot": ("robot_models", "RobotFile"),
     "sensor": ("own_sensor_models", "OwnSensorFile"),
     "target": ("target_models", "TargetFile"),
+    "layout": ("layout_models", "LayoutFile"),
     "proposal": ("proposal_models", "ProposalFile"),
     "verify": ("result_models", "VerifyResult"),
     "robustness": ("robustness_models", "RobustnessResult"),
