@@ -139,6 +139,16 @@ def place(
             ),
         ),
     ] = None,
+    gap: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "Also compute an upper bound on what any layout within the same budget and rules"
+                " could cover; takes about a minute more."
+            ),
+        ),
+    ] = False,
     seed: Seed = 0,
     time: TimeLimit = None,
     voxel: Voxel = 0.01,
@@ -181,6 +191,7 @@ def place(
         seed=seed,
         time_cap=time,
         voxel=voxel,
+        gap=gap,
         **errors,
     )
     any_rings = rings is None and not fewest_rings and (sensors is not None or reach is not None)

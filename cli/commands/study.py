@@ -13,7 +13,7 @@ from ..options.common import WHOLE
 
 def study(
     name: Annotated[
-        Literal["bound", "convergence", "layouts", "paper", "pareto", "robots"],
+        Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"],
         Parameter(help="Study to run."),
     ],
     /,
@@ -47,8 +47,8 @@ def study(
             name="--paper",
             negative=(),
             help=(
-                "pareto: count as the paper does, as bound, convergence and paper always do: beams"
-                " pass through the robot, and rings need no room on it."
+                "pareto: count as the paper does, as bound, convergence, gap and paper always do:"
+                " beams pass through the robot, and rings need no room on it."
             ),
         ),
     ] = False,
@@ -95,6 +95,7 @@ def study(
     - bound: how far the search can be from the best setup on a grid, from linear and integer
       programmes.
     - convergence: how coverage depends on the size of the voxels, for each way to count them.
+    - gap: an upper bound on every layout with a number of sensors, beside the best known one.
     - layouts: published layouts of on-robot sensors, scored under the same rules.
     - paper: the measurements of Kumar and Sahin (2019), repeated, beside searched setups.
     - pareto: the best trade-offs between two targets, by default V_S:0.5 and V_S:1.5.
