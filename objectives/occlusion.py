@@ -123,6 +123,8 @@ class Unseeing:
     """Name of the body or obstacle that contains the sensor at these poses, if any."""
     depth: float
     """Largest depth of the sensor within it, m."""
+    single: str = ""
+    """Name of a single sensor or of one of the cell in messages; empty for a sensor of a ring."""
 
 
 def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
@@ -136,6 +138,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
         scene = replace(scene, occlusion="shadow")
     setup = scene.with_cell(setup)
     labels = setup.labels
+    singles = {i: setup.group_name(i) for i in range(len(setup.rings), len(setup.groups))}
     names = [
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
@@ -157,7 +160,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
             poses.append(p)
             occluded[k, name] = poses, max(deepest, float(depth[k]))
     return [
-        Unseeing(*labels[k], tuple(p), name, deep)
+        Unseeing(*labels[k], tuple(p), name, deep, singles.get(labels[k][0], ""))
         for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
 

@@ -50,6 +50,8 @@ def lines(r: RobustnessResult) -> str:
     """Return a line on the most important sensor and ring, and on the Monte Carlo error."""
 
     def lost(loss: LossModel) -> str:
+        if loss.single:
+            return loss.single
         ring = f"ring {loss.ring} on {loss.link}"
         return ring if loss.sensor is None else f"sensor {loss.sensor} of {ring}"
 

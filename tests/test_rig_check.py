@@ -118,7 +118,7 @@ class Tape:
             if n % EVERY == 2:
                 distance, status = self.world.told(self.rng, seen[n // EVERY])
                 first = 0
-                for i, ring in enumerate(self.world.mounted.rings):
+                for i, ring in enumerate(self.world.mounted.groups):
                     k = slice(first, first := first + ring.count)
                     data = encode(self.sequence, t - 95, distance[k], status[k])
                     self.put(Record(Kind.BYTES, i, t, data))

@@ -171,8 +171,8 @@ def test_the_self_check_takes_single_sensors():
     assert len(check.rings) == 2
     assert (check.answers == 1).all()
     assert len(check.surprising) == 0
-    assert check.named(np.array([0, 4])) == ["0:0", "1:0"]
+    assert check.named(np.array([0, 4])) == ["0:0", "sensor 1 (forearm)"]
     assert [line.partition(":")[0] for line in check.text()][:2] == [
         "ring 0 (forearm)",
-        "ring 1 (forearm)",
+        "sensor 1 (forearm)",
     ]

@@ -95,6 +95,9 @@ class Client:
     def value(self, label: str):
         return self.controls[self._uuid(label)]["value"]
 
+    def visible(self, label: str) -> bool:
+        return self.controls[self._uuid(label)]["visible"]
+
     def set(self, label: str, value) -> None:
         """Set a control, or press a button by True."""
         uuid = self._uuid(label)

@@ -7,7 +7,8 @@ from typing import Any, Protocol
 import viser
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
-from ..coverage.rings.ring import Setup
+from ..coverage.rings.mounted_sensor import MountedSensor
+from ..coverage.rings.ring import Ring, Setup
 from ..formats.escaping import printable
 from . import html as words
 from .colours import KINDS
@@ -15,6 +16,7 @@ from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .quick_estimate import TWICE
 from .session import ViewerSession
+from .single_pose import SinglePose
 
 
 class Control(Protocol):
@@ -33,8 +35,21 @@ def set_value(control: Control, value: str | float) -> None:
 AS_ASKED = "as the scene asks"
 
 
-def _label(i: int, link: str) -> str:
-    return f"{i}: {printable(link)[:40]}"
+POSITIONS = ("x", "y", "z")
+_ANGLES = (
+    ("Azimuth", 180.0, "of the beam's axis, from x of the link's frame towards y"),
+    ("Elevation", 90.0, "of the beam's axis, towards z of the link's frame"),
+    ("Roll", 180.0, "about the beam's axis; for a beam that is not round"),
+)
+
+
+def _labels(setup: Setup) -> list[str]:
+    """Return a label for each ring and single sensor."""
+    rings = [f"{i}: {printable(ring.link)[:40]}" for i, ring in enumerate(setup.rings)]
+    return rings + [
+        f"{i}: {printable(one.name or 'sensor')[:30]} ({printable(one.link)[:30]})"
+        for i, one in enumerate(setup.singles, start=len(rings))
+    ]
 
 
 def labelled(names: Sequence[str]) -> dict[str, str]:
@@ -58,7 +73,7 @@ class Controls:
         self._room, self._names = room, list(names)
         self._setups = [f"{chr(65 + i)}: {printable(name)[:60]}" for i, name in enumerate(names)]
         first = next(iter(room.setups.values()))
-        self._rings = [_label(i, r.link) for i, r in enumerate(first.rings)]
+        self._rings = _labels(first)
         self._links = labelled(room.scene.robot.links)
         self.heading, self.zeta, self.legend = gui.add_html(""), gui.add_html(""), gui.add_html("")
         with gui.add_folder("Look"):
@@ -83,8 +98,10 @@ class Controls:
             }
             self.outline = gui.add_checkbox("Outline of the target", True)
             self.robot = gui.add_checkbox("Robot", True)
-        with gui.add_folder("Rings"):
-            self.ring = gui.add_dropdown("Ring", self._rings, hint="Or click a ring.")
+        with gui.add_folder("Rings and sensors"):
+            self.ring = gui.add_dropdown(
+                "Ring", self._rings, hint="Or a single sensor. Or click one."
+            )
             self.link = gui.add_dropdown("Link", list(self._links))
             self.position = gui.add_slider(
                 "Position", 0.0, 1.0, 0.005, 0.0, hint="0: proximal end, 1: distal end"
@@ -96,6 +113,13 @@ class Controls:
                 "Phase, °", 0.0, 360.0, 0.5, 0.0, hint="about the link's axis"
             )
             self.count = gui.add_slider("Sensors", 1, MOST_SENSORS, 1, 1)
+            self.single = {
+                key: gui.add_number(f"{key}, mm", 0.0, step=1.0, hint="in the frame of its link")
+                for key in POSITIONS
+            } | {
+                f"{key.lower()}_deg": gui.add_slider(f"{key}, °", -most, most, 0.5, 0.0, hint=hint)
+                for key, most, hint in _ANGLES
+            }
             self.rules = gui.add_html("")
             self.add = gui.add_button("Add a ring on this link")
             self.remove = gui.add_button("Remove this ring")
@@ -179,16 +203,34 @@ class Controls:
 
         Args:
             setup: active setup.
-            i: index of the ring to show.
+            i: index of the ring or single sensor to show.
             active: index of the setup.
             most: largest number of sensors that the ring may have.
         """
-        ring = setup.rings[i]
-        self._rings = [_label(k, r.link) for k, r in enumerate(setup.rings)]
+        group = setup.groups[i]
+        self._rings = _labels(setup)
         set_value(self.setup, self._setups[active])
         if tuple(self.ring.options) != tuple(self._rings):
             self.ring.options = tuple(self._rings)
         set_value(self.ring, self._rings[i])
+        for control in (self.position, self.tilt, self.phase, self.count):
+            control.visible = isinstance(group, Ring)
+        for control in self.single.values():
+            control.visible = isinstance(group, MountedSensor)
+        if isinstance(group, MountedSensor):
+            self._follow_single(group)
+        else:
+            self._follow_ring(group, most)
+
+    def _follow_single(self, one: MountedSensor) -> None:
+        pose = SinglePose.of(one)
+        for key, control in self.single.items():
+            value = getattr(pose, key) * (1000.0 if key in POSITIONS else 1.0)
+            if abs(control.value - value) > 1e-3:
+                set_value(control, value)
+        self.single["roll_deg"].disabled = not one.sensor.oriented
+
+    def _follow_ring(self, ring: Ring, most: int) -> None:
         of_ring = next(label for label, link in self._links.items() if link == ring.link)
         set_value(self.link, of_ring)
         self.position.disabled = self._room.scene.robot.mount(ring.link).length == 0

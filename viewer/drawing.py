@@ -9,12 +9,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Group, Ring, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import attached_at, carried_at
+from ..coverage.robots.robot import BASE
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
+from ..formats.sensors.sensor_frames import sensor_frames
 from ..reporting.rendering.meshes import (
     band,
     capsule,
@@ -35,6 +38,7 @@ SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
 # up to this share of uncovered points they are drawn large; above it each is smaller
 _FEW = 0.15
+_AXIS, _UP = 0.12, 0.05  # m, lines of the selected single sensor
 _VEIL = 0.55  # opacity of a single cone; several cones share it
 
 
@@ -51,7 +55,7 @@ class DrawnMesh:
     opacity: float = 1.0
     """Opacity in [0, 1]."""
     ring: int | None = None
-    """Index of the ring that a click on the mesh selects, or None."""
+    """Index of the ring or single sensor that a click on the mesh selects, or None."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ class DrawnParts:
     cones: Shown = "this link"
     """Rings whose cones are shown."""
     ring: int = 0
-    """Index of the selected ring."""
+    """Index of the selected ring or single sensor; those follow the rings."""
     kinds: frozenset[int] = field(
         default_factory=lambda: frozenset(k.number for k in KINDS) - {TWICE}
     )
@@ -119,6 +123,7 @@ class Drawing:
         self._outline = lru_cache(64)(lambda target, pose: outline(self._outer(target, pose)))
         self._band = lru_cache(1024)(self._band_of)
         self._beams = lru_cache(1024)(self._beams_of)
+        self._chip = lru_cache(1024)(self._chip_of)
         self._colours = link_colours(self.scene.robot.links)
 
     def backdrop(self, choice: DrawnParts) -> dict[str, Item]:
@@ -173,6 +178,16 @@ class Drawing:
         hoop = band(self.scene, frames, ring)
         return tube(hoop), chips(self._cones(ring, pose)), loops(hoop)
 
+    def _chip_of(self, one: MountedSensor, pose: int) -> tuple[Surface, Float[np.ndarray, "2 2 3"]]:
+        """Return the box of a single sensor, and its axis and ``up`` as two edges."""
+        robot = self.scene.robot
+        (seat,) = sensor_frames(robot, setup_of_group(one))
+        frames = np.asarray(forward(robot.chain, self.scene.poses[pose].q))
+        T = seat.T_frame_sensor if seat.frame == BASE else frames[seat.frame] @ seat.T_frame_sensor
+        apex, look, up = T[:3, 3], T[:3, 2], T[:3, 1]
+        axis = np.stack([[apex, apex + _AXIS * look], [apex, apex + _UP * up]])
+        return chips(self._cones(one, pose)), axis
+
     def _beams_of(
         self, ring: Group, pose: int, target: Target
     ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
@@ -184,7 +199,7 @@ class Drawing:
         the chosen cones up to the target's boundary.
         """
         wanted = shown_cones(setup, choice)
-        veil = min(_VEIL / max(sum(setup.rings[i].count for i in wanted), 1) ** 0.5, 0.25)
+        veil = min(_VEIL / max(sum(setup.groups[i].count for i in wanted), 1) ** 0.5, 0.25)
         found: dict[str, Item] = {}
         for i, ring in enumerate(setup.rings):
             colour = self._colours[ring.link]
@@ -199,9 +214,12 @@ class Drawing:
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
         singles = self.scene.with_cell(setup).singles
         for i, one in enumerate(singles, start=len(setup.rings)):
-            colour = self._colours.get(one.link, CURVE)
-            found[f"sensors{i}"] = DrawnMesh(*chips(self._cones(one, choice.pose)), SENSOR)
-            if choice.cones == "all":
+            colour, of_setup = self._colours.get(one.link, CURVE), i < len(setup.groups)
+            chip, axis = self._chip(one, choice.pose)
+            found[f"sensors{i}"] = DrawnMesh(*chip, SENSOR, 1.0, i if of_setup else None)
+            if i == choice.ring and of_setup:
+                found["chosen"] = Edges(axis, CURVE, 3.0)
+            if choice.cones == "all" or i in wanted:
                 surface, rims = self._beams(one, choice.pose, choice.target)
                 found[f"cones{i}"] = DrawnMesh(*surface, colour, veil)
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
@@ -247,11 +265,11 @@ class Drawing:
 
 
 def shown_cones(setup: Setup, choice: DrawnParts) -> list[int]:
-    """Return the indices of the rings whose cones are shown."""
-    link = setup.rings[choice.ring].link
+    """Return the indices of the rings and single sensors whose cones are shown."""
+    link = setup.groups[choice.ring].link
     return [
         i
-        for i, ring in enumerate(setup.rings)
+        for i, ring in enumerate(setup.groups)
         if choice.cones == "all"
         or (choice.cones == "this link" and ring.link == link)
         or (choice.cones == "this ring" and i == choice.ring)

@@ -3,13 +3,16 @@
 import itertools
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.rounding import rounded
 from ..objectives.scene import CoreScene
+from .single_pose import SinglePose
 
 MOST_RINGS, MOST_SENSORS = 50, 64  # rings of an edited setup, sensors of an edited ring
+NEW_COUNT = 8  # sensors of a new ring where no other ring has some
 STEEPEST_DEG = 85.0
 
 
@@ -20,16 +23,35 @@ class EditedSetup:
     scene: CoreScene
     setup: Setup
 
-    def _with(self, rings: list[Ring]) -> "EditedSetup":
+    def _with(self, rings: Sequence[Ring]) -> "EditedSetup":
         return replace(
             self, setup=rounded(replace(self.setup, rings=tuple(rings)), self.scene.sensor)
         )
 
     def most(self, i: int) -> int:
         """Return the largest count of ring ``i``: the limit for edits, or its present count if
-        larger.
+        larger; 1 for a single sensor.
         """
-        return max(MOST_SENSORS, self.setup.rings[i].count)
+        group = self.setup.groups[i]
+        return max(MOST_SENSORS, group.count) if isinstance(group, Ring) else 1
+
+    def moved(self, i: int, **pose: float) -> "EditedSetup":
+        """Return the setup with single sensor ``i`` elsewhere on its link.
+
+        Args:
+            i: number of the single sensor; those of the rings come first.
+            pose: new values of the fields of ``SinglePose``; the others stay.
+
+        Raises:
+            ValueError: for a number that is not finite or too large.
+            IndexError: if there is no such single sensor.
+        """
+        singles, k = list(self.setup.singles), i - len(self.setup.rings)
+        if k < 0:
+            raise IndexError(f"number {i} is a ring")
+        singles[k] = replace(SinglePose.of(singles[k]), **pose).placed(singles[k])
+        setup = replace(self.setup, singles=tuple(singles))
+        return replace(self, setup=rounded(setup, self.scene.sensor))
 
     def changed(
         self,
@@ -91,7 +113,7 @@ class EditedSetup:
     def added(self, link: str) -> "EditedSetup":
         """Return the setup with one more ring in the middle of the widest gap on ``link``.
 
-        It has the most frequent number of sensors.
+        It has the most frequent number of sensors; 8 if there is no other ring.
 
         Raises:
             ValueError: if the link does not exist or has no room for a ring.
@@ -104,7 +126,8 @@ class EditedSetup:
             )
         if length == 0 and there:
             raise ValueError("this link has room for one ring only")
-        count = Counter(r.count for r in self.setup.rings).most_common(1)[0][0]
+        counts = Counter(r.count for r in self.setup.rings).most_common(1)
+        count = counts[0][0] if counts else NEW_COUNT
         low, high = self.scene.limits_of(link).position
         places = [low, *(p for p in there if low <= p <= high), high]
         ends = [(b - a, (a + b) / 2) for a, b in itertools.pairwise(places)]
@@ -113,14 +136,18 @@ class EditedSetup:
         return self._with([*self.setup.rings, ring])
 
     def removed(self, i: int) -> "EditedSetup":
-        """Return the setup without ring ``i``.
+        """Return the setup without ring or single sensor ``i``.
 
         Raises:
-            ValueError: for the last ring.
-            IndexError: if there is no such ring.
+            ValueError: for the last one.
+            IndexError: if there is no such ring or sensor.
         """
-        rings = list(self.setup.rings)
-        if len(rings) == 1:
-            raise ValueError("the last ring cannot be removed")
-        del rings[i]
-        return self._with(rings)
+        groups = list(self.setup.groups)
+        if len(groups) == 1:
+            last = "ring" if self.setup.rings else "sensor"
+            raise ValueError(f"the last {last} cannot be removed")
+        del groups[i]
+        rings = len(self.setup.rings) - (i < len(self.setup.rings))
+        return replace(self, setup=replace(self.setup, singles=tuple(groups[rings:])))._with(
+            groups[:rings]
+        )

@@ -20,7 +20,7 @@ from ..formats.errors import UserError
 from ..formats.escaping import printable
 from . import html as words
 from .colours import KINDS
-from .controls import Controls
+from .controls import POSITIONS, Controls
 from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import EditedSetup
 from .jobs import Job
@@ -81,11 +81,13 @@ class Page:
         for kind in KINDS:
             self._on(c.kinds[kind.number], partial(self._choose_kind, kind.number))
         self._on(c.ring, lambda v: choose(ring=c.ring_number(v)))
-        self._on(c.link, lambda v: self._change(link=c.link_named(v)))
+        self._on(c.link, self._relink)
         self._on(c.position, lambda v: self._change(position=float(v)))
         self._on(c.tilt, lambda v: self._change(tilt_deg=float(v)))
         self._on(c.phase, lambda v: self._change(phase_deg=float(v)))
         self._on(c.count, lambda v: self._change(count=int(v)))
+        for key, control in c.single.items():
+            self._on(control, partial(self._move, key))
         self._press(
             c.add, lambda: self._edit(lambda d: d.added(c.link_named(c.link.value)), chosen=-1)
         )
@@ -143,7 +145,7 @@ class Page:
 
     def _choose(self, **what: Any) -> None:
         with self._lock:
-            if not 0 <= what.get("ring", 0) < len(self._drafts[self._active].setup.rings):
+            if not 0 <= what.get("ring", 0) < len(self._drafts[self._active].setup.groups):
                 raise ValueError(f"ring {what['ring']} does not exist")
             self._choice = replace(self._choice, **what)
         self._show()
@@ -164,6 +166,18 @@ class Page:
     def _change(self, **what: Any) -> None:
         self._edit(lambda draft: draft.changed(self._choice.ring, **what))
 
+    def _relink(self, label: str) -> None:
+        """Move the selected ring to a link; of a single sensor it is the link for a new ring."""
+        with self._lock:
+            rings = len(self._drafts[self._active].setup.rings)
+        if self._choice.ring < rings:
+            self._change(link=self.controls.link_named(label))
+
+    def _move(self, key: str, value: float) -> None:
+        """Change one number of the selected single sensor's pose."""
+        number = float(value) / (1000.0 if key in POSITIONS else 1.0)
+        self._edit(lambda draft: draft.moved(self._choice.ring, **{key: number}))
+
     def _edit(self, edit: Callable[[EditedSetup], EditedSetup], chosen: int | None = None) -> None:
         """Change the setup, then select ring ``chosen`` if given; negative values count from
         the end.
@@ -172,7 +186,7 @@ class Page:
             draft = edit(self._drafts[self._active])
             self._drafts[self._active] = draft
             ring = self._choice.ring if chosen is None else chosen % len(draft.setup.rings)
-            self._choice = replace(self._choice, ring=min(ring, len(draft.setup.rings) - 1))
+            self._choice = replace(self._choice, ring=min(ring, len(draft.setup.groups) - 1))
         self._show()
 
     # Display.
@@ -197,7 +211,7 @@ class Page:
             mine = (
                 choice
                 if i == active
-                else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
+                else replace(choice, ring=min(choice.ring, len(setup.groups) - 1))
             )
             dots, shares = room.drawing.points(setup, mine, setups)
             drawn.append(
@@ -279,7 +293,7 @@ class Page:
         with self._lock:
             self._drafts[i] = replace(self._drafts[i], setup=found.setup)
             self._choice = replace(
-                self._choice, ring=min(self._choice.ring, len(found.setup.rings) - 1)
+                self._choice, ring=min(self._choice.ring, len(found.setup.groups) - 1)
             )
         self._show()
         self._work.note(f"better: {change}")

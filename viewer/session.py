@@ -14,7 +14,7 @@ from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import faults
-from ..objectives.occlusion import own_link_fault
+from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
@@ -89,4 +89,19 @@ class ViewerSession:
         found = [f.text for f in faults(scene, setup.rings, self._clear)]
         if occlusion != "ignore" and (fault := own_link_fault(scene, setup)) is not None:
             found.append(fault)
-        return found
+        return found + self._within(setup)
+
+    def _within(self, setup: Setup) -> list[str]:
+        """Return a text for each single sensor that lies in a body, at the scene's first pose."""
+        if not (setup.singles and self.scene.robot.bodies):
+            return []
+        scene = replace(self.scene, poses=self.scene.poses[:1], cell_sensors=())
+        named = (
+            replace(one, name=one.name or str(i))
+            for i, one in enumerate(setup.singles, start=len(setup.rings))
+        )
+        return [
+            f"{one.single} lies {1000 * one.depth:.0f} mm within {one.within} and sees nothing"
+            for one in unseeing(scene, Setup((), tuple(named)))
+            if one.within
+        ]

@@ -119,10 +119,12 @@ def search_from(
 
     Raises:
         InfeasibleError: if the scene's rules leave no place for such rings.
-        ValueError: for an empty target.
+        ValueError: for an empty target or a setup without rings.
     """
     asked = scene if target is None else replace(scene, goals=(Goal(target),), over_poses="mean")
     present = rounded(setup, scene.sensor)
+    if not present.rings:
+        raise ValueError("the setup has no ring to search from; add one")
     fixed, _ = held(scene, present.rings)
     layout = Setup(tuple(ring for i, ring in enumerate(present.rings) if i not in fixed))
     # the single sensors stay, as those of the scene do

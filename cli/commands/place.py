@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.choices import Losing
 from ...formats.errors import UserError
-from ..options.common import Floors, Json, Seed, TimeLimit, Voxel
+from ..options.common import WHOLE, Floors, Json, Seed, TimeLimit, Voxel
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -28,6 +28,7 @@ def place(
     where: SceneOptions = REFERENCE,
     rings_per_link: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=_COUNT,
             help="Rings on each link, besides one on the tool (--rings: in all). Default: 2.",
@@ -35,6 +36,7 @@ def place(
     ] = None,
     sensors_per_ring: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=_COUNT,
             help=(
@@ -45,6 +47,7 @@ def place(
     ] = None,
     sensors: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
@@ -56,6 +59,7 @@ def place(
     ] = None,
     rings: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=1000),
             help=(
@@ -97,6 +101,7 @@ def place(
     ] = False,
     redundancy: Annotated[
         int,
+        WHOLE,
         Parameter(
             group=FAILURES,
             help="Number of sensors that must see a point for it to count as covered.",

@@ -45,7 +45,7 @@ def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
             raise UserError(
                 f"--ring {text}: found decoder {shown(decoder)}, allowed: {', '.join(DECODERS)}"
             )
-        count = setup.rings[names.index(name)].count
+        count = setup.groups[names.index(name)].count
         ports[name] = PortModel(
             name=match["port"], count=count, decoder=decoder, baud=int(match["baud"] or BAUD)
         )

@@ -150,6 +150,15 @@ class Setup:
         """Number of each sensor's ring or, for a single sensor, its own."""
         return np.repeat(np.arange(len(self.groups)), [group.count for group in self.groups])
 
+    def group_name(self, number: int) -> str:
+        """Name a ring or single sensor in messages: ``ring 0 (forearm)``, ``sensor pad (tool)`` or,
+        without a name of its own, ``sensor 2 (tool)``.
+        """
+        group = self.groups[number]
+        if isinstance(group, MountedSensor):
+            return f"sensor {group.name or number} ({group.link})"
+        return f"ring {number} ({group.link})"
+
     @property
     def labels(self) -> list[tuple[int, int]]:
         """The number of each sensor's group and its own number there, in the order of sensors."""

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
+from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.joint_values import named
 from ...coverage.robots.kinematics import Chain
@@ -94,7 +95,9 @@ class UnseeingModel(MappedModel[Unseeing]):
     """A blocked sensor: it sees less than 1 % of its cone, or nothing because it sits inside a
     body."""
 
-    ring: int = Field(description="number of the ring, counted from 0")
+    ring: int = Field(
+        description="number of the ring, counted from 0; single sensors follow the rings"
+    )
     sensor: int = Field(description="number of the sensor on its ring, counted from 0")
     poses: int = Field(description="number of poses at which it is blocked")
     within: str | None = Field(
@@ -102,6 +105,10 @@ class UnseeingModel(MappedModel[Unseeing]):
     )
     depth_mm: Annotated[float, Of("depth", rounded_millimetres(3))] = Field(
         default=0.0, description="largest depth inside it, mm"
+    )
+    single: str = Field(
+        default="",
+        description="name of a single sensor or of one of the cell; empty for a sensor of a ring",
     )
 
     @classmethod
@@ -116,6 +123,23 @@ _LOW = Field(
 _HIGH = Field(
     description="upper end of the guaranteed interval, percent; by another rule, zeta itself"
 )
+
+
+class LiftedModel(StrictModel):
+    """A single sensor that was lifted out of the body of its own link."""
+
+    ring: int = Field(description="its number among those of rings and single sensors, from 0")
+    name: str = Field(description="name of the sensor; may be empty")
+    lifted_mm: float = Field(description="distance along its axis, mm")
+
+    @classmethod
+    def each(cls, setup: Setup) -> list[Self]:
+        """Return the records of a setup's lifted sensors."""
+        return [
+            cls(ring=n, name=one.name, lifted_mm=round(1000 * one.lifted, 3))
+            for n, one in enumerate(setup.singles, len(setup.rings))
+            if one.lifted > 0
+        ]
 
 
 class VerifyResult(MappedModel[Verified]):
@@ -162,6 +186,9 @@ class VerifyResult(MappedModel[Verified]):
         ),
     )
     unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
+    lifted: list[LiftedModel] = Field(
+        default=[], description="single sensors that were lifted out of the body in which they lay"
+    )
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
     separation: SeparationModel | None = Field(

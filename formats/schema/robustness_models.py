@@ -56,6 +56,9 @@ class LossModel(StrictModel):
     sensor: int | None = Field(
         default=None, description="number of the sensor on its ring, counted from 0"
     )
+    single: str = Field(
+        default="", description="name of a single sensor; empty for a ring and its sensors"
+    )
     zeta_percent: Percent = Field(description="coverage without it, percent")
 
 
@@ -102,6 +105,7 @@ class RobustnessResult(StrictModel):
                 ring=ring,
                 link=setup.groups[ring].link,
                 sensor=sensor,
+                single=setup.group_name(ring) if ring >= len(setup.rings) else "",
                 zeta_percent=COVERAGE.write(lost.zeta),
             )
 

@@ -83,7 +83,8 @@ def occlusion_table(
     return Explained(
         f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,
-        f"{target_legend(shown)[:-1]}; {'; '.join(_MODELS[m] for m in models)}.",
+        "; ".join([*filter(None, [target_legend(shown)[:-1]]), *(_MODELS[m] for m in models)])
+        + ".",
     )
 
 
@@ -119,6 +120,8 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
         each = list(some)
         sensors = ", ".join(str(u.sensor) for u in each)
         who = f"Ring {ring}, sensor{'s' * (len(each) > 1)} {sensors}"
+        if single := each[0].single:
+            who = single[0].upper() + single[1:]
         if within is None:
             lines.append(f"{who}: less than 1 % of the cone is unobstructed.")
         else:

@@ -79,8 +79,8 @@ def _kinds(setup: Setup) -> Counter[Sensor]:
 
 
 def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> list[str]:
-    """Return the bill of materials as lines of Markdown: kinds of sensors, prices, then rings with
-    their data.
+    """Return the bill of materials as lines of Markdown: kinds of sensors, prices, then rings and
+    single sensors with their data.
 
     Args:
         scene: scene of the setup, with its prices.
@@ -101,7 +101,7 @@ def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> l
     heads = ("sensors", "kind", "range, m", "power of one", "power of all", "rate, Hz")
     rings = [
         (str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length))
-        for i, r in enumerate(setup.rings)
+        for i, r in enumerate(setup.groups)
     ]
     total = _total(setup, length)
     sources = {
@@ -128,8 +128,10 @@ def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> l
             right=(0, 2, 3, 4, 5),
         ),
         (
-            f"All rings together send {total}. Bytes are those of the place-rings ring protocol:"
-            " one frame for each ring and reading. For multi-zone sensors a frame holds the"
+            f"All{' rings' if setup.rings else ''}{' and' * bool(setup.rings and setup.singles)}"
+            f"{' single sensors' if setup.singles else ''} together send {total}. Bytes are those"
+            " of the place-rings ring protocol: one frame for each of them and reading. For"
+            " multi-zone sensors a frame holds the"
             " nearest distance of each sensor only."
         ),
         "",
@@ -149,15 +151,16 @@ def _data(count: int, sensor: Sensor, length: Callable[[int], int]) -> tuple[str
 
 
 def _total(setup: Setup, length: Callable[[int], int]) -> str:
-    rates = [rate_hz(ring.sensor) for ring in setup.rings]
-    each = sum(ring.count * distances(ring.sensor) for ring in setup.rings)
+    groups = setup.groups
+    rates = [rate_hz(group.sensor) for group in groups]
+    each = sum(group.count * distances(group.sensor) for group in groups)
     if None in rates:
-        bytes_: float = sum(length(ring.count) for ring in setup.rings)
+        bytes_: float = sum(length(group.count) for group in groups)
         return (
             f"{each:,} distances in each reading, {bytes_:,} bytes; the rate of readings is unknown"
         )
     second = sum(
-        hz * r.count * distances(r.sensor) for hz, r in zip(rates, setup.rings, strict=True) if hz
+        hz * g.count * distances(g.sensor) for hz, g in zip(rates, groups, strict=True) if hz
     )
-    bytes_ = sum(hz * length(r.count) for hz, r in zip(rates, setup.rings, strict=True) if hz)
+    bytes_ = sum(hz * length(g.count) for hz, g in zip(rates, groups, strict=True) if hz)
     return f"{second:,.0f} distances and {bytes_:,.0f} bytes per second"

@@ -1,6 +1,7 @@
 """Mounting position of each ring, measured from a joint along the link's mount axis."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import Mount
 from ...objectives.scene import CoreScene
-from ..pages import table
+from ..pages import escaped, table
 from .directions import bearing, heading, plain
 
 TCP = "TCP"  # for a mount on the tool's frame instead of a joint's
@@ -62,7 +63,42 @@ def zero_axis(m: Mount) -> str:
 
 
 def mounting(scene: CoreScene, setup: Setup) -> list[str]:
-    """Return the mounting table and its explanation as lines of Markdown."""
+    """Return the mounting tables of rings and single sensors, with their explanations, as lines of
+    Markdown."""
+    rings = _rings(scene, setup) if setup.rings else []
+    return rings + (_singles(setup) if setup.singles else [])
+
+
+def _singles(setup: Setup) -> list[str]:
+    """Return the table of single sensors and its explanation as lines of Markdown."""
+
+    def three(values: Sequence[float], factor: float, digits: int) -> str:
+        return ", ".join(f"{round(factor * v, digits) + 0.0:.{digits}f}" for v in values)
+
+    rows = [
+        (
+            str(i),
+            escaped(one.name),
+            plain(one.link),
+            three(one.position, 1000.0, 1),
+            three(one.T_link_sensor[:3, 2], 1.0, 4),
+            three(one.T_link_sensor[:3, 1], 1.0, 4) if one.sensor.oriented else "–",
+        )
+        for i, one in enumerate(setup.singles, start=len(setup.rings))
+    ]
+    heads = ("sensor", "name", "link", "position x, y, z, mm", "direction x, y, z", "up x, y, z")
+    return [
+        table(heads, rows, right=(0,)),
+        (
+            "Position and direction of a single sensor are those of its beam, in the frame of its"
+            " link."
+        ),
+        "",
+    ]
+
+
+def _rings(scene: CoreScene, setup: Setup) -> list[str]:
+    """Return the table of rings and its explanation as lines of Markdown."""
     rows, seats = [], seat_list(scene, setup)
     for i, s in enumerate(seats):
         r, m = s.ring, scene.robot.mount(s.ring.link)

@@ -23,6 +23,7 @@ from ..sensing.readings import WITHIN
 from ..session.session import Session
 from ..session.stop_conditions import StopConditions, StopRules
 from ..simulated.process import SimulatedRig, SimulationError
+from .planned_check import ring_names
 from .plans import Part
 from .procedure import EndedError
 
@@ -59,7 +60,7 @@ class MovedRobot:
         route: NearStops,
         alarm: Callable[[str], None],
     ) -> None:
-        limits, motion = scene.robot.limits, scene.motion
+        limits, motion, setup = scene.robot.limits, scene.motion, itinerary.clearance.setup
         joints = (
             np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1))
             if limits is None
@@ -74,7 +75,7 @@ class MovedRobot:
         self._stops = (
             itinerary.near_stops_to(itinerary.at, session.link.latest().q)
             if self._by_way
-            else route.wired_anyhow(itinerary.clearance.setup).lowered(_LATE)
+            else route.wired_anyhow(setup).lowered(_LATE)
         )
         self._mover = Mover(
             host,
@@ -82,7 +83,10 @@ class MovedRobot:
             MotionLimits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
             StopConditions(
-                session, self._near, StopRules(motion.failed_share, motion.frozen_frames)
+                session,
+                self._near,
+                StopRules(motion.failed_share, motion.frozen_frames),
+                [setup.group_name(i) for i, _ in enumerate(setup.groups)],
             ),
             session.patience,
             alarm,
@@ -167,7 +171,8 @@ class SimulatedHelper:
         return True
 
     def wave(self, ring: int) -> bool:
-        for seat in [*range(self._setup.groups[ring].count), None]:
+        # a sensor's usual distance is its median, so that of a lone one needs most of the time
+        for seat in [None, *range(self._setup.groups[ring].count), None]:
             self._tell(hand=None if seat is None else [ring, seat])
             time.sleep(_PASSAGE)
         return True
@@ -184,17 +189,23 @@ class Helper:
 
     Args:
         ask: shows an instruction and waits.
-        names: of the rings.
+        setup: the rings and single sensors.
         moves: whether the robot may move by itself once this person is done.
     """
 
-    def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
-        self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
+    def __init__(self, ask: Ask, setup: Setup, moves: bool) -> None:
+        self._ask, self._setup, self._leave = ask, setup, _LEAVE if moves else ""
+        self._names = ring_names(setup)
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
         return self._ask(words if point is not None else words + self._leave)
 
     def wave(self, ring: int) -> bool:
+        if ring >= len(self._setup.rings):
+            return self._ask(
+                f"{self._setup.group_name(ring)}: pass a hand 10 to 20 cm in front of it for half a"
+                " second, after one without it; then take the hand away" + self._leave
+            )
         return self._ask(
             f"ring {self._names[ring]}: pass a hand 10 to 20 cm in front of its sensors, one by"
             " one, half a second each, starting at the first in the order of phase (right-handed"

@@ -45,12 +45,12 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
         wall: start of the recording, s since 1970.
         damage: damage of the recording that the data was read from; empty if it is intact.
     """
-    done, about, rings = part_results(check, gathered), check.about, len(check.setup.rings)
+    done, about, setup = part_results(check, gathered), check.about, check.setup
     verifier = Verifier(check.scene, about.voxel)
     mount = mount_of(check, len(done.stops), done.built, verifier)
     coverage = [coverage_of(check, rod, done.built) for rod in done.rods]
-    differs = differences(done, mount, coverage)
-    lacks, too_much = missing(check.plans, rings, done, mount, coverage)
+    differs = differences(setup, done, mount, coverage)
+    lacks, too_much = missing(check.plans, setup, done, mount, coverage)
     ended = _ended(gathered)
     early = [f"ended early: {ended}"] if ended else []
     verdict: Literal["as proposed", "differs", "unfinished"] = (
@@ -64,9 +64,9 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
         seconds=seconds_of(gathered),
         verdict=verdict,
         reasons=[*early, *done.failures, *differs, *lacks],
-        warnings=warnings_of(gathered, damage),
+        warnings=warnings_of(setup, gathered, damage),
         robot=link_of(gathered),
-        lines=lines_of(check.setup, check.ports, gathered),
+        lines=lines_of(setup, check.ports, gathered),
         events=events_of(gathered),
         self_check=self_check_of(done.self_check, done.waves),
         mount=mount,

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...coverage.rings.ring import Setup
 from ..mount.mounting_error_model import LIMITS, NAMES
 from .models import CoverageModel, MountCheckModel
 from .part_results import PartResults
@@ -11,7 +12,10 @@ from .plans import Plans
 
 
 def differences(
-    done: PartResults, mount: MountCheckModel | None, coverage: Sequence[CoverageModel]
+    setup: Setup,
+    done: PartResults,
+    mount: MountCheckModel | None,
+    coverage: Sequence[CoverageModel],
 ) -> list[str]:
     """List the differences between rig and proposal."""
     lines, looks, built = list[str](), done.self_check, done.built
@@ -28,7 +32,7 @@ def differences(
                 f" {', '.join(looks.named(looks.surprising))}"
             )
     lines += [
-        f"ring {ring}, by a hand: {fault}"
+        f"{setup.group_name(ring)}, by a hand: {fault}"
         for ring, waving in done.waves.items()
         for fault in waving.faults()
     ]
@@ -54,7 +58,7 @@ def differences(
 
 def missing(
     plans: Plans,
-    rings: int,
+    setup: Setup,
     done: PartResults,
     mount: MountCheckModel | None,
     coverage: Sequence[CoverageModel],
@@ -63,7 +67,7 @@ def missing(
 
     Args:
         plans: the planned parts.
-        rings: number of rings of the setup.
+        setup: the setup as proposed.
         done: results of the parts.
         mount: result of the mount check.
         coverage: result of the coverage check, target by target.
@@ -72,10 +76,11 @@ def missing(
         The findings, and whether too much is missing for a verdict.
     """
     lines, waves, stops = list[str](), done.waves, len(done.stops)
-    if plans.wave and len(waves) < rings:
-        lines.append(f"a hand was passed over {len(waves)} of {rings} rings")
+    if plans.wave and len(waves) < len(setup.groups):
+        what = "rings and single sensors" if setup.singles else "rings"
+        lines.append(f"a hand was passed over {len(waves)} of {len(setup.groups)} {what}")
     lines += [
-        f"ring {ring}, by a hand: no hand was seen by {', '.join(map(str, w.missed))}"
+        f"{setup.group_name(ring)}, by a hand: no hand was seen by {', '.join(map(str, w.missed))}"
         for ring, w in waves.items()
         if w.missed
     ]

@@ -32,7 +32,7 @@ from ..simulated_cell.cell import simulated_rig, with_cell
 from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper, hurried
 from .models import AboutFile, PortModel
 from .plan_files import mount_plan_model, rod_plan_model
-from .planned_check import PlannedCheck, ring_names
+from .planned_check import PlannedCheck
 from .plans import CheckOptions, Part, Plans
 from .preconditions import require_known_cell, require_near_stop, require_revolute
 from .procedure import run
@@ -234,7 +234,7 @@ class LiveCheck:
                 stack.callback(robot.close)
             rod = plans.rods[0].rod if plans.rods else Rod()
             helper = (
-                Helper(view.ask, ring_names(setup), moves)
+                Helper(view.ask, setup, moves)
                 if rig.simulated is None
                 else SimulatedHelper(rig.simulated, setup, rod)
             )

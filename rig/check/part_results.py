@@ -108,7 +108,9 @@ class _Parts:
         if read is None:
             raise ValueError("no stop has readings")
         fits = fit_mount(self._check.scene, self._check.setup, read)
-        return AsBuilt(self._check.scene, self._check.setup, fits)
+        setup = self._check.setup
+        mute = (read.failed == read.total).all(axis=0)[setup.sensors - len(setup.singles) :]
+        return AsBuilt(self._check.scene, setup, fits, tuple(int(k) for k in np.flatnonzero(mute)))
 
     def rods(self) -> list[RodCheck]:
         done, first, checks = {s.number for s in self._steps if s.what == "trial"}, 0, []

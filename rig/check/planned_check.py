@@ -59,9 +59,10 @@ class PlannedCheck:
 
 
 def ring_names(setup: Setup) -> list[str]:
-    """Name each ring by its link, with its number among that link's rings if there are several."""
-    links = [group.link for group in setup.groups]
+    """Name each ring and single sensor by its link or, for a single sensor, by its own name; with
+    its number among those of the same name if there are several."""
+    names = [getattr(group, "name", "") or group.link for group in setup.groups]
     return [
-        link if links.count(link) == 1 else f"{link}.{links[:i].count(link)}"
-        for i, link in enumerate(links)
+        name if names.count(name) == 1 else f"{name}.{names[:i].count(name)}"
+        for i, name in enumerate(names)
     ]

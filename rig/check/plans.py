@@ -88,8 +88,13 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
     each = -(-options.trials // len(scene.goals))
     seconds = options.seconds if "self" in options.parts else None
     mount = None
+    if not setup.rings and options.parts == ("mount",):
+        raise UserError(
+            f"check: --part mount: {setup.sensors} single sensors and no ring; the mount check"
+            " measures rings"
+        )
     try:
-        if "mount" in options.parts:
+        if "mount" in options.parts and setup.rings:
             mount = planned(scene, setup, options.stops, FRAMES, seed=options.seed, good=clear)
         rods = tuple(
             plan_rod(scene, setup, target, each, options.rod, seed=options.seed)

@@ -99,10 +99,11 @@ def events_of(gathered: Gathered) -> list[EventModel]:
     ]
 
 
-def warnings_of(gathered: Gathered, damage: str) -> list[str]:
+def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
     """List reasons to distrust the result."""
     happened = [
-        f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
+        f"{setup.group_name(e.ring)}: {e.what}{': ' + e.detail if e.detail else ''}"
+        for e in events_of(gathered)
     ]
     happened = [
         f

@@ -106,7 +106,7 @@ class SelfCheck:
                 f", scatter {1000 * np.median(self.spread[k][told]):.1f} mm" if told.any() else ""
             )
             lines.append(
-                f"ring {i} ({ring.link}): {health.frames} frames, {health.rate:.1f} a second,"
+                f"{self.setup.group_name(i)}: {health.frames} frames, {health.rate:.1f} a second,"
                 f" {health.gaps} gaps, {np.count_nonzero(self.answers[k] > 0)} of {ring.count}"
                 f" sensors answer{scatter}"
             )
@@ -122,12 +122,12 @@ class SelfCheck:
         return lines
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
-        """Name sensors as ring:sensor, both counted from 0."""
-        ring, first = (
-            self.setup.ring_of_sensor,
-            np.cumsum([0, *(r.count for r in self.setup.groups)]),
-        )
-        return [f"{ring[k]}:{k - first[ring[k]]}" for k in which]
+        """Name sensors as ring:sensor, both counted from 0, and single sensors by their names."""
+        names, rings = list[str](), len(self.setup.rings)
+        for k in which:
+            group, sensor = self.setup.labels[k]
+            names.append(f"{group}:{sensor}" if group < rings else self.setup.group_name(group))
+        return names
 
 
 def self_check(

@@ -58,6 +58,8 @@ class AsBuilt:
     """The proposed setup."""
     fits: tuple[RingFit, ...]
     """Estimated mounting of each ring."""
+    silent: tuple[int, ...] = ()
+    """Single sensors, numbered from 0 among themselves, that never answered at any stop."""
 
     @property
     def setup(self) -> Setup:
@@ -74,7 +76,9 @@ class AsBuilt:
         alive = [np.ones(f.ring.count, bool) for f in self.fits]
         for mine, f in zip(alive, self.fits, strict=True):
             mine[f.seat[list(f.dead)]] = False
-        return np.concatenate([*alive, np.ones(len(self.proposed.singles), bool)])
+        single = np.ones(len(self.proposed.singles), bool)
+        single[list(self.silent)] = False
+        return np.concatenate([*alive, single])
 
     def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
         """Count ζ exactly; ``verifier`` must be of the same scene."""
@@ -132,6 +136,8 @@ class AsBuilt:
             )
             lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
             lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit)]
+        first = len(self.proposed.rings)
+        lines += [f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent]
         return lines
 
 

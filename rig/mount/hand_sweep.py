@@ -14,6 +14,7 @@ from .channel_assignment import Order, mixed, told
 
 _SURE = 6.0  # standard deviations by which a hand is closer than the background
 _LEAST = 0.03  # m, minimum of the same
+_NEAREST = 0.1  # quantile of a sensor's distances to the hand that counts as the nearest
 _UNSEEN = -1
 
 
@@ -45,24 +46,24 @@ class Waving:
 
 
 def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
-    """Determine the wiring of a ring from readings while the robot stood still and a hand passed
-    its sensors one by one.
+    """Determine the wiring of a ring, or whether a single sensor sees a hand.
+
+    The readings are those while the robot stood still and a hand passed the sensors one by one.
 
     The usual distance of each sensor is its median over the whole time, so the hand may be in front
     of it for less than half of it. The hand passes a sensor when it is nearest, because
-    neighbouring sensors see it from the side too. Wires that saw no hand have no seat: the others
+    neighbouring sensors see it from the side too, and the first and the last sensor see it from the
+    side at both ends of its way. Wires that saw no hand have no seat: the others
     get the seats that the best order of all wires leaves to them. If the missing wire is the first
     or the last, two orders explain equally many seats; the one with the smaller shift is chosen.
 
     Raises:
         ValueError: if there is no reading of the ring.
     """
-    noise, count = noise or Noise(), setup.rings[ring].count
+    noise, count = noise or Noise(), setup.groups[ring].count
     mine = readings.only(readings.ring == ring)
     if not len(mine):
-        raise ValueError(
-            f"no reading of ring {ring} ({setup.rings[ring].link}) while a hand passed it"
-        )
+        raise ValueError(f"no reading of {setup.group_name(ring)} while a hand passed it")
     time = np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
     answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
     seen = np.flatnonzero(np.isfinite(time))
@@ -94,6 +95,5 @@ def _passage(readings: Readings, noise: Noise) -> float:
     hand = good & (readings.distance < usual - least)
     if not hand.any():
         return np.nan
-    return float(
-        np.median(readings.time[hand & (readings.distance <= np.median(readings.distance[hand]))])
-    )
+    nearest = float(np.quantile(readings.distance[hand], _NEAREST))
+    return float(np.median(readings.time[hand & (readings.distance <= nearest + _LEAST)]))

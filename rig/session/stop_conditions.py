@@ -92,10 +92,14 @@ class StopConditions:
         session: robot and rings.
         near: maps joint angles (J,) rad to the near stops (n,) m of each ring's sensors.
         rules: for rings that send frames.
+        names: of the rings and single sensors in messages; by default their numbers.
     """
 
-    def __init__(self, session: Session, near: Near, rules: StopRules) -> None:
+    def __init__(
+        self, session: Session, near: Near, rules: StopRules, names: Sequence[str] = ()
+    ) -> None:
         self._session, self._near = session, near
+        self._names = names or [f"ring {i}" for i, _ in enumerate(session.rings.counts)]
         self._watches = [RingWatch(rules) for _ in session.rings.counts]
 
     def __call__(self) -> str | None:
@@ -109,4 +113,5 @@ class StopConditions:
         moving = bool(np.abs(state.speed).max() > MOVING)
         rings = zip(self._watches, self._session.rings.latest(), self._near(state.q), strict=True)
         faults = [watch.fault(frame, near, moving) for watch, frame, near in rings]
-        return next((f"ring {i}: {fault}" for i, fault in enumerate(faults) if fault), None)
+        named = zip(self._names, faults, strict=True)
+        return next((f"{name}: {fault}" for name, fault in named if fault), None)

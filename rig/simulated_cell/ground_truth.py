@@ -19,7 +19,7 @@ _FEWEST = 4
 @dataclass(frozen=True)
 class Injected:
     """Errors and faults of a simulated rig with R rings and K sensors. A fault is None if no ring
-    is large enough for it.
+    is large enough for it. Single sensors have neither.
     """
 
     setup: Setup
@@ -34,8 +34,8 @@ class Injected:
     """Ring with two swapped wires."""
     pair: tuple[int, ...]
     """The swapped wires."""
-    dead: int
-    """Sensor that never answers, counted over all rings as wired."""
+    dead: int | None
+    """Sensor of a ring that never answers, counted over all rings as wired."""
     seat: Int[np.ndarray, " K"]
     """As in ``World``."""
 
@@ -63,7 +63,7 @@ class Injected:
             self.setup.ring_of_sensor,
             np.cumsum([0, *(r.count for r in self.setup.rings)]),
         )
-        at = int(ring_of[self.dead])
+        at = -1 if self.dead is None else int(ring_of[self.dead])
         orders = [(f.order.direction, f.order.flipped, f.order.shift) for f in fits]
         wanted = [(1, False, 0)] * len(fits)
         if self.reversed_ring is not None:
@@ -98,7 +98,9 @@ def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
         pair = tuple(sorted(int(k) for k in rng.choice(count[swapped], 2, replace=False)))
         seats[swapped][list(pair)] = seats[swapped][list(pair[::-1])]
     rings = count[: len(setup.rings)]
-    dead, first = int(rng.integers(sum(rings) or 1)), np.cumsum([0, *count])
+    dead = int(rng.integers(sum(rings))) if sum(rings) else None
+    first = np.cumsum([0, *count])
     seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
-    seat[dead] = DEAD
+    if dead is not None:
+        seat[dead] = DEAD
     return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat)
