@@ -3,8 +3,6 @@
 import itertools
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from functools import partial
 
@@ -350,26 +348,3 @@ def test_a_search_without_a_bound_says_nothing_of_one(run, tmp_path):
     assert code == 0
     assert json.loads((tmp_path / "result.json").read_text())["gap"] is None
     assert "Optimality gap" not in out
-
-
-STUDY = """
-from place_rings import _study
-from place_rings.studies.engine.store import Cell
-
-def measured(measure, folder, options):
-    scene = {"scene": {"targets": [{"name": "V_S", "radius": 0.5}]}}
-    zeta = {"target": "V_S", "radius": 0.5, "rule": "centre", "voxel": 0.1, "setup": "n1_8_0"}
-    return measure("counting", [Cell("zeta", scene | zeta)])
-
-_study._STUDIES["convergence"] = measured
-print(_study.study("convergence", folder="out").data[0]["covered"])
-"""
-
-
-def test_a_study_in_a_fresh_process_knows_its_tasks(tmp_path):
-    """The versions of the tasks are read before the study's own code runs."""
-    result = subprocess.run(
-        [sys.executable, "-c", STUDY], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stderr
-    assert int(result.stdout) > 0

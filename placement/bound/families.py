@@ -74,14 +74,14 @@ def families(space: Space, pose: int) -> tuple[Family, ...]:
     number of rings that it leaves room for.
     """
     scene = space.scene
-    frames = forward(scene.robot.chain, scene.poses[pose].q)
+    frames = np.asarray(forward(scene.robot.chain, scene.poses[pose].q))
     each, layout = [], space.layout
     for mount in scene.robot.mounts:
         some = [s for s in space.segments if s.link == mount.link]
         if not some:
             continue
         if layout is None:
-            counts = range(space.least, space.most_on(mount.link) + 1)
+            counts = list(range(space.least, space.most_on(mount.link) + 1))
             standing = sum(r.link == mount.link for r in space.fixed)
             room = max(scene.rules.max_rings_per_link - standing, 0)
             rings = most_rings(space.segments, mount.link, room)

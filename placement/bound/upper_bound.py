@@ -137,7 +137,7 @@ def upper_bound(
     weights = np.outer(scene.goal_weights, scene.pose_weights)
     order = np.argsort(-weights, axis=None, kind="stable")
     priced = set(order[: effort.terms].tolist())
-    terms = []
+    terms: list[TermBound] = []
     for i, (g, p) in enumerate(np.ndindex(*weights.shape)):
         tell(i, weights.size)
         if not terms or p != terms[-1].pose:
