@@ -30,7 +30,7 @@ from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
 from .objectives.verify import Verified, Verifier
-from .placement.bound.upper_bound import CoverageBound
+from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics

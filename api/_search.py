@@ -18,7 +18,7 @@ from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
 from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verifier
-from .placement.bound.upper_bound import CoverageBound, upper_bound
+from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching
 from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
@@ -204,6 +204,8 @@ def _bound(
 ) -> CoverageBound | None:
     """Return an upper bound on all layouts with the budget of a search's answer; None if none is
     known, or after Ctrl-C."""
+    from .placement.bound.upper_bound import upper_bound
+
     if space is None:
         sensors = sum(ring.count for ring in setup.rings)
         space = Space(scene, sensors=sensors, rings=choice.rings)

@@ -1,6 +1,6 @@
 """The study of optimality gaps: its cells, its page and its picture."""
 
-from place_rings.placement.bound.upper_bound import CoverageBound, TermBound
+from place_rings.placement.bound.coverage_bound import CoverageBound, TermBound
 from place_rings.studies.gap import report, study
 from place_rings.studies.gap.tasks import bound
 

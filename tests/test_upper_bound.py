@@ -243,7 +243,7 @@ def single_shares(scene, points):
     return np.concatenate(some)
 
 
-@pytest.mark.parametrize(("radius", "close"), [(0.5, 0.02), (1.5, 0.002)])
+@pytest.mark.parametrize(("radius", "close"), [(0.5, 0.05), (1.5, 0.002)])
 def test_two_sensors_come_close_to_their_bound(radius, close):
     """All pairs of sensors of a fine grid on parts of two links."""
     narrow = Limits(position=(0.4, 0.6), tilt=(0.5, 1.0))
@@ -252,7 +252,7 @@ def test_two_sensors_come_close_to_their_bound(radius, close):
         rules=Rules(sensors=(1, 2), mount="free"),
         limits={"upper_arm": narrow, "forearm": narrow, "tool": Limits(keep_out=((0, 1),))},
     )
-    effort = Effort(800, 40, 150, voxels=200_000)
+    effort = Effort(600, 30, 100, voxels=200_000)
     bound = upper_bound(scene, Space(scene, sensors=2), effort=effort)
     points = scene.sample(scene.goals[0].target, 0, 4000, 0)
     covers = single_shares(scene, points)
@@ -326,7 +326,7 @@ def test_a_budget_that_covers_all_says_nothing():
 @pytest.mark.parametrize("more", [(), ("--tolerant",)], ids=["plain", "tolerant"])
 def test_the_command_states_the_gap(run, tmp_path, monkeypatch, more):
     quick = partial(upper_bound, effort=replace(QUICK, steps=0))
-    monkeypatch.setattr("place_rings._search.upper_bound", quick)
+    monkeypatch.setattr("place_rings.placement.bound.upper_bound.upper_bound", quick)
     args = ("--target", "V_S:1.5", "--sensors", "6", "--paper", "--gap", "--time", "0.5", *more)
     code, out, _ = run(*args, "--voxel", "0.1", "--out", str(tmp_path))
     assert code == 0

@@ -5,7 +5,7 @@ from typing import Self
 from pydantic import Field
 
 from ...objectives.scene import CoreScene
-from ...placement.bound.upper_bound import CoverageBound
+from ...placement.bound.coverage_bound import CoverageBound
 from .base_model import StrictModel
 from .field_types import Percent
 

@@ -43,6 +43,7 @@ from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from ..search.design import Space
 from .blurred_beam import BlurredBeam, Profile
+from .coverage_bound import CoverageBound, TermBound
 from .families import Budget, Family, families
 from .multipliers import find_prices
 from .price_field import PriceField, TargetGrid
@@ -51,8 +52,6 @@ from .ring_values import BOXES, RingMaxima, shares
 MARGIN = 5e-4
 """Added to each bound for the sums over voxels, as a share of the target."""
 _GAIN = 0.002  # below the volume bound: prices that promise less are not followed up
-NOTHING = 0.9995
-"""A bound of at least this says nothing."""
 
 
 @dataclass(frozen=True)
@@ -71,42 +70,6 @@ class Effort:
     """Voxels of the box about a target on which its integrals are computed."""
     terms: int = 4
     """Most pairs of target and pose with prices; the others have the volume bound."""
-
-
-@dataclass(frozen=True)
-class TermBound:
-    """Bound of the coverage of one target at one pose."""
-
-    goal: int
-    """Number of the target in the scene."""
-    pose: int
-    """Number of the pose."""
-    by_volume: float
-    """Bound by the volume of the beams, in [0, 1]."""
-    by_prices: float
-    """Bound by prices, in [0, 1]; 1 without, or where no prices are known to beat the volume."""
-
-    @property
-    def value(self) -> float:
-        """The lower of the two."""
-        return min(self.by_volume, self.by_prices)
-
-
-@dataclass(frozen=True)
-class CoverageBound:
-    """Upper bound on the coverage of every layout within a budget."""
-
-    value: float
-    """Bound of the search's criterion, in [0, 1]."""
-    terms: tuple[TermBound, ...]
-    """Bound for each target at each pose."""
-    seconds: float
-    """Time that it took, s."""
-
-    @property
-    def informative(self) -> bool:
-        """Whether it excludes anything: whether it lies below 100 %."""
-        return self.value < NOTHING
 
 
 def upper_bound(
