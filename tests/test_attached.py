@@ -100,7 +100,7 @@ def test_an_attached_polyhedron_bounds_what_is_reachable_as_an_obstacle_does(
 
 def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
     """The bin is open towards the robot, and the tool carries its lid."""
-    robot, half, thick = ROBOTS["ur10"], 0.3, 0.06
+    robot, half, thick = replace(ROBOTS["ur10"], reach=2.0), 0.3, 0.06
     wide, to_tool = 2 * half + thick, np.linalg.inv(link_pose(robot, "tcp", robot.rest))
     sides = [box([1.5, 0, 0.2 + s * half], [0.6, wide, thick]) for s in (-1, 1)]
     sides += [box([1.5, s * half, 0.2], [0.6, thick, wide]) for s in (-1, 1)]
@@ -110,7 +110,7 @@ def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
     deg, target = tuple(np.degrees(robot.rest)), Target("V_O", reachable=True)
     inside = np.array([[1.4, 0.0, 0.2]])
     for carrier, reached in ((robot, True), (robot.with_attached((lid,)), False)):
-        scene = scene_of(replace(carrier, reach=2.0), deg, obstacles=cell)
+        scene = scene_of(carrier, deg, obstacles=cell)
         assert bool(scene.solid(target, 0)(inside)[0] <= 0) == reached
 
 
