@@ -17,29 +17,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._catalogue import robots, sensors
+    from ._combined_targets import DifferenceOf, IntersectionOf, UnionOf
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
     from ._improve import Improvement, improve
+    from ._lift import lift_to_surface
     from ._own_targets import (
         Box,
         Cylinder,
-        DifferenceOf,
         HalfSpace,
         Implicit,
-        IntersectionOf,
         Mesh,
         Sphere,
-        UnionOf,
-        weight_field,
     )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
     from ._safety import SafetyReport, safety
-    from ._scene import Scene, attached, obstacle
+    from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
+    from ._solids import attached, obstacle
     from ._study import StudyReport, study
     from ._targets import (
         ProtectiveVolume,
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
+    from ._weight_field import weight_field
     from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
@@ -105,6 +105,7 @@ __all__ = [
     "coverage_fraction",
     "export",
     "improve",
+    "lift_to_surface",
     "load",
     "obstacle",
     "report",
@@ -128,26 +129,26 @@ _MODULES = {
     "_export": ("export",),
     "_files": ("load", "save"),
     "_improve": ("Improvement", "improve"),
+    "_lift": ("lift_to_surface",),
     "_proposal": ("Proposal",),
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
-    "_scene": ("Scene", "attached", "obstacle"),
+    "_scene": ("Scene",),
+    "_solids": ("attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
     "_own_targets": (
         "Box",
         "Cylinder",
-        "DifferenceOf",
         "HalfSpace",
         "Implicit",
-        "IntersectionOf",
         "Mesh",
         "Sphere",
-        "UnionOf",
-        "weight_field",
     ),
+    "_combined_targets": ("DifferenceOf", "IntersectionOf", "UnionOf"),
+    "_weight_field": ("weight_field",),
     "_targets": (
         "ProtectiveVolume",
         "ReachAndToolSpheres",

@@ -27,6 +27,7 @@ def load(
     hold: Mapping[str, float] | None = None,
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
+    skip_missing_meshes: bool = False,
 ) -> Proposal | Scene | Robot | Sensor:
     """Read a proposal, a scene, a robot or a sensor (TOML), or a robot's URDF or MJCF (.xml).
 
@@ -42,6 +43,8 @@ def load(
         hold: values of a URDF's joints that do not move, by name; rad, or m for prismatic joints.
         packages: folders that are packages of a URDF's meshes, or hold packages.
         package: folders of packages by the packages' names, where the folders have others.
+        skip_missing_meshes: whether to leave out meshes of a URDF whose file does not exist; the
+            robot's body is then incomplete.
 
     Returns:
         A ``Proposal``, a ``Scene``, a ``Robot`` or a ``Sensor``. The coverage of a proposal is
@@ -61,8 +64,10 @@ def load(
     file = Path(path)
     with input_errors():
         if file.suffix.lower() in (".urdf", ".xml"):
-            return urdf_options(base, tip, hold, packages, package).fit(file).robot
+            options = urdf_options(base, tip, hold, packages, package, skip_missing_meshes)
+            return options.fit(file).robot
         given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
+        given |= {"skip_missing_meshes": skip_missing_meshes}
         for name, value in given.items():
             if value:
                 raise InputError(

@@ -2,18 +2,20 @@
 
 import re
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from ._arguments import whole
+from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from ._targets import TargetVolume
 from .coverage.targets import Target
+from .formats.layouts.layout import Layout
 from .formats.optional_dependencies import require
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import made_folder, write_text
@@ -26,7 +28,7 @@ from .studies.engine.registry import TASKS
 from .studies.engine.runner import run
 from .studies.engine.store import Cell, Store
 
-StudyName = Literal["bound", "convergence", "paper", "pareto", "robots"]
+StudyName = Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"]
 Measure = Callable[[str, list[Cell]], list[Any]]
 Told = Callable[[str, int, int], None]
 
@@ -73,6 +75,10 @@ class StudyOptions:
     """Number of sensors of the front with most points in ``pareto``."""
     scene: CoreScene
     """Scene of ``pareto``."""
+    layouts: tuple[Layout, ...]
+    """The layouts of ``layouts``."""
+    time_cap: float | None
+    """Processor time of each search of ``layouts``, s; None for the study's own."""
     command: str
     """The command that the page quotes."""
 
@@ -85,6 +91,8 @@ def study(
     targets: tuple[TargetVolume, TargetVolume] | None = None,
     sensors: int | None = None,
     scene: Scene | CoreScene | None = None,
+    layouts: Sequence[str | Path] = (),
+    time_cap: float | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Told | None = None,
@@ -97,7 +105,8 @@ def study(
     Args:
         name: ``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the
             front of two targets, ``bound`` computes upper bounds on any search's coverage,
-            ``convergence`` measures ζ against the voxel, and ``robots`` the effect of
+            ``convergence`` measures ζ against the voxel, ``gap`` bounds every layout of a number of
+            sensors, ``layouts`` scores published layouts, and ``robots`` measures the effect of
             self-occlusion on six robots.
         folder: output folder; by default ``results/NAME``.
         seed: random seed of searches and paths; ``convergence`` draws nothing.
@@ -106,6 +115,8 @@ def study(
         sensors: number of sensors of the front with most points in ``pareto``, 1 to 2000; 80 by
             default.
         scene: scene of ``pareto``; by default the reference scene.
+        layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
+        time_cap: processor time of each search of ``layouts``, s, above 0; 40 by default.
         workers: number of processes on this machine, 1 to 1024; 1 is this process.
         scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
             ``workers``.
@@ -127,13 +138,18 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    check_study(name, seed, targets, sensors, scene)
+    check_study(name, seed, targets, sensors, scene, layouts, time_cap)
     check_machines(workers, scheduler)
     core = CoreScene() if scene is None else core_scene(scene)
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = [f"place_rings.study('pareto', ..., seed={seed})"]
-    options = StudyOptions(seed, _pair(targets), sensors, core, shlex.join(command))
+    own = [Path(file) for file in layouts]
+    command += [part for file in own for part in ("--layout", file.name)]
+    with input_errors():
+        some = read_layouts(name, own)
+    command += [] if time_cap is None else ["--time", f"{time_cap:g}"]
+    options = StudyOptions(seed, _pair(targets), sensors, core, some, time_cap, shlex.join(command))
     return run_study(name, folder, options, workers, scheduler, progress)
 
 
@@ -159,12 +175,22 @@ def run_study(
     with input_errors(but=(InfeasibleError,)):
         if name == "pareto":
             Space(options.scene, sensors=options.sensors or _SENSORS)
+        # the study's tasks are registered, so that their versions are known to the store
+        import_module(f".studies.{name}.study", __package__)
         with made_folder(path) as out, _measuring(out, workers, scheduler, progress) as measure:
             data = _STUDIES[name](measure, out, options)
     return StudyReport(name, path, data)
 
 
-def check_study(name: str, seed: Any, targets: Any, sensors: Any, scene: Any) -> None:
+def check_study(
+    name: str,
+    seed: Any,
+    targets: Any,
+    sensors: Any,
+    scene: Any,
+    layouts: Any = (),
+    time_cap: Any = None,
+) -> None:
     """Check the arguments of a study.
 
     Raises:
@@ -175,6 +201,16 @@ def check_study(name: str, seed: Any, targets: Any, sensors: Any, scene: Any) ->
     for key, value in (("targets", targets), ("sensors", sensors), ("scene", scene)):
         if value is not None and name != "pareto":
             raise InputError(f"found {value!r} with study {name}, allowed: only with pareto", key)
+    if len(layouts) and name != "layouts":
+        raise InputError(f"found some with study {name}, allowed: only with layouts", "layout")
+    if time_cap is not None:
+        if name != "layouts":
+            raise InputError(
+                f"found {time_cap:g} with study {name}, allowed: only with layouts", "time_cap"
+            )
+        number("time_cap", time_cap, "s, above 0")
+        if not time_cap > 0:
+            raise InputError(f"found {time_cap:g}, allowed: s, above 0", "time_cap")
     whole("seed", seed, 0)
     if name == "convergence" and seed:
         raise InputError(
@@ -182,6 +218,20 @@ def check_study(name: str, seed: Any, targets: Any, sensors: Any, scene: Any) ->
         )
     if sensors is not None:
         whole("sensors", sensors, 1, 2000)
+
+
+def read_layouts(name: str, own: Sequence[Path]) -> tuple[Layout, ...]:
+    """Return the layouts of the study ``layouts``: those of the package, and the user's own; none
+    for another study.
+
+    Raises:
+        UserError: if a file is not usable.
+    """
+    if name != "layouts":
+        return ()
+    from .studies.layouts import study
+
+    return tuple(study.layouts(own))
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
@@ -242,11 +292,6 @@ def _measuring(
     folder: Path, workers: int, scheduler: str | None, progress: Told | None
 ) -> Iterator[Measure]:
     """Yield a function that measures cells under a heading; stored cells are not measured again."""
-    # they register the tasks, whose versions the store needs now
-    from .studies.bound import tasks as _bound_tasks  # noqa: F401
-    from .studies.engine import counting_tasks, searching_tasks  # noqa: F401
-    from .studies.paper import tasks as _paper_tasks  # noqa: F401
-
     with (
         Store(folder / CELLS, programs(TASKS)) as store,
         _runner(workers, scheduler) as run_cells,
@@ -279,6 +324,16 @@ def _bound(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     return rows
 
 
+def _gap(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
+    from .studies.gap import report, study
+
+    rows = study.measure(measure, options.seed)
+    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
+    report.picture(rows, folder / "gap.png")
+    write_text(folder / PAGE, report.page(rows, options.command))
+    return rows
+
+
 def _paper(measure: Measure, folder: Path, options: StudyOptions) -> Any:
     from .studies.paper import report, study
 
@@ -292,6 +347,16 @@ def _robots(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     from .studies.robots import report, study
 
     rows = study.measure(measure, options.seed)
+    for name, text in report.write(rows, folder, options.command).items():
+        write_text(folder / name, text)
+    return rows
+
+
+def _layouts(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
+    from .studies.layouts import report, study
+
+    seconds = options.time_cap or study.SECONDS
+    rows = study.measure(measure, options.layouts, options.seed, seconds)
     for name, text in report.write(rows, folder, options.command).items():
         write_text(folder / name, text)
     return rows
@@ -332,6 +397,8 @@ def _feasible(scene: CoreScene, sensors: int) -> bool:
 _STUDIES: dict[str, Callable[[Measure, Path, StudyOptions], Any]] = {
     "bound": _bound,
     "convergence": _convergence,
+    "gap": _gap,
+    "layouts": _layouts,
     "paper": _paper,
     "pareto": _pareto,
     "robots": _robots,

@@ -14,6 +14,7 @@ def urdf_options(
     hold: Mapping[str, float] | None = None,
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
+    skip_missing_meshes: bool = False,
 ) -> "UrdfOptions":
     """Return how a URDF is read, from the arguments of ``load``."""
     from .formats.robots.urdf_options import UrdfOptions
@@ -24,4 +25,5 @@ def urdf_options(
         dict(hold or {}),
         packages=tuple(Path(folder) for folder in packages),
         package={name: Path(folder) for name, folder in (package or {}).items()},
+        skip_missing_meshes=skip_missing_meshes,
     )

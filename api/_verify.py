@@ -15,7 +15,7 @@ from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
 from .formats.schema.mapping import COVERAGE
-from .formats.schema.result_models import VerifyResult
+from .formats.schema.result_models import LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
@@ -80,7 +80,8 @@ class Coverage(Placement):
         """
         core = self.scene.core
         blocked, faults = unseeing(core, self.setup), mount_faults(core, self.setup)
-        more = {"sensors": sensor_records(self.setup)}
+        more: dict[str, Any] = {"sensors": sensor_records(self.setup)}
+        more |= {"lifted": LiftedModel.each(self.setup)}
         return tuple(
             VerifyResult.of(self.name, one, core)
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)

@@ -3,6 +3,7 @@ may press Ctrl-C meanwhile.
 """
 
 import _thread
+import atexit
 import gc
 import os
 import signal
@@ -11,14 +12,18 @@ import threading
 from typing import Any, NoReturn
 
 # objects made between two runs of the garbage collector, 700 by default: what is imported stays, so
-# looking through it again and again takes up to a fifth of a short command's time
-_GARBAGE = 50_000
+# looking through it again and again takes up to a fifth of a short command's time. A command that
+# loads no JAX makes fewer.
+_GARBAGE = 200_000
 _SOON = 0.02  # s until Ctrl-C is raised again; the callback that lost it has ended by then
 
 
 def main() -> None:
     """Run the command line."""
     gc.set_threshold(_GARBAGE, *gc.get_threshold()[1:])
+    # the collector's last runs, at the end of the process, would take a tenth of a short command's
+    # time and free nothing that the process needs
+    atexit.register(gc.freeze)
     sys.unraisablehook = never_lost
     # XLA reports a slow compilation as an error, which says nothing to the user
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")

@@ -1,11 +1,13 @@
 """Readers of the files and names that a user passes."""
 
+import errno
+import os
 import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -20,7 +22,6 @@ from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
-from .robots.urdf import read_urdf
 from .schema.mounted_sensor_models import links_text
 from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import FoundModel, ProposalFile
@@ -29,10 +30,10 @@ from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
-from .sensors.sensor_lists import mounted_setup
-from .sensors.sensor_poses import setup_of_poses
-from .sensors.urdf_frames import FramePattern, setup_of_urdf
 from .target_files import with_contents
+
+if TYPE_CHECKING:
+    from .sensors.urdf_frames import FramePattern
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -64,7 +65,7 @@ def _bytes(path: Path, kind: str) -> bytes:
     return data
 
 
-def _text(path: Path, kind: str) -> str:
+def read_text(path: Path, kind: str) -> str:
     """Return the text of a UTF-8 file; parameters and errors as in ``_bytes``."""
     name, data = str(path), _bytes(path, kind)
     try:
@@ -86,7 +87,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, text = str(path), _text(path, "TOML")
+    name, text = str(path), read_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
         if issubclass(model, VersionedFile):
@@ -116,7 +117,7 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
             f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
             " URDF with place-rings robot"
         )
-    robot = read_model(_beside(path, key, reference), RobotFile)
+    robot = read_model(beside(path, key, reference), RobotFile)
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
@@ -127,7 +128,7 @@ def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> di
     tables."""
 
     def read(key: str, name: str) -> OwnSensorModel:
-        file = read_model(_beside(path, key, name), OwnSensorFile)
+        file = read_model(beside(path, key, name), OwnSensorFile)
         return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
 
     return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
@@ -153,11 +154,11 @@ def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
     return moved
 
 
-def _beside(path: Path, key: str, name: str) -> Path:
+def beside(path: Path, key: str, name: str) -> Path:
     """Return the path of a file in the folder of the file at ``path`` or below.
 
     Raises:
-        UserError: if the name leads elsewhere.
+        UserError: if the name leads elsewhere, or there is no such file.
     """
     folder = path.resolve().parent
     try:
@@ -169,6 +170,9 @@ def _beside(path: Path, key: str, name: str) -> Path:
             f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
             " below"
         )
+    if not target.exists():
+        reason = os.strerror(errno.ENOENT)
+        raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
     return path.parent / name
 
 
@@ -224,7 +228,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read)
     if trajectory is None:
         return scene
-    record = _beside(path, f"{key}trajectory.file", trajectory.file)
+    record = beside(path, f"{key}trajectory.file", trajectory.file)
     return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
@@ -242,7 +246,7 @@ def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
     """Return a function that reads a file beside ``path``, from the key and the name."""
 
     def read(where: str, name: str) -> tuple[Path, bytes]:
-        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        at = beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh or NumPy")
 
     return read
@@ -288,7 +292,7 @@ def resolve(
     name_or_path: str,
     scene: CoreScene | None,
     sensor: Sensor | None = None,
-    frames: FramePattern | None = None,
+    frames: "FramePattern | None" = None,
 ) -> tuple[Setup, CoreScene]:
     """Return a setup and its scene.
 
@@ -319,7 +323,7 @@ def resolve(
             raise UserError(f"setup: {error}") from error
     elif path.suffix.lower() in (".csv", ".json", ".urdf"):
         scene = scene or with_sensor(CoreScene(), sensor)
-        setup = _mounted(path, scene, frames or FramePattern())
+        setup = _mounted(path, scene, frames)
     else:
         if not path.suffix and not path.exists():
             raise UserError(
@@ -345,14 +349,23 @@ def resolve(
     return setup, scene
 
 
-def _mounted(path: Path, scene: CoreScene, frames: FramePattern) -> Setup:
+def _mounted(path: Path, scene: CoreScene, frames: "FramePattern | None") -> Setup:
+    """Return the setup in a file with sensors. Its reader is imported here: few commands read such
+    a file, and a URDF's loads SciPy."""
     match path.suffix.lower():
         case ".csv":
-            return mounted_setup(str(path), _text(path, "CSV"), scene)
+            from .sensors.sensor_lists import mounted_setup
+
+            return mounted_setup(str(path), read_text(path, "CSV"), scene)
         case ".json":
-            return setup_of_poses(str(path), _text(path, "JSON"), scene)
+            from .sensors.sensor_poses import setup_of_poses
+
+            return setup_of_poses(str(path), read_text(path, "JSON"), scene)
         case _:
-            return setup_of_urdf(read_urdf(path), frames, scene)
+            from .robots.urdf import read_urdf
+            from .sensors.urdf_frames import FramePattern, setup_of_urdf
+
+            return setup_of_urdf(read_urdf(path), frames or FramePattern(), scene)
 
 
 def is_proposal(name_or_path: str) -> bool:

@@ -1,12 +1,17 @@
 """Studies: each cell is measured once and kept; what the convergence study shows."""
 
 import json
+import re
 import sqlite3
+import subprocess
+import sys
 from types import SimpleNamespace
+from typing import get_args
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings._study import StudyName
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
@@ -16,9 +21,12 @@ from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
 from place_rings.studies.engine import searching_tasks as searching
+from place_rings.studies.engine.digest import import_closure
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
+
+from .rooms import ROOT
 
 JSON = st.recursive(
     st.none()
@@ -154,3 +162,36 @@ def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     text = page(rows, "place-rings study convergence")
     assert text.count("| n3_16_55 |") == 1
     assert "nan" not in text
+
+
+@pytest.mark.parametrize("name", get_args(StudyName))
+def test_a_study_imports_the_tasks_that_it_measures_with(name):
+    """Tasks are registered before the store asks for their versions."""
+    folder = ROOT / "studies" / name
+    used = {
+        work
+        for file in folder.glob("*.py")
+        for work in re.findall(r'Cell\(\s*"([^"]+)"', file.read_text("utf-8"))
+    }
+    reached = import_closure([folder / "study.py"])
+    registered = {
+        task
+        for file in reached
+        for task in re.findall(r'@register\("([^"]+)"\)', file.read_text("utf-8"))
+    }
+    assert used
+    assert used <= registered
+
+
+def test_a_study_starts_in_a_fresh_interpreter(tmp_path):
+    """No other module has registered its tasks there."""
+    text = (
+        "import place_rings._study as s, sys\n"
+        "s._STUDIES['robots'] = lambda measure, folder, options: measure('h', [s.Cell('zeta', {\n"
+        " 'scene': {}, 'setup': 'n1_8_0', 'target': 'V_S', 'radius': 0.5, 'rule': 'centre',\n"
+        " 'voxel': 0.1})])\n"
+        "print(s.study('robots', folder=sys.argv[1]).data[0]['zeta_percent'] > 0)\n"
+    )
+    asked = [sys.executable, "-c", text, str(tmp_path / "out")]
+    done = subprocess.run(asked, capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    assert done.stdout.strip() == "True", done.stderr

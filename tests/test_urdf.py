@@ -310,3 +310,33 @@ def test_targets_of_drawn_chains(seed):
     assert np.isfinite(
         target_solid(Target("V_S", 0.4), robot, q)(rng.uniform(-1, 1, (50, 3)))
     ).all()
+
+
+def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):
+    """One note a file; the rest of the body is fitted as before."""
+    from place_rings.formats.robots.urdf_options import UrdfOptions
+
+    path, ball = tmp_path / "r.urdf", "<geometry><sphere radius='0.05'/></geometry>"
+    gone = "<collision><geometry><mesh filename='gone.stl'/></geometry></collision>"
+    lost = "<collision><geometry><mesh filename='../lost.stl'/></geometry></collision>"
+    robot = (
+        f"<robot name='r'><link name='a'><collision>{ball}</collision></link>"
+        "<link name='b'><collision>{0}</collision>{1}</link>{2}</robot>"
+    )
+    path.write_text(robot.format(ball, gone, moved()))
+    with pytest.raises(UserError, match=r"gone\.stl.*--skip-missing-meshes leaves it out"):
+        UrdfOptions().fit(path)
+    fit = UrdfOptions(skip_missing_meshes=True).fit(path)
+    (note,) = fit.notes
+    assert "gone.stl" in note
+    assert 'link "b" is incomplete' in note
+    path.write_text(robot.format(ball, "", moved()))
+    whole = UrdfOptions().fit(path)
+    assert [repr(b) for b in fit.robot.bodies] == [repr(b) for b in whole.robot.bodies]
+    path.write_text(robot.format(ball, lost, moved()))  # outside of all permitted folders
+    (tmp_path.parent / "lost.stl").write_text("solid")
+    with pytest.raises(UserError, match="this one is outside"):
+        UrdfOptions(skip_missing_meshes=True).fit(path)
+    code, out, err = run("verify", "n1_8_0", "--skip-missing-meshes")
+    assert (code, out) == (2, "")
+    assert "--skip-missing-meshes: allowed only with" in err

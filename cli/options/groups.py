@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
@@ -158,7 +159,7 @@ class MotionOptions:
 @Parameter(name="*", group=FRAMES)
 @dataclass(frozen=True)
 class FrameOptions:
-    """The sensor frames of a URDF."""
+    """The sensor frames of a URDF, and sensors that lie flush in a body."""
 
     frames: Annotated[
         str | None,
@@ -173,14 +174,33 @@ class FrameOptions:
         Along | None,
         Parameter(help="Axis along which the sensor frames of a .urdf setup look. Default: x."),
     ] = None
+    lift_to_surface: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0, lte=1000),
+            help=(
+                "Move sensors that lie in a body of their own link along their axes to its surface,"
+                " by at most this many millimetres; rings of which one moves become single sensors."
+                " Default: they stay, and see nothing."
+            ),
+        ),
+    ] = None
 
     def resolve(self) -> "FramePattern | None":
         """Return the pattern of the options, or None if neither is given."""
-        if self == NO_FRAMES:
+        if self.frames is None and self.beam is None:
             return None
         from ...formats.sensors.urdf_frames import FramePattern
 
         return FramePattern(SENSOR_FRAMES if self.frames is None else self.frames, self.beam or "x")
+
+    def lifted(self, setup: "Setup", scene: "CoreScene") -> "Setup":
+        """Return a setup with its sensors lifted as the options state; notes go to stderr."""
+        if self.lift_to_surface is None:
+            return setup
+        from .lift import lifted
+
+        return lifted(setup, scene, self.lift_to_surface)
 
 
 REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = (
@@ -230,7 +250,7 @@ class SubjectOptions:
         if own:
             kept = self.place.scene is None and self.place.robot is None
             scene = self.place.applied(scene, rings_stay=kept)
-        return setup, self.motion.applied(scene)
+        return self.mounted.lifted(setup, scene), self.motion.applied(scene)
 
     def resolved(self, subject: str, urdf: Path | None = None) -> "ResolvedSetup":
         """Return the setup and its scene with the setup's name, for the API."""

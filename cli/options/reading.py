@@ -60,6 +60,16 @@ class ReadingOptions:
             help="Folder of a package of another name: NAME=FOLDER. Repeatable.",
         ),
     ] = ()
+    skip_missing_meshes: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "Leave out meshes whose file does not exist, and name each of them: the robot's"
+                " body is then incomplete."
+            ),
+        ),
+    ] = False
 
     def resolve(self) -> "UrdfOptions":
         """Return the options of the reader."""
@@ -72,14 +82,16 @@ class ReadingOptions:
             True,
             self.packages,
             {name: Path(folder) for name, folder in map(_folder, self.package)},
+            self.skip_missing_meshes,
         )
 
     def refuse_without(self, urdf: Path | None) -> None:
         """Raise a ``UserError`` if an option is given, but no URDF."""
-        for key in ("base", "tip", "hold", "packages", "package"):
+        for key in ("base", "tip", "hold", "packages", "package", "skip_missing_meshes"):
             if urdf is None and getattr(self, key):
+                option = f"--{key.replace('_', '-')}"
                 raise UserError(
-                    f"--{key}: allowed only with the URDF of a robot (.urdf); a robot file"
+                    f"{option}: allowed only with the URDF of a robot (.urdf); a robot file"
                     " (.toml) states how it was read"
                 )
 

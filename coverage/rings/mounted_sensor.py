@@ -39,6 +39,9 @@ class MountedSensor:
     ignored. None: any, which only a round beam allows."""
     name: str = ""
     """Name for messages; may be empty."""
+    lifted: float = 0.0
+    """Distance, m, by which it was moved along its axis to the surface of the body in which it
+    lay; ``position`` is the place after that."""
 
     count: ClassVar[int] = 1
     tilt: ClassVar[float] = 0.0

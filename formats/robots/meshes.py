@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ...coverage.choices import Surface
 from ..errors import shown
-from .packages import Packages
+from .packages import MissingFileError, Packages
 from .urdf import UrdfShape
 from .urdf_chain import Carried
 from .xml_text import bounded_bytes, plain_xml
@@ -37,6 +37,7 @@ class Meshes:
         packages: folders, chosen by the user, that are packages or hold packages.
         named: folders of packages by the packages' names.
         addresses: all names of meshes in the URDF.
+        skip_missing: whether to leave out meshes whose file does not exist.
     """
 
     def __init__(
@@ -45,10 +46,33 @@ class Meshes:
         packages: Sequence[Path] = (),
         named: Mapping[str, Path] | None = None,
         addresses: Sequence[str] = (),
+        skip_missing: bool = False,
     ) -> None:
         self.path, self.packages = path, Packages(path, packages, named, addresses)
         self.find, self._fail = self.packages.find, self.packages.fail
         self._read: dict[Path, Float[np.ndarray, "T 3 3"]] = {}
+        self._skip, self._skipped = skip_missing, dict[str, str]()  # link by name of the file
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence about each mesh that is left out, and about meshes under other names."""
+        missing = (
+            f"Mesh {shown(name.rpartition('/')[2])} does not exist and is left out: the body of"
+            f" link {shown(link)} is incomplete."
+            for name, link in self._skipped.items()
+        )
+        return (*self.packages.notes, *missing)
+
+    def _of_file(self, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
+        """Return the triangles of a mesh; none of a missing file that may be left out."""
+        try:
+            file = self.find(name, link)
+        except MissingFileError:
+            if not self._skip:
+                raise
+            self._skipped.setdefault(name, link)
+            return np.zeros((0, 3, 3))
+        return self._triangles(file, name, link)
 
     def _triangles(self, file: Path, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
         if file in self._read:
@@ -103,9 +127,7 @@ class Meshes:
         a polyhedron with 64 sides."""
         if shape.kind == "mesh":
             with np.errstate(over="ignore"):
-                points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(
-                    shape.size
-                )
+                points = self._of_file(shape.file, link) * np.array(shape.size)
         elif shape.kind == "box":
             points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
         elif shape.kind in ("sphere", "ellipsoid"):  # one radius, or three

@@ -20,6 +20,10 @@ _LARGEST = 2**20  # bytes, largest package.xml
 _MODELS = ("urdf", "urdfs", "robot", "robots")  # folders of a package that hold its URDFs
 
 
+class MissingFileError(UserError):
+    """A mesh whose file does not exist in any folder in which it may lie."""
+
+
 class Packages:
     """Finder of the files of one URDF.
 
@@ -157,7 +161,10 @@ class Packages:
         given = ", ".join(dict.fromkeys(f.name or "/" for f in self.folders))
         where = f"a file in {given}, or in a folder given by --packages"
         where += "; this one is outside" * outside
-        raise self.fail(link, name, where + self._remedy(wanted, packaged))
+        fault = self.fail(link, name, where + self._remedy(wanted, packaged))
+        raise (
+            fault if outside else MissingFileError(f"{fault}; --skip-missing-meshes leaves it out")
+        )
 
     def _options(
         self, wanted: PurePosixPath, packaged: bool

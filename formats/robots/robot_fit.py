@@ -278,7 +278,7 @@ def fit_robot(
         source[:_SOURCE],
         picked.held,
     )
-    return RobotFit(robot, tuple(links), (*picked.notes, *meshes.packages.notes))
+    return RobotFit(robot, tuple(links), (*picked.notes, *meshes.notes))
 
 
 def _drawn(

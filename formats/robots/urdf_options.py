@@ -29,6 +29,8 @@ class UrdfOptions:
     """Folders that are packages of ``package://`` addresses, or hold packages."""
     package: Mapping[str, Path] = field(default_factory=dict)
     """Folders of packages by the packages' names."""
+    skip_missing_meshes: bool = False
+    """Whether to leave out meshes whose file does not exist; a note names each."""
 
     def pick(self, urdf: Urdf) -> Picked:
         """Return the chain of a URDF.
@@ -49,7 +51,9 @@ class UrdfOptions:
         Raises:
             UserError: if a folder does not exist.
         """
-        return Meshes(urdf.path, self.packages, self.package, urdf.addresses)
+        return Meshes(
+            urdf.path, self.packages, self.package, urdf.addresses, self.skip_missing_meshes
+        )
 
     def fit(
         self,

@@ -10,7 +10,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
 from .base_model import Fault, refuse
 from .field_types import FARTHEST, LONGEST_NAME
-from .mapping import MappedModel
+from .mapping import MappedModel, Of, rounded_millimetres
 from .sensor_models import SensorModel
 
 _Place = Annotated[
@@ -69,6 +69,15 @@ class MountedSensorModel(CellSensorModel):
     )
     sensor: SensorModel | None = Field(  # type: ignore[assignment]
         default=None, description="sensor; default: the scene's"
+    )
+    lifted_mm: Annotated[float, Of("lifted", rounded_millimetres(6))] = Field(
+        default=0.0,
+        ge=0,
+        le=1000 * FARTHEST,
+        description=(
+            "distance by which it was moved along its axis out of the body in which it lay, mm;"
+            " position is the place after that"
+        ),
     )
 
     @property

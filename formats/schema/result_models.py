@@ -8,6 +8,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
+from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.joint_values import named
 from ...coverage.robots.kinematics import Chain
@@ -124,6 +125,23 @@ _HIGH = Field(
 )
 
 
+class LiftedModel(StrictModel):
+    """A single sensor that was lifted out of the body of its own link."""
+
+    ring: int = Field(description="its number among those of rings and single sensors, from 0")
+    name: str = Field(description="name of the sensor; may be empty")
+    lifted_mm: float = Field(description="distance along its axis, mm")
+
+    @classmethod
+    def each(cls, setup: Setup) -> list[Self]:
+        """Return the records of a setup's lifted sensors."""
+        return [
+            cls(ring=n, name=one.name, lifted_mm=round(1000 * one.lifted, 3))
+            for n, one in enumerate(setup.singles, len(setup.rings))
+            if one.lifted > 0
+        ]
+
+
 class VerifyResult(MappedModel[Verified]):
     """Output of ``verify --json`` for each target. A proposal with many poses omits ``poses``."""
 
@@ -168,6 +186,9 @@ class VerifyResult(MappedModel[Verified]):
         ),
     )
     unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
+    lifted: list[LiftedModel] = Field(
+        default=[], description="single sensors that were lifted out of the body in which they lay"
+    )
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
     separation: SeparationModel | None = Field(

@@ -89,7 +89,9 @@ def fitted_setup(
                 singles += each
             case each:
                 some = [known[n, k] for k in range(len(each))]
-                singles += [single_at(scene.robot, s.frame, s.T_frame_sensor, s.unit) for s in some]
+                singles += [
+                    single_at(scene.robot, s.frame, s.T_frame_sensor, s.unit, s.label) for s in some
+                ]
     return Setup(tuple(rings), tuple(singles))
 
 

@@ -39,6 +39,8 @@ class SensorFrame:
     """Pose of the sensor; its beam points along z."""
     unit: Sensor
     """The sensor."""
+    label: str = ""
+    """Name of the frame in the file that it was read from."""
 
     @property
     def name(self) -> str:

@@ -30,12 +30,16 @@ class FramePattern:
     """Regular expression for the whole name of a frame."""
     beam: Along = "x"
     """Axis of the frame along which the sensor looks."""
+    rings: bool = True
+    """Whether frames that are evenly spaced around a link form rings; else all are single."""
 
 
 @dataclass(frozen=True)
 class Seat:
     """Position of a sensor on a mount."""
 
+    name: str
+    """Name of the frame."""
     mount: Mount
     """The mount."""
     T: Float[np.ndarray, "4 4"]
@@ -95,7 +99,7 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
     for link in wanted:
         c = carried[link]
         T = looking_along_z(c.T_frame_link, asked.beam)
-        seat = _seat(c.frame, T, scene)
+        seat = _seat(link, c.frame, T, scene) if asked.rings else None
         if seat is None:
             singles.append(single_at(scene.robot, c.frame, T, scene.sensor, link))
             continue
@@ -108,8 +112,9 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
         first = ring[0].azimuth
         turns = [(seat.azimuth - first) % (2 * math.pi) for seat in ring]
         for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
-            mount, T = ring[j].mount, ring[j].T
-            sensors.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
+            mount, T, label = ring[j].mount, ring[j].T, ring[j].name
+            unit = scene.sensor_of(mount.link)
+            sensors.append(SensorFrame(i, k, mount.frame, T, unit, label))
     fitted = Setup()
     if sensors:
         known = {(s.ring, s.sensor): s for s in sensors}
@@ -117,7 +122,7 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
     return replace(fitted, singles=(*fitted.singles, *singles))
 
 
-def _seat(frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat | None:
+def _seat(name: str, frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat | None:
     """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
     frame, from whose axis it points away most directly; None on a part without a mount."""
     robot = scene.robot
@@ -133,7 +138,7 @@ def _seat(frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat | N
         around = look[1] * math.cos(azimuth) - look[0] * math.sin(azimuth)
         aside, tilt = math.asin(min(abs(around), 1.0)), math.atan2(look[2], out)
         seats.append(
-            Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
+            Seat(name, mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
         )
     if not seats:
         return None

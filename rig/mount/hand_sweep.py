@@ -14,6 +14,7 @@ from .channel_assignment import Order, mixed, told
 
 _SURE = 6.0  # standard deviations by which a hand is closer than the background
 _LEAST = 0.03  # m, minimum of the same
+_NEAREST = 0.1  # quantile of a sensor's distances to the hand that counts as the nearest
 _UNSEEN = -1
 
 
@@ -51,7 +52,8 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
 
     The usual distance of each sensor is its median over the whole time, so the hand may be in front
     of it for less than half of it. The hand passes a sensor when it is nearest, because
-    neighbouring sensors see it from the side too. Wires that saw no hand have no seat: the others
+    neighbouring sensors see it from the side too, and the first and the last sensor see it from the
+    side at both ends of its way. Wires that saw no hand have no seat: the others
     get the seats that the best order of all wires leaves to them. If the missing wire is the first
     or the last, two orders explain equally many seats; the one with the smaller shift is chosen.
 
@@ -93,6 +95,5 @@ def _passage(readings: Readings, noise: Noise) -> float:
     hand = good & (readings.distance < usual - least)
     if not hand.any():
         return np.nan
-    return float(
-        np.median(readings.time[hand & (readings.distance <= np.median(readings.distance[hand]))])
-    )
+    nearest = float(np.quantile(readings.distance[hand], _NEAREST))
+    return float(np.median(readings.time[hand & (readings.distance <= nearest + _LEAST)]))

@@ -9,7 +9,7 @@ from ...coverage.choices import Rule
 from ...objectives.occlusion import unseeing
 from ...objectives.verify import Verifier
 from .registry import register
-from .scenes import Rings, scene_from, setup_from
+from .scenes import Rings, Sensors, scene_from, setup_from
 
 
 @lru_cache(maxsize=2)
@@ -21,7 +21,7 @@ def _verifier(scene: str, rule: Rule, voxel: float | None, width: float) -> Veri
 @register("zeta")
 def zeta(
     scene: Mapping[str, Any],
-    setup: str | Rings,
+    setup: str | Rings | Sensors,
     target: str,
     radius: float | None,
     rule: Rule,
@@ -51,7 +51,7 @@ def zeta(
 
 
 @register("unseeing sensors")
-def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings) -> int:
+def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings | Sensors) -> int:
     """Return how many sensors are almost fully blocked at some pose, under the scene's
     occlusion.
     """

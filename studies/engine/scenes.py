@@ -4,12 +4,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...coverage.rings.ring import Setup
-from ...formats.schema.ring_models import RingModel, setup_of
+from ...formats.schema.mounted_sensor_models import (
+    MountedSensorModel,
+    single_models,
+    singles_of,
+)
+from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.scene_models import SceneModel
 from ...objectives.named_layouts import layout_in
 from ...objectives.scene import CoreScene
 
 Rings = list[dict[str, Any]]
+"""Rings as in a proposal file."""
+Sensors = Mapping[str, list[dict[str, Any]]]
+"""Rings and single sensors as in a proposal file, by its keys ``rings`` and ``sensors``."""
 PAPERS_WORLD = "As in the paper, beams pass through the robot, and rings need no room on it."
 """Sentence for the pages of studies in the paper's scene."""
 
@@ -23,10 +31,23 @@ def scene_from(scene: Mapping[str, Any]) -> CoreScene:
     return SceneModel.model_validate({"occlusion": "ignore"} | keys | {"rules": rules}).to_domain()
 
 
-def setup_from(setup: str | Rings, scene: CoreScene) -> Setup:
-    """Return a setup from the paper's name, or from rings as in a proposal file."""
+def setup_from(setup: str | Rings | Sensors, scene: CoreScene) -> Setup:
+    """Return a setup from the paper's name, or from rings and single sensors as in a proposal
+    file."""
     if isinstance(setup, str):
         return layout_in(scene, setup)
-    return setup_of(
-        [RingModel.model_validate(ring) for ring in setup], scene.sensor, scene.ring_radius
-    )
+    keys: Sensors = {"rings": setup} if isinstance(setup, list) else setup
+    rings = [RingModel.model_validate(ring) for ring in keys.get("rings", [])]
+    singles = [MountedSensorModel.model_validate(one) for one in keys.get("sensors", [])]
+    around = setup_of(rings, scene.sensor, scene.ring_radius).rings
+    return Setup(around, singles_of(singles, scene.sensor))
+
+
+def setup_keys(setup: Setup, scene: CoreScene) -> dict[str, list[dict[str, Any]]]:
+    """Return the rings and single sensors of a setup as in a proposal file."""
+    rings = ring_models(setup, scene.sensor)
+    singles = single_models(setup.singles, scene.sensor)
+    return {
+        "rings": [one.model_dump(mode="json", exclude_none=True) for one in rings],
+        "sensors": [one.model_dump(mode="json", exclude_none=True) for one in singles],
+    }

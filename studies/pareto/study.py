@@ -16,6 +16,7 @@ from ...coverage.targets import Target
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.target_models import own_keys
 from ...objectives.named_layouts import layout_in
+from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
 from ..paper.coverage_cells import SETUPS

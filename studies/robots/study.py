@@ -15,6 +15,7 @@ import numpy as np
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.targets import Target
 from ...formats.schema.ring_models import ring_models
+from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import Rings, scene_from, setup_from
 from ..engine.store import Cell
 

@@ -1,0 +1,165 @@
+"""Reader of layouts: a robot, its setup and the source of it, from a CSV or TOML file."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...coverage.choices import Along
+from ...coverage.rings.mounted_sensor import MountedSensor
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.surface_lift import Lift, lift_to_surface
+from ...coverage.robots.built_in import robot as built_in
+from ...coverage.robots.robot import Robot
+from ...objectives.named_layouts import layout_in
+from ...objectives.scene import CoreScene, Pose
+from ..errors import UserError, shown
+from ..loader import beside, read_model, read_robot, read_text
+from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel
+from ..schema.mounted_sensor_models import links_text, singles_of
+from ..schema.ring_models import setup_of
+from .csv_poses import read_csv
+from .mat_frames import sensors_of_mat
+
+SUFFIXES = (".csv", ".toml")
+_AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A layout of sensors on a robot, as somebody published it."""
+
+    name: str
+    """Name of the file, without its ending."""
+    about: LayoutModel
+    """Title, source, licence and conditions."""
+    scene: CoreScene
+    """The robot in its pose, with real mounts and self-occlusion, and with the layout's sensor."""
+    setup: Setup
+    """Where the sensors are, lifted if the layout says so."""
+    lifts: tuple[Lift, ...] = ()
+    """The sensors that lie in a body of their own link."""
+    notes: tuple[str, ...] = ()
+    """What the readers dropped or took in another way than written, a sentence each."""
+
+
+def read_layout(path: Path) -> Layout:
+    """Return the layout of a file.
+
+    Raises:
+        UserError: if the file, or one that it names, is not usable; or if its sensors do not fit
+            its robot.
+    """
+    kind = path.suffix.lower()
+    if kind not in SUFFIXES:
+        raise UserError(f"{path}: found {shown(kind)}, allowed: a layout in {', '.join(SUFFIXES)}")
+    if kind == ".csv":
+        about, sensors = read_csv(str(path), read_text(path, "CSV"))
+        file = None
+    else:
+        file = read_model(path, LayoutFile)
+        about, sensors = file, ()
+    robot, notes = _robot(path, about, None if file is None else file.urdf)
+    scene = _scene(path, about, robot)
+    setup = Setup((), sensors) if file is None else _setup(path, file, scene)
+    _check_links(path, setup, robot)
+    setup, lifts = (
+        lift_to_surface(scene.robot, setup, about.lift_mm / 1000) if about.lift_mm else (setup, ())
+    )
+    return Layout(path.stem, about, scene, setup, lifts, notes)
+
+
+def _robot(
+    path: Path, about: LayoutModel, urdf: LayoutUrdfModel | None
+) -> tuple[Robot, tuple[str, ...]]:
+    """Return the robot of a layout, and notes of its reader."""
+    name = about.robot.lower()
+    if name.endswith((".urdf", ".xml")):
+        from ..robots.urdf_options import UrdfOptions  # reading meshes takes a while to load
+
+        of = urdf or LayoutUrdfModel(file=about.robot, frames=".*")
+        package = {
+            key: beside(path, f"urdf.package.{key}", folder) for key, folder in of.package.items()
+        }
+        options = UrdfOptions(package=package, skip_missing_meshes=of.skip_missing_meshes)
+        fit = options.fit(beside(path, "robot", about.robot))
+        return fit.robot, fit.notes
+    if name.endswith(".toml"):
+        return read_robot(beside(path, "robot", about.robot)), ()
+    try:
+        return built_in(about.robot), ()
+    except ValueError as error:
+        raise UserError(f"{path}: robot: {error}, a robot file (.toml) or a URDF") from error
+
+
+def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
+    """Return the scene of a layout: the robot in its pose, with its sensor, else the default."""
+    q, chain = robot.rest, robot.chain
+    if about.pose_deg is not None:
+        if chain.prismatic or len(about.pose_deg) != len(chain):
+            turning = "no prismatic joint, and " if chain.prismatic else ""
+            raise UserError(
+                f"{path}: pose_deg: found {len(about.pose_deg)} angles, allowed: {turning}"
+                f"{len(chain)} of robot {robot.name}"
+            )
+        q = np.radians(about.pose_deg)
+    beyond = robot.beyond(q)
+    if beyond is not None:
+        raise UserError(
+            f"{path}: pose_deg: found an angle of {chain.joints[beyond]} beyond its limits"
+        )
+    return CoreScene(robot=robot, poses=(Pose(q),), sensor=about.sensor.to_domain())
+
+
+def _setup(path: Path, file: LayoutFile, scene: CoreScene) -> Setup:
+    """Return the setup of a layout in TOML."""
+    try:
+        if file.paper is not None:
+            return layout_in(scene, file.paper)
+        if file.urdf is not None:
+            return Setup((), tuple(_urdf_sensors(path, file.urdf, scene)))
+        if file.mat:
+            robot, sensor = scene.robot, scene.sensor
+            return Setup(
+                (),
+                tuple(
+                    one
+                    for part in file.mat
+                    for one in sensors_of_mat(
+                        beside(path, "mat.file", part.file), part, robot, sensor
+                    )
+                ),
+            )
+        rings = setup_of(file.rings, scene.sensor, scene.ring_radius).rings
+        return Setup(rings, singles_of(file.sensors, scene.sensor))
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from error
+
+
+def _urdf_sensors(path: Path, asked: LayoutUrdfModel, scene: CoreScene) -> Iterator[MountedSensor]:
+    """Yield the sensors at the frames of a URDF, each a single one."""
+    from ..robots.urdf import read_urdf
+    from ..sensors.urdf_frames import FramePattern, setup_of_urdf
+
+    pattern = FramePattern(asked.frames, _AXES[asked.beam], rings=False)
+    for one in setup_of_urdf(
+        read_urdf(beside(path, "urdf.file", asked.file)), pattern, scene
+    ).singles:
+        yield replace(one, sensor=scene.sensor)
+
+
+def _check_links(path: Path, setup: Setup, robot: Robot) -> None:
+    """Raise ``UserError`` if the robot lacks a link of the setup."""
+    for i, ring in enumerate(setup.rings):
+        if ring.link not in robot.links:
+            allowed = f"a link of {robot.name}: {', '.join(robot.links)}"
+            raise UserError(
+                f"{path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
+            )
+    for i, one in enumerate(setup.singles):
+        if one.link not in robot.frames:
+            raise UserError(
+                f"{path}: sensor {i} ({one.label}): link: found {shown(one.link)}, allowed:"
+                f" {links_text(robot)}"
+            )

@@ -1,0 +1,1 @@
+"""Published layouts of sensors, scored under the same rules."""

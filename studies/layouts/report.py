@@ -1,0 +1,217 @@
+"""Page of the study of layouts: tables, a figure, the sources, and how to add a layout."""
+
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+
+from ...formats.schema.mounted_sensor_models import MountedSensorModel
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.ring_models import RingModel
+from ...formats.schema.scene_models import SceneModel
+from ...formats.writing import to_toml
+from ...reporting.pages import csv_text, escaped, table
+from .figure import picture
+from .study import TARGETS, VOXEL, WIDTH, Score, ScoredLayout, beam
+
+_LIBRARIES = ("place-rings", "jax", "numpy", "scipy", "nlopt")
+_NAMES = [str(target) for target in TARGETS]
+_LEFT_OUT = (
+    (
+        "ProxySKIN (Sensors 2024, 24(4), 1334; UR10e)",
+        "the text states how many sensors an array has (ten VL53L8CX) and how many arrays suit a"
+        " link (three), but not where on the arm they are",
+    ),
+    (
+        "The seven strips that Woomessi's authors chose on a Panda",
+        "their frames are in .mat files that were not at hand; the docs show the layout file that"
+        " reads them from a copy of the repository",
+    ),
+)
+
+
+def write(rows: Sequence[ScoredLayout], folder: Path, command: str) -> dict[str, str]:
+    """Draw the figure into ``folder`` and return the texts of the other files by name."""
+    picture(rows, folder / "layouts.png")
+    files = {
+        "layouts.csv": csv_text([one for row in rows for one in _records(row)]),
+        "README.md": "\n".join(_page(rows, command)),
+    }
+    for row in rows:
+        files[f"{row.layout.name}.toml"] = _proposal(row, row.setup, "the layout")
+        files[f"{row.layout.name}_search.toml"] = _proposal(row, row.proposal, "the search")
+    return files
+
+
+def _records(row: ScoredLayout) -> Iterator[dict[str, object]]:
+    for who, score in (("layout", row.score), ("search", row.proposed)):
+        for name in _NAMES:
+            yield {
+                "layout": row.layout.name,
+                "robot": row.layout.scene.robot.name,
+                "sensors": row.sensors,
+                "setup": who,
+                "target": name,
+                "ignore_percent": score.ignore[name],
+                "shadow_percent": score.shadow[name],
+                "low_percent": score.low[name],
+                "high_percent": score.high[name],
+            }
+
+
+def _proposal(row: ScoredLayout, setup: object, who: str) -> str:
+    keys = dict(setup)  # type: ignore[call-overload]
+    score = row.score if who == "the layout" else row.proposed
+    covered = ", ".join(f"{name} {score.shadow[name]:.2f} %" for name in _NAMES)
+    file = ProposalFile(
+        rings=[RingModel.model_validate(one) for one in keys["rings"]],
+        sensors=[MountedSensorModel.model_validate(one) for one in keys["sensors"]],
+        scene=SceneModel.model_validate(dict(row.scene)),
+    )
+    return to_toml(
+        file,
+        f"{row.layout.about.title}: {who}. Covered under shadow: {covered} (rule centre, voxels of"
+        f" {100 * VOXEL:g} cm).",
+    )
+
+
+def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
+    yield "# Layouts of sensors, scored under the same rules\n"
+    yield (
+        f"`{command}` counts published layouts of on-robot sensors, each on its own robot in one"
+        " pose: the share ζ of each target volume that at least one sensor covers, with"
+        " self-occlusion (`shadow`: points behind the robot's body are not covered) and without"
+        f" (`ignore`). Counts have voxels of {100 * VOXEL:g} cm (rule `centre`). An interval in"
+        f" brackets is guaranteed to hold ζ (rule `certified`, {100 * WIDTH:g} points wide). Beside"
+        " each layout stands what the search proposes with as many sensors of the same kind, in"
+        " rings that can be mounted on the same robot.\n"
+    )
+    yield (
+        "V_S(r) is everything within r metres of the arm's centre line but not within 0.15 m of it;"
+        " V_OT is the sphere of the robot's reach and the sphere of 1.5 m about the tool. Robots,"
+        " beams and numbers of sensors differ, so rows compare with the search beside them, not"
+        " with each other. The search may choose any link for its rings; a layout on one link was"
+        " not made for the whole arm.\n"
+    )
+    yield "![Each layout on its robot, with its coverage beside the search's](layouts.png)\n"
+    yield "## Layouts and the search, under shadow\n"
+    yield (
+        "ζ in percent: layout → search, and the difference in points in brackets. The search"
+        " maximises the mean of the four targets.\n"
+    )
+    heads = ("layout", "robot", "sensors", "beam", *_NAMES)
+    yield table(heads, map(_compared, rows), right=(2,))
+    yield "## Guaranteed intervals, under shadow\n"
+    yield table(
+        ("layout", *(f"{who}: {name}" for who in ("layout", "search") for name in _NAMES)),
+        ([_name(row), *_intervals(row.score), *_intervals(row.proposed)] for row in rows),
+    )
+    yield "## Without self-occlusion\n"
+    yield "As above, with beams that pass through the robot (`ignore`).\n"
+    yield table(
+        ("layout", *_NAMES),
+        ([_name(row), *_pairs(row.score.ignore, row.proposed.ignore)] for row in rows),
+    )
+    yield from _sources(rows)
+    yield from _rules()
+    yield from _effort(rows)
+
+
+def _name(row: ScoredLayout) -> str:
+    return f"`{row.layout.name}`"
+
+
+def _compared(row: ScoredLayout) -> list[str]:
+    head = [
+        _name(row),
+        row.layout.scene.robot.name,
+        f"{row.sensors}",
+        beam(row.layout.scene.sensor),
+    ]
+    return [*head, *_pairs(row.score.shadow, row.proposed.shadow)]
+
+
+def _pairs(of: object, other: object) -> list[str]:
+    mine, theirs = dict(of), dict(other)  # type: ignore[call-overload]
+    return [
+        f"{mine[name]:.1f} → {theirs[name]:.1f} ({theirs[name] - mine[name]:+.1f})"
+        for name in _NAMES
+    ]
+
+
+def _intervals(score: Score) -> list[str]:
+    return [f"[{score.low[name]:.2f}, {score.high[name]:.2f}]" for name in _NAMES]
+
+
+def _sources(rows: Sequence[ScoredLayout]) -> Iterator[str]:
+    yield "## Sources\n"
+    yield (
+        "Poses are facts, as far as the sources publish them. A sensor that lies in the robot's"
+        " body, because bodies are capsules about the links or because a pad lies flush in its"
+        " skin, is moved along its axis to the surface; the distance is stated here and in the"
+        " layout's proposal (`lifted_mm`).\n"
+    )
+    for row in rows:
+        about = row.layout.about
+        yield f"### {_name(row)}: {escaped(about.title)}\n"
+        yield f"- source: {escaped(about.source)}; read {about.date}\n"
+        yield f"- licence: {escaped(about.licence)}\n"
+        yield f"- poses: {escaped(about.how)}\n"
+        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}\n"
+        yield f"- {_lifted(row)}\n"
+        for note in filter(None, (about.note, *row.layout.notes)):
+            yield f"- {escaped(note)}\n"
+    yield "### Not scored\n"
+    for title, reason in _LEFT_OUT:
+        yield f"- {title}: {reason}.\n"
+
+
+def _lifted(row: ScoredLayout) -> str:
+    """Return a sentence about the sensors that lay in a body, and those that see nothing."""
+    moved = [lift for lift in row.layout.lifts if lift.lifted]
+    stays = len(row.layout.lifts) - len(moved)
+    text = "no sensor lies in the body of its own link"
+    if moved:
+        most = 1000 * max(lift.distance for lift in moved)
+        text = f"{len(moved)} of {row.sensors} sensors lifted to the surface, by {most:.1f} mm at"
+        text += " most"
+    if stays:
+        text += f"; {stays} lie deeper than {row.layout.about.lift_mm:g} mm and stay"
+    return text + f"; {row.unseeing} see less than 1 % of their beams in this pose"
+
+
+def _rules() -> Iterator[str]:
+    yield "## Add a layout\n"
+    yield (
+        "1. State where each sensor is, in the frame of the link that carries it, in a CSV or TOML"
+        " file; [the format](../../docs/layouts.md) has an example of each.\n"
+        "2. State the source, its licence, the day on which you read it, and how you got the poses."
+        " Do not copy meshes or code: name the public file, and let the layout read it.\n"
+        "3. State the beam as its source does. Where a source states less, say what you assume.\n"
+        "4. Use the robot on which the layout was published. If a part of its body is missing, say"
+        " so.\n"
+        "5. Score it; the page then has its row:\n"
+    )
+    yield "```bash\nplace-rings study layouts --layout mine.csv --out scored\n```\n"
+
+
+def _effort(rows: Sequence[ScoredLayout]) -> Iterator[str]:
+    yield "## How this was measured\n"
+    libraries = ", ".join(f"{name} {version(name)}" for name in _LIBRARIES)
+    processor = sum(row.processor_seconds for row in rows)
+    wall = sum(row.wall_seconds for row in rows)
+    cut = [row.layout.name for row in rows if not row.finished]
+    yield (
+        f"The command above wrote this page with Python {python_version()}, {libraries}. Each"
+        f" search may use {rows[0].limit_seconds:g} s of processor time, besides compiling and the"
+        " count of its result. Those of this page used"
+        f" {processor:.0f} s of processor time in {wall:.0f} s, so they had"
+        f" {processor / wall:.1f} processors to themselves."
+        + (
+            f" Cut short by the limit: {', '.join(f'`{name}`' for name in cut)}."
+            " A longer search can only find better setups."
+            if cut
+            else " All of them completed."
+        )
+        + "\n"
+    )

@@ -1,0 +1,224 @@
+"""Published layouts of sensors, scored under the same rules, beside what the search proposes.
+
+Each layout is counted on its own robot in its own pose, for the same target volumes, with and
+without self-occlusion. The search places as many sensors of the same kind in rings on the same
+robot, under self-occlusion, and maximises the mean of these targets. A search may use a limited
+processor time, so that its result depends on the machine; a row states whether it completed.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...coverage.sensors.sensor import Sensor
+from ...coverage.targets import Target
+from ...formats.layouts.layout import SUFFIXES, Layout, read_layout
+from ...formats.schema.scene_models import SceneModel
+from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
+from ..engine.scenes import setup_keys
+from ..engine.store import Cell
+
+TARGETS = (Target("V_S", 0.25), Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+VOXEL = 0.01  # m
+WIDTH = 0.005  # width of the guaranteed intervals, as a share
+SECONDS = 40.0  # processor time of each search
+PUBLISHED = Path(__file__).parent / "published"
+"""Folder of the layouts that the package brings."""
+
+Measure = Callable[[str, list[Cell]], list[Any]]
+
+
+@dataclass(frozen=True)
+class Score:
+    """Coverage of a setup: percentages by the labels of the targets."""
+
+    ignore: Mapping[str, float]
+    """ζ with beams that pass through the robot."""
+    shadow: Mapping[str, float]
+    """ζ with self-occlusion."""
+    low: Mapping[str, float]
+    """Lower end of the guaranteed interval of ``shadow``."""
+    high: Mapping[str, float]
+    """Upper end of that interval."""
+
+
+@dataclass(frozen=True)
+class ScoredLayout:
+    """A layout with its score, and the search with as many sensors."""
+
+    layout: Layout
+    """The layout."""
+    scene: Mapping[str, Any]
+    """Keys of its scene, with self-occlusion."""
+    setup: Mapping[str, Any]
+    """Its rings and single sensors, as in a proposal."""
+    score: Score
+    """Coverage of the layout."""
+    unseeing: int
+    """Sensors that are almost fully blocked by the robot."""
+    proposal: Mapping[str, Any]
+    """The rings that the search proposes, as in a proposal."""
+    proposed: Score
+    """Coverage of the proposal."""
+    finished: bool
+    """Whether the search completed within its processor time."""
+    processor_seconds: float
+    """Processor time of the search, s."""
+    wall_seconds: float
+    """Duration of the search, s."""
+    limit_seconds: float
+    """Processor time that the search was allowed, s."""
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors."""
+        return self.layout.setup.sensors
+
+
+def layouts(own: Sequence[Path] = ()) -> list[Layout]:
+    """Return the layouts that the package brings, then those of ``own`` files.
+
+    Raises:
+        UserError: if a file is not usable, or two layouts have the same name.
+    """
+    from ...formats.errors import UserError
+
+    files = sorted(file for file in PUBLISHED.iterdir() if file.suffix in SUFFIXES)
+    found: dict[str, Layout] = {}
+    for file in (*files, *own):
+        layout = read_layout(file)
+        if layout.name in found:
+            raise UserError(
+                f"{file}: found a second layout called {layout.name}; give the file another name"
+            )
+        found[layout.name] = layout
+    return list(found.values())
+
+
+def scene_keys(layout: Layout, occlusion: str) -> dict[str, Any]:
+    """Return the keys of a layout's scene under a model of occlusion, with all targets."""
+    keys = SceneModel.from_domain(layout.scene).model_dump(mode="json", exclude_defaults=True)
+    goals = [
+        {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
+        for target in TARGETS
+    ]
+    rules = {"mount": layout.scene.rules.mount}
+    return keys | {"occlusion": occlusion, "rules": rules, "targets": goals}
+
+
+def measure(
+    run: Measure, some: Sequence[Layout], seed: int = 0, seconds: float = SECONDS
+) -> list[ScoredLayout]:
+    """Return all layouts with their scores.
+
+    Args:
+        run: measures cells under a heading.
+        some: the layouts.
+        seed: random seed of the searches.
+        seconds: processor time of each search, s.
+    """
+    scenes = [scene_keys(layout, "shadow") for layout in some]
+    setups = [setup_keys(layout.setup, layout.scene) for layout in some]
+    scores = _scores(run, "scoring layouts", some, setups)
+    unseeing = run(
+        "counting blocked sensors",
+        [
+            Cell("unseeing sensors", {"scene": scene, "setup": setup})
+            for scene, setup in zip(scenes, setups, strict=True)
+        ],
+    )
+    searches = [
+        Cell(
+            "place in time",
+            {
+                "scene": scene,
+                "seed": seed,
+                "sensors": layout.setup.sensors,
+                "seconds": seconds,
+            },
+        )
+        for layout, scene in zip(some, scenes, strict=True)
+    ]
+    found = run("searching as many sensors", searches)
+    proposals = [{"rings": one["rings"], "sensors": []} for one in found]
+    proposed = _scores(run, "scoring proposals", some, proposals)
+    return [
+        ScoredLayout(
+            layout,
+            scene,
+            setup,
+            score,
+            blocked,
+            proposal,
+            other,
+            search["finished"],
+            search["processor_seconds"],
+            search["wall_seconds"],
+            seconds,
+        )
+        for layout, scene, setup, score, blocked, proposal, other, search in zip(
+            some, scenes, setups, scores, unseeing, proposals, proposed, found, strict=True
+        )
+    ]
+
+
+def _scores(
+    run: Measure, heading: str, some: Sequence[Layout], setups: Sequence[Mapping[str, Any]]
+) -> list[Score]:
+    """Return the coverage of setups in the layouts' scenes."""
+    counted: dict[str, dict[str, Any]] = {
+        "ignore": {"occlusion": "ignore", "rule": "centre", "voxel": VOXEL},
+        "shadow": {"occlusion": "shadow", "rule": "centre", "voxel": VOXEL},
+        "certified": {
+            "occlusion": "shadow",
+            "rule": "certified",
+            "voxel": None,
+            "width": WIDTH,
+        },
+    }
+    cells = [
+        Cell(
+            "zeta",
+            {
+                "scene": scene_keys(layout, how["occlusion"]),
+                "setup": setup,
+                "target": target.name,
+                "radius": target.radius,
+                **{key: value for key, value in how.items() if key != "occlusion"},
+            },
+        )
+        for layout, setup in zip(some, setups, strict=True)
+        for how in counted.values()
+        for target in TARGETS
+    ]
+    results = iter(run(heading, cells))
+    scores = []
+    for _ in some:
+        by = {name: {str(target): next(results) for target in TARGETS} for name in counted}
+
+        def part(name: str, key: str, of: dict[str, dict[str, Any]] = by) -> dict[str, float]:
+            return {target: round(one[key], 4) for target, one in of[name].items()}
+
+        scores.append(
+            Score(
+                part("ignore", "zeta_percent"),
+                part("shadow", "zeta_percent"),
+                part("certified", "low_percent"),
+                part("certified", "high_percent"),
+            )
+        )
+    return scores
+
+
+def beam(sensor: Sensor) -> str:
+    """Return a sensor's beam in a few words."""
+    from math import degrees
+
+    if sensor.shape == "dome":
+        return f"dome of {degrees(sensor.fov):.3g}°, {sensor.range_m:.3g} m"
+    if sensor.shape == "fan":
+        return f"fan of {degrees(sensor.fov):.3g}°, {sensor.range_m:.3g} m"
+    up = "" if sensor.fov_up is None else f" × {degrees(sensor.fov_up):.3g}°"
+    kind = "cone" if sensor.fov_up is None else "pyramid"
+    return f"{kind} of {degrees(sensor.fov):.3g}°{up}, {sensor.range_m:.3g} m"
