@@ -56,6 +56,7 @@ def files(folder: Path) -> list[tuple[str, Path]]:
 def named_options(line: str) -> ReadingOptions | None:
     """Return the options that a refusal names, the first of several choices; None if it names none
     that could be typed as they stand."""
+    line = line.partition("; --skip-missing-meshes")[0]  # a robot without a mesh is another one
     start = _OPTION.search(line.rpartition("; ")[2])
     if start is None:
         return None
