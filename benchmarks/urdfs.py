@@ -1,14 +1,14 @@
 """Robots of other people: which URDFs of a folder load, and how.
 
 Run: python benchmarks/urdfs.py FOLDER [--type=TEXT] [--capsules=N] [--fit-every=N] [--jobs=N]
-     [--out=FILE]
+     [--out=FILE [--resume]]
 
 FOLDER holds URDFs with files meta-information.json beside or above them that state the type of each
 (public: Daniella1/urdf_files_dataset). Each file is read as the commands read it: without options,
 then with the option that the refusal itself names. A robot that loads must survive its robot file,
 have finite bodies and a mount, and its tip must stand where yourdfpy puts it at 20 drawn joint
 vectors. --fit-every=N fits bodies to each N-th file only; of the others the meshes are read. --out
-keeps a line of JSON for each file.
+keeps a line of JSON for each file, and --resume takes the outcomes that it has already.
 """
 
 import json
@@ -56,6 +56,7 @@ def files(folder: Path) -> list[tuple[str, Path]]:
 def named_options(line: str) -> ReadingOptions | None:
     """Return the options that a refusal names, the first of several choices; None if it names none
     that could be typed as they stand."""
+    line = line.partition("; --skip-missing-meshes")[0]  # a robot without a mesh is another one
     start = _OPTION.search(line.rpartition("; ")[2])
     if start is None:
         return None
@@ -186,11 +187,18 @@ def report(options: list[str]) -> list[str]:
     worst, compared = 0.0, 0
     seconds: tuple[list[float], list[float]] = ([], [])  # read only, and with bodies
     out = Path(given.get("out", os.devnull))
+    before = out.read_text().splitlines() if "resume" in given and out.is_file() else []
+    kept = {line["file"]: line for line in map(json.loads, before)}
+    kept = {name: line for name, line in kept.items() if line["outcome"] != OUTCOMES[3]}
     out.write_text("")
     with ThreadPoolExecutor(int(given.get("jobs", "2"))) as pool:
         every, capsules = int(given.get("fit-every", "1")), int(given.get("capsules", "3"))
         most = [0 if i % every else capsules for i in range(len(listed))]
-        judged = pool.map(lambda one, n: judge(one[1], n), listed, most)
+
+        def known(one: tuple[str, Path], n: int) -> dict[str, Any]:
+            return kept.get(str(one[1].relative_to(folder))) or judge(one[1], n)
+
+        judged = pool.map(known, listed, most)
         for (kind, path), found in zip(listed, judged, strict=True):
             counts[kind][found["outcome"]] += 1
             seconds[int("bodies" in found)].append(found.get("seconds", 0.0))

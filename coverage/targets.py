@@ -59,7 +59,8 @@ class Target:
     importance: WeightField | None = field(default=None, repr=False)
     """How much each place matters; None: all the same."""
     reachable: bool = field(default=False, repr=False)
-    """Whether only what is connected to the robot past the obstacles belongs to the target."""
+    """Whether only what is connected to the robot past the obstacles, and the polyhedra that it
+    carries, belongs to the target."""
 
     def __post_init__(self) -> None:
         if self.volume is not None:
@@ -171,6 +172,7 @@ def target_solid(
             )
     outer = target.volumes[0].solid(place.named)
     outer = within(outer, outer.bounds())
+    obstacles = (*obstacles, *carried_polyhedra(robot, q))
     if target.reachable and obstacles:
         centres = place.curve.discs(place.shape.points_per_bend)[0]
         box = np.concatenate([outer.bounds(), centres])
@@ -179,7 +181,6 @@ def target_solid(
     body = place.named(OWN, None)
     if any(isinstance(v, NamedVolume) and v.name == "V_P" for v in target.volumes):
         body = Union(body, place.protective[1])
-    obstacles = (*obstacles, *carried_polyhedra(robot, q))
     if (capsules := attached_capsules(robot, q)) is not None:
         body = Union(body, capsules)
     if obstacles:

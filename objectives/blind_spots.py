@@ -32,7 +32,8 @@ class Beside:
     gap: float
     """Distance from the nearest voxel centre to the robot's surface, m; negative inside."""
     body: str
-    """The robot body to which most of the blind spot is nearest."""
+    """The robot body, or attached tool, to which most of the blind spot is nearest; a polyhedron
+    counts by a capsule that contains it."""
     share: float
     """Share of the blind spot that is nearest to ``body``."""
     way: Float[np.ndarray, " 3"]
@@ -104,7 +105,7 @@ def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> Vo
 
 def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside | None:
     """Return where a blind spot lies relative to the robot at a pose."""
-    robot, mine = verifier.scene.robot, found.piece == number
+    robot, mine = verifier.scene.robot.enclosed(), found.piece == number
     if not robot.bodies:
         return None
     bodies = robot_capsules(robot, forward(robot.chain, verifier.scene.poses[pose].q))

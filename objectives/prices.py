@@ -22,7 +22,8 @@ class Prices:
     currency: str = ""
     """Name or sign of the currency, for texts."""
     models: dict[str, float] = field(default_factory=dict)
-    """Prices by catalogue model, in place of ``sensor``."""
+    """Prices by the name of a model, of the catalogue or the user's own, in place of
+    ``sensor``."""
 
     def __post_init__(self) -> None:
         for name, price in {"ring": self.ring, "sensor": self.sensor, **self.models}.items():

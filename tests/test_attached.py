@@ -12,15 +12,16 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from manifold3d import Manifold
-from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.attached import Attached, enclosing_capsule
 from place_rings.coverage.robots.built_in import ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from place_rings.coverage.robots.robot import Robot
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.coverage.solids.polyhedra import Polyhedron, placed
+from place_rings.coverage.solids.polyhedra import Polyhedron, box, placed
 from place_rings.coverage.targets import Target
+from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
@@ -74,6 +75,59 @@ def test_an_attached_polyhedron_is_an_obstacle_where_its_link_stands(
     stands = scene_of(robot, deg, occlusion=occlusion, obstacles=(Obstacle("a", there),))
     one, other = (Verifier(s, 0.1).verify(setup, NEAR) for s in (carries, stands))
     assert (one.target_voxels, one.covered_voxels) == (other.target_voxels, other.covered_voxels)
+
+
+@settings(max_examples=6)
+@given(ROBOT_NAMES, ANGLES, LINKS, POLYHEDRA, st.booleans())
+def test_an_attached_polyhedron_bounds_what_is_reachable_as_an_obstacle_does(
+    name, deg, link, body, wall
+):
+    """Beside a wall, too; if both enclose the robot, both say so."""
+    robot, cut = ROBOTS[name], replace(NEAR, reachable=True)
+    carries = scene_of(robot.with_attached((attached("a", link, body),)), deg)
+    walls = (Obstacle("wall", box([0.4, 0, 0], [0.1, 9, 9])),) if wall else ()
+    there = Obstacle("a", placed(body, link_pose(robot, link, carries.poses[0].q)))
+    counts = []
+    for scene in (
+        replace(carries, obstacles=walls),
+        scene_of(robot, deg, obstacles=(*walls, there)),
+    ):
+        try:
+            counts.append(Verifier(scene, 0.1).verify(named_setup("n1_8_0"), cut).target_voxels)
+        except ValueError as error:
+            counts.append(str(error))
+    assert counts[0] == counts[1]
+
+
+def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
+    """The bin is open towards the robot, and the tool carries its lid."""
+    robot, half, thick = replace(ROBOTS["ur10"], reach=2.0), 0.3, 0.06
+    wide, to_tool = 2 * half + thick, np.linalg.inv(link_pose(robot, "tcp", robot.rest))
+    sides = [box([1.5, 0, 0.2 + s * half], [0.6, wide, thick]) for s in (-1, 1)]
+    sides += [box([1.5, s * half, 0.2], [0.6, thick, wide]) for s in (-1, 1)]
+    sides.append(box([1.8, 0, 0.2], [thick, wide, wide]))
+    cell = tuple(Obstacle(f"side {i}", one) for i, one in enumerate(sides))
+    lid = attached("lid", "tcp", placed(box([1.2, 0, 0.2], [thick, wide, wide]), to_tool))
+    deg, target = tuple(np.degrees(robot.rest)), Target("V_O", reachable=True)
+    inside = np.array([[1.4, 0.0, 0.2]])
+    for carrier, reached in ((robot, True), (robot.with_attached((lid,)), False)):
+        scene = scene_of(carrier, deg, obstacles=cell)
+        assert bool(scene.solid(target, 0)(inside)[0] <= 0) == reached
+
+
+def test_the_body_nearest_to_a_blind_spot_may_be_a_tool():
+    robot = ROBOTS["ur10"]
+    T = link_pose(robot, "tcp", robot.rest)
+    plate = attached("plate", "tcp", box([0.0, 0.5, 0.0], [0.3, 0.02, 0.3]))
+    beyond = T @ np.array([0.0, 0.6, 0.0, 1.0])
+    target = pr.Box((0.1, 0.1, 0.1), tuple(beyond[:3]), name="beyond").target
+    found = {}
+    for carrier in (robot, robot.with_attached((plate,))):
+        scene = scene_of(carrier, tuple(np.degrees(robot.rest)))
+        (spot,) = blind_spots(Verifier(scene, 0.02), Setup(), target, (0,)).spots
+        found[spot.beside.body] = spot.beside.gap
+    assert "plate" in found
+    assert found.pop("plate") < min(found.values()) - 0.3
 
 
 @pytest.mark.parametrize("rule", ["centre", "certified"])

@@ -114,10 +114,28 @@ def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
     def cut(scene, space, *_, **__):
         if space.rings is None:
             return _result(5, 0.9)
-        return _result(space.rings, 0.9, Outcome.FINISHED if space.rings > 3 else Outcome.TIME)
+        outcome = Outcome.FINISHED if space.rings > 3 else Outcome.INTERRUPTED
+        return _result(space.rings, 0.9, outcome)
 
     monkeypatch.setattr(fewest, "search", cut)
     found = fewest_rings(SCENE, 20)
+    assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.INTERRUPTED)
+
+
+def test_the_searches_share_the_time(monkeypatch):
+    """Each that uses up its share leaves some for fewer rings, and the end says so."""
+    now, shares = [0.0], []
+
+    def cut(scene, space, seed, cap, *_, **__):
+        shares.append(cap)
+        now[0] += cap
+        return _result(space.rings or 5, 0.9 if (space.rings or 5) > 2 else 0.5, Outcome.TIME)
+
+    monkeypatch.setattr(fewest, "search", cut)
+    monkeypatch.setattr(fewest.time, "monotonic", lambda: now[0])
+    found = fewest_rings(SCENE, 20, time_cap=100.0)
+    assert shares == pytest.approx([50.0, 20.0, 12.0, 7.2])
+    assert [*found.tried] == [2, 3, 4, 5]
     assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.TIME)
 
 

@@ -2,16 +2,21 @@
 
 import json
 import re
+from dataclasses import replace
 
 import place_rings as pr
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.sensors.catalogue import model
 from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Use
+from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Sensor, Use
+from place_rings.formats.loader import read_scene
 from place_rings.formats.ring_frame import frame_length
+from place_rings.formats.schema.own_sensor_models import OwnSensorFile
 from place_rings.formats.schema.price_models import PriceModel
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.prices import Prices
 from place_rings.objectives.scene import CoreScene
@@ -54,6 +59,17 @@ def test_the_price_is_the_sum_over_new_rings_and_their_sensors(new, fixed, ring,
     line, bill = price_line(scene, Setup(setup)), materials(scene, Setup(setup), frame_length)
     assert prices.text(sum(each)) in line
     assert f"**{escaped(prices.text(sum(each)))}**" in "\n".join(bill)
+
+
+def test_a_sensor_of_ones_own_has_a_price_by_its_name(tmp_path):
+    own = replace(model("vl53l1x"), name="mine")
+    (tmp_path / "mine.toml").write_text(to_toml(OwnSensorFile.from_domain(own)))
+    text = '[sensor]\nmodel = "mine.toml"\n[prices]\nsensor = 1\nmodels = { mine = 7 }\n'
+    (tmp_path / "scene.toml").write_text(text)
+    scene = read_scene(tmp_path / "scene.toml")
+    assert scene.prices.of_sensor(scene.sensor) == 7
+    assert scene.prices.of_sensor(Sensor()) == 1
+    assert scene.price_of(Setup((Ring("forearm", 0.5, 5, sensor=scene.sensor),))) == 35
 
 
 def test_a_scene_without_prices_has_none():

@@ -215,8 +215,8 @@ class Controls:
         set_value(self.ring, self._rings[i])
         for control in (self.position, self.tilt, self.phase, self.count):
             control.visible = isinstance(group, Ring)
-        for control in self.single.values():
-            control.visible = isinstance(group, MountedSensor)
+        for number in self.single.values():
+            number.visible = isinstance(group, MountedSensor)
         if isinstance(group, MountedSensor):
             self._follow_single(group)
         else:
@@ -224,10 +224,10 @@ class Controls:
 
     def _follow_single(self, one: MountedSensor) -> None:
         pose = SinglePose.of(one)
-        for key, control in self.single.items():
+        for key, number in self.single.items():
             value = getattr(pose, key) * (1000.0 if key in POSITIONS else 1.0)
-            if abs(control.value - value) > 1e-3:
-                set_value(control, value)
+            if abs(number.value - value) > 1e-3:
+                set_value(number, value)
         self.single["roll_deg"].disabled = not one.sensor.oriented
 
     def _follow_ring(self, ring: Ring, most: int) -> None:

@@ -142,12 +142,12 @@ class EditedSetup:
             ValueError: for the last one.
             IndexError: if there is no such ring or sensor.
         """
-        groups = list(self.setup.groups)
-        if len(groups) == 1:
-            last = "ring" if self.setup.rings else "sensor"
+        rings, singles = list(self.setup.rings), list(self.setup.singles)
+        if len(rings) + len(singles) == 1:
+            last = "ring" if rings else "sensor"
             raise ValueError(f"the last {last} cannot be removed")
-        del groups[i]
-        rings = len(self.setup.rings) - (i < len(self.setup.rings))
-        return replace(self, setup=replace(self.setup, singles=tuple(groups[rings:])))._with(
-            groups[:rings]
-        )
+        if i < len(rings):
+            del rings[i]
+        else:
+            del singles[i - len(rings)]
+        return replace(self, setup=replace(self.setup, singles=tuple(singles)))._with(rings)

@@ -60,6 +60,7 @@ def view(
     """
     from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
+    from ...reporting.terminal import say
     from ..options.scenes import urdf_of
     from ..runs.view import view as run
 
@@ -68,4 +69,6 @@ def view(
     beside = None
     if compare is not None:
         beside = ResolvedSetup(compare, *resolve(compare, shown.scene))
+        if compare.endswith(".toml"):
+            say(f"{compare} is shown and counted in the scene of {subject}.", error=True)
     run(shown, beside, urdf, given.place.reading.resolve(), out, host, port, browser)

@@ -180,7 +180,8 @@ def _dome(cones: SpecialBeams, k: int) -> Any:
     across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y  # (T, 3)
     cap = np.sin(polar)[..., None] * across + np.cos(polar)[..., None] * np.asarray(cones.axis[k])
     points = cones.range_m[k] * cap.reshape(-1, 3)
-    return trimesh.convex.convex_hull(cones.apex[k] + np.vstack([np.zeros((1, 3)), points]))
+    around = np.vstack([np.zeros((1, 3)), points])
+    return trimesh.convex.convex_hull(np.asarray(cones.apex[k]) + around)
 
 
 def _fan(cones: SpecialBeams, k: int) -> Any:

@@ -148,8 +148,8 @@ def _robot(placed: PlacedSetup) -> ET.Element:
             )
         for m in robot.chain.mimics:
             if m.joint == j:
-                factors = {"multiplier": words([m.multiplier]), "offset": words([m.offset])}
-                ET.SubElement(joint, "mimic", joint=joints[m.leader], **factors)
+                law = {"multiplier": words([m.multiplier]), "offset": words([m.offset])}
+                ET.SubElement(joint, "mimic", {"joint": joints[m.leader], **law})
     ET.SubElement(root, "link", name=TCP_LINK)
     _fixed(root, f"{TCP_LINK}_joint", links[-1], TCP_LINK, robot.chain.origin[-1])
     return root

@@ -65,7 +65,7 @@ class Answer:
     short: float
     """Sum by which the goals' floors are missed."""
     soft: float
-    """Soft ζ."""
+    """Soft ζ; of the mounted setup, and of what is counted after the time limit, the exact one."""
     changes: tuple[Change, ...]
     """The changes."""
 
@@ -143,13 +143,15 @@ class BeamSearch:
         pairs = [(t, place) for t in beam for place in self.rework.may_touch(t)]
         some: list[Touched | None] = []
         for t, place in pairs:
+            if self.brake.on():
+                return []
             some += [as_it_is(t, place)] if self.rework.before[place] is not None else []
             some += [
                 touched(self.rework, t, place, rng)
                 for _ in range(-(-self.plan.draws // len(pairs)))
             ]
         placed = [p for t in some if t is not None and (p := self.rework.placed(t)) is not None]
-        if not placed:
+        if not placed or self.brake.on():
             return []
         order = np.argsort(-self.scores(placed, self.plan.points, self.plan.width), kind="stable")
         return _few_of_each([placed[i] for i in order], self.plan.climbs)
@@ -215,6 +217,13 @@ class BeamSearch:
         clouds = self.clouds[self.finest.points]
         return float(self.objective.zetas(stacked([p.arrays]), p.values[None], clouds, width)[0])
 
+    def _soft(self, t: Touched, exact: float) -> float:
+        """Return the soft value for a record. The mounted setup's is not worth compiling the
+        objective before the first changes are drawn, nor is any after the time limit: ``exact``."""
+        if self.climbs == 0 or self.brake.on():
+            return exact
+        return self._share(t, self.finest.width)
+
     def count(self, t: Touched) -> Answer | None:
         """Count ``t`` exactly, rounded as in a file; return None if it breaks the rules."""
         t = self.rework.rounded(t)
@@ -223,9 +232,7 @@ class BeamSearch:
         if t.setup not in self.counted:
             short, exact = self.verifier.judge(t.setup)
             some = changes(self.rework.scene.robot, self.rework.before, t.rings)
-            self.counted[t.setup] = Answer(
-                t, exact, short, self._share(t, self.finest.width), tuple(some)
-            )
+            self.counted[t.setup] = Answer(t, exact, short, self._soft(t, exact), tuple(some))
         return self.counted[t.setup]
 
     def look(self, some: list[EncodedSetup]) -> list[Touched]:

@@ -18,6 +18,8 @@ from .search_points import SearchPoints
 
 WITHIN = 0.01  # default margin, share of a target
 _STARTS = 3  # earlier results from which a search starts
+# shares of the time that is left: of the first search, and of each with one ring less
+_FIRST, _EACH = 0.5, 0.4
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ def fewest_rings(
         sensors: number of sensors of every setup.
         within: the margin, in [0, 1).
         seed: random seed of all searches.
-        time_cap: limit in seconds from the call; then the best answer so far is returned.
+        time_cap: limit in seconds from the call; then the best answer so far is returned. The
+            searches share it: the first takes half of it at most, each other one 40 % of the rest.
         schedule: schedule of each search; by default the usual one.
         voxel: side of the voxels of the exact count, m.
         tell: receives the number of rings (None where the search chooses it) and the progress of
@@ -88,11 +91,12 @@ def fewest_rings(
     points = SearchPoints(scene, space, aim, schedule, seed)
 
     def searched(space: Space, rings: int | None, known: Sequence[Setup]) -> SearchResult:
+        left = max(time_cap - (time.monotonic() - began), 0.0)
         return search(
             scene,
             space,
             seed,
-            max(time_cap - (time.monotonic() - began), 0.0),
+            left * (_FIRST if rings is None else _EACH),
             schedule,
             voxel,
             lambda progress: tell(rings, progress),
@@ -105,7 +109,7 @@ def fewest_rings(
     first = searched(space, None, known)
     rings, outcome = len(first.setup.rings), first.outcome
     so_far = FewestRings(first, within, {rings: first})
-    while outcome is Outcome.FINISHED and rings > 1:
+    while outcome is not Outcome.INTERRUPTED and rings > 1:
         rings -= 1
         if time.monotonic() - began >= time_cap:
             outcome = Outcome.TIME
@@ -116,7 +120,7 @@ def fewest_rings(
             result = searched(fewer, rings, near)
         except InfeasibleError:  # too few rings for the sensors, or rings that collide
             break
-        outcome = result.outcome
+        outcome = outcome if result.outcome is Outcome.FINISHED else result.outcome
         so_far = replace(so_far, tried={rings: result} | so_far.tried)
         if not so_far.suffices(result):
             break

@@ -1,7 +1,7 @@
 """Mounting position of each ring, measured from a joint along the link's mount axis."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +72,7 @@ def mounting(scene: CoreScene, setup: Setup) -> list[str]:
 def _singles(setup: Setup) -> list[str]:
     """Return the table of single sensors and its explanation as lines of Markdown."""
 
-    def three(values: Sequence[float], factor: float, digits: int) -> str:
+    def three(values: Iterable[float], factor: float, digits: int) -> str:
         return ", ".join(f"{round(factor * v, digits) + 0.0:.{digits}f}" for v in values)
 
     rows = [
