@@ -101,6 +101,8 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
     )
     heads = ("layout", "robot", "sensors", "beam", *_NAMES)
     yield table(heads, map(_compared, rows), right=(2,))
+    if any(row.layout.incomplete for row in rows):
+        yield "† A part of the robot's body is missing; the source below names it.\n"
     yield "## Guaranteed intervals, under shadow\n"
     yield table(
         ("layout", *(f"{who}: {name}" for who in ("layout", "search") for name in _NAMES)),
@@ -118,7 +120,7 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
 
 
 def _name(row: ScoredLayout) -> str:
-    return f"`{row.layout.name}`"
+    return f"`{row.layout.name}`" + " †" * row.layout.incomplete
 
 
 def _compared(row: ScoredLayout) -> list[str]:
@@ -153,17 +155,19 @@ def _sources(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     )
     for row in rows:
         about = row.layout.about
-        yield f"### {_name(row)}: {escaped(about.title)}\n"
-        yield f"- source: {escaped(about.source)}; read {about.date}\n"
-        yield f"- licence: {escaped(about.licence)}\n"
-        yield f"- poses: {escaped(about.how)}\n"
-        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}\n"
-        yield f"- {_lifted(row)}\n"
+        yield f"### `{row.layout.name}`: {escaped(about.title)}\n"
+        yield f"- source: {escaped(about.source)}; read {about.date}"
+        yield f"- licence: {escaped(about.licence)}"
+        yield f"- poses: {escaped(about.how)}"
+        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}"
+        yield f"- {_lifted(row)}"
         for note in filter(None, (about.note, *row.layout.notes)):
-            yield f"- {escaped(note)}\n"
+            yield f"- {escaped(note)}"
+        yield ""
     yield "### Not scored\n"
     for title, reason in _LEFT_OUT:
-        yield f"- {title}: {reason}.\n"
+        yield f"- {title}: {reason}."
+    yield ""
 
 
 def _lifted(row: ScoredLayout) -> str:
