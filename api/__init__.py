@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._catalogue import robots, sensors
+    from ._combined_targets import DifferenceOf, IntersectionOf, UnionOf
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
@@ -25,22 +26,19 @@ if TYPE_CHECKING:
     from ._own_targets import (
         Box,
         Cylinder,
-        DifferenceOf,
         HalfSpace,
         Implicit,
-        IntersectionOf,
         Mesh,
         Sphere,
-        UnionOf,
-        weight_field,
     )
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
     from ._safety import SafetyReport, safety
-    from ._scene import Scene, attached, obstacle
+    from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
+    from ._solids import attached, obstacle
     from ._study import StudyReport, study
     from ._targets import (
         ProtectiveVolume,
@@ -53,6 +51,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
+    from ._weight_field import weight_field
     from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
@@ -135,22 +134,21 @@ _MODULES = {
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
-    "_scene": ("Scene", "attached", "obstacle"),
+    "_scene": ("Scene",),
+    "_solids": ("attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
     "_own_targets": (
         "Box",
         "Cylinder",
-        "DifferenceOf",
         "HalfSpace",
         "Implicit",
-        "IntersectionOf",
         "Mesh",
         "Sphere",
-        "UnionOf",
-        "weight_field",
     ),
+    "_combined_targets": ("DifferenceOf", "IntersectionOf", "UnionOf"),
+    "_weight_field": ("weight_field",),
     "_targets": (
         "ProtectiveVolume",
         "ReachAndToolSpheres",

@@ -3,43 +3,30 @@
 All exclude the robot's own volume V_R and the scene's obstacles, as the named targets do.
 """
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import metres, three, turn
 from ._errors import InputError, input_errors
 from ._targets import (
-    ProtectiveVolume,
-    ReachAndToolSpheres,
-    ReachSphere,
-    RobotVolume,
-    Shell,
     TargetVolume,
-    ToolSphere,
 )
 from .coverage.robots.kinematics import transform
 from .coverage.targets import Target
 from .coverage.volumes import (
     BallVolume,
     BoxVolume,
-    CombinedVolume,
-    Coordinates,
     CylinderVolume,
     FunctionVolume,
     HalfSpaceVolume,
     MeshVolume,
-    NamedVolume,
-    Rule,
     Volume,
 )
-from .coverage.weight_field import WeightField
 from .formats.errors import UserError
-from .objectives.scene import Goal
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
@@ -93,7 +80,7 @@ class Box(OwnTarget):
         """The box without its weight and name."""
         with input_errors("size"):
             return BoxVolume(
-                _three("size", self.size), _three("centre", self.centre), _turn(self.rpy_deg)
+                three("size", self.size), three("centre", self.centre), turn(self.rpy_deg)
             )
 
 
@@ -120,8 +107,8 @@ class Cylinder(OwnTarget):
     @property
     def volume(self) -> Volume:
         """The cylinder without its weight and name."""
-        radius, height = _metres("radius", self.radius), _metres("height", self.height)
-        return CylinderVolume(radius, height, _three("centre", self.centre), _turn(self.rpy_deg))
+        radius, height = metres("radius", self.radius), metres("height", self.height)
+        return CylinderVolume(radius, height, three("centre", self.centre), turn(self.rpy_deg))
 
 
 @dataclass(frozen=True)
@@ -143,7 +130,7 @@ class Sphere(OwnTarget):
     @property
     def volume(self) -> Volume:
         """The sphere without its weight and name."""
-        return BallVolume(_metres("radius", self.radius), _three("centre", self.centre))
+        return BallVolume(metres("radius", self.radius), three("centre", self.centre))
 
 
 @dataclass(frozen=True)
@@ -167,7 +154,7 @@ class HalfSpace(OwnTarget):
     def volume(self) -> Volume:
         """The half-space."""
         with input_errors("normal"):
-            return HalfSpaceVolume(_three("normal", self.normal), _three("point", self.point))
+            return HalfSpaceVolume(three("normal", self.normal), three("point", self.point))
 
 
 @dataclass(frozen=True)
@@ -212,7 +199,7 @@ class Mesh(OwnTarget):
         """
         from .formats.target_meshes import closed_mesh
 
-        T = transform(np.array(_three("centre", centre)), np.array(_turn(rpy_deg)))
+        T = transform(np.array(three("centre", centre)), np.array(turn(rpy_deg)))
         try:
             mesh = closed_mesh("file", Path(file), Path(file).read_bytes(), float(scale), T)
         except OSError as error:
@@ -230,63 +217,6 @@ class Mesh(OwnTarget):
             if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
                 raise ValueError("found other shapes, allowed: vertices (V, 3) and faces (T, 3)")
             return MeshVolume(vertices, faces)
-
-
-@dataclass(frozen=True)
-class _Combination(OwnTarget):
-    """Targets combined by a rule, which is the class's symbol."""
-
-    of: Sequence[TargetVolume]
-    """Two or more targets, named ones among them; their own weights, minima and names are not
-    used."""
-
-    @property
-    def volume(self) -> Volume:
-        """The combination without its weight and name."""
-        parts = list(self.of) if isinstance(self.of, Iterable) else []
-        for part in parts:
-            if not isinstance(part, TargetVolume):
-                raise InputError(f"found {part!r}, allowed: target volumes", "of")
-        with input_errors("of"):
-            volumes = tuple(part.volume for part in parts)
-            return CombinedVolume(cast(Rule, type(self).symbol), volumes)
-
-
-@dataclass(frozen=True)
-class UnionOf(_Combination):
-    """The union of two or more targets.
-
-    Example:
-        >>> import place_rings as pr
-        >>> len(pr.UnionOf([pr.Box((1, 1, 1)), pr.Shell(0.5)]).of)
-        2
-    """
-
-    symbol: str = field(init=False, default="union", repr=False)
-
-
-@dataclass(frozen=True)
-class DifferenceOf(_Combination):
-    """The first of two or more targets less all others.
-
-    Example:
-        >>> import place_rings as pr
-        >>> far = pr.DifferenceOf([pr.Shell(1.5), pr.Shell(0.5)], name="far")
-    """
-
-    symbol: str = field(init=False, default="difference", repr=False)
-
-
-@dataclass(frozen=True)
-class IntersectionOf(_Combination):
-    """The intersection of two or more targets.
-
-    Example:
-        >>> import place_rings as pr
-        >>> front = pr.IntersectionOf([pr.Shell(0.5), pr.HalfSpace((-1, 0, 0))], name="in front")
-    """
-
-    symbol: str = field(init=False, default="intersection", repr=False)
 
 
 @dataclass(frozen=True)
@@ -320,136 +250,9 @@ class Implicit(OwnTarget):
             low, high = self.box
         except (TypeError, ValueError) as error:
             raise InputError("found no two corners, allowed: (2, 3) in m", "box") from error
-        corners = _three("box", low), _three("box", high)
+        corners = three("box", low), three("box", high)
         if not callable(self.function):
             raise InputError(f"found {self.function!r}, allowed: a function", "function")
         if not all(a < b for a, b in zip(*corners, strict=True)):
             raise InputError("found an empty box, allowed: the lower corner first", "box")
         return FunctionVolume(self.function, corners)
-
-
-_NAMED: dict[str, type[TargetVolume]] = {
-    one.symbol: one
-    for one in (ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, RobotVolume)
-}
-_COMBINED = {one.symbol: one for one in (UnionOf, DifferenceOf, IntersectionOf)}
-
-
-def volume_of(goal: Goal) -> TargetVolume:
-    """Return the target volume of an internal goal."""
-    keys: dict[str, Any] = {
-        "weight": goal.weight,
-        "at_least_percent": round(100 * goal.at_least, 9),
-        "importance": goal.target.importance,
-        "reachable": goal.target.reachable,
-    }
-    if goal.target.volume is None:
-        return _made(goal.target.volumes[0], keys)
-    return _made(goal.target.volume, keys | {"name": goal.target.name})
-
-
-def _made(volume: Volume, keys: Mapping[str, Any]) -> TargetVolume:
-    """Return the target with a volume; ``keys`` holds weight, minimum and name."""
-    match volume:
-        case NamedVolume(name, radius):
-            return _NAMED[name](**keys) if radius is None else Shell(radius, **keys)
-        case BoxVolume(size, centre, rpy):
-            return Box(size, centre, _degrees(rpy), **keys)
-        case CylinderVolume(length, height, centre, rpy):
-            return Cylinder(length, height, centre, _degrees(rpy), **keys)
-        case BallVolume(length, centre):
-            return Sphere(length, centre, **keys)
-        case HalfSpaceVolume(normal, point):
-            return HalfSpace(normal, point, **keys)
-        case MeshVolume(vertices, faces):
-            return Mesh(vertices, faces, **keys)
-        case FunctionVolume(function, box):
-            return Implicit(function, box, **keys)
-        case CombinedVolume(rule, of):
-            return _COMBINED[rule](tuple(_made(part, {}) for part in of), **keys)
-    raise TypeError(f"no target of kind {type(volume).__name__}")
-
-
-def _three(name: str, values: Any) -> Coordinates:
-    """Return three finite numbers; raise InputError that names the argument otherwise."""
-    try:
-        x, y, z = (float(value) for value in values)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"found {values!r}, allowed: three numbers (x, y, z)", name) from error
-    if not all(math.isfinite(value) for value in (x, y, z)):
-        raise InputError(f"found {values!r}, allowed: finite numbers", name)
-    return x, y, z
-
-
-def _turn(rpy_deg: Any) -> Coordinates:
-    x, y, z = (math.radians(angle) for angle in _three("rpy_deg", rpy_deg))
-    return x, y, z
-
-
-def _degrees(rpy: Coordinates) -> Coordinates:
-    x, y, z = (round(math.degrees(angle), 9) + 0.0 for angle in rpy)
-    return x, y, z
-
-
-def _metres(name: str, value: Any) -> float:
-    number(name, value, "m, above 0")
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"found {value:g}, allowed: m, above 0", name)
-    return float(value)
-
-
-def weight_field(
-    weights: Any,
-    *,
-    cell: Sequence[float],
-    origin: Sequence[float] = _ORIGIN,
-    outside: float = 0.0,
-) -> WeightField:
-    """Return a weight field: how much each place of a target matters, such as where people walk.
-
-    ζ is then the covered share of the weight. Only ratios of weights count. They are constant on
-    each cell of the grid and rounded to 1/65535 of the largest.
-
-    Args:
-        weights: weights of 0 or more on a grid along the axes of the base frame: an array (X, Y) or
-            (X, Y, Z), or the path of a file: a CSV file, whose rows run along x and follow each
-            other along y, or a NumPy array (.npy, .npz).
-        cell: sides (x, y, z) of a cell, m.
-        origin: lower corner (x, y, z) of the grid in the base frame, m.
-        outside: weight outside the grid.
-
-    Returns:
-        The field, for the argument ``importance`` of a target.
-
-    Raises:
-        InputError: for a file or weights that cannot be used.
-
-    Example:
-        >>> import numpy as np
-        >>> import place_rings as pr
-        >>> busy = pr.weight_field(np.array([[1.0, 0.2]]), cell=(1, 1, 2), origin=(0, -1, 0))
-        >>> pr.Scene(targets=pr.Shell(0.5, importance=busy))
-        <Scene: ur10, 1 pose, V_S(0.5) weighted, occlusion shadow>
-    """
-    corner, sides = _three("origin", origin), _three("cell", cell)
-    if isinstance(weights, str | Path):
-        from .formats.schema.importance_models import weights_of
-        from .formats.weight_grids import weight_rows
-
-        try:
-            rows, layers = weight_rows("weights", Path(weights), Path(weights).read_bytes())
-        except OSError as error:
-            raise InputError(f"cannot be read: {error.strerror}", "weights", weights) from error
-        except UserError as error:
-            raise InputError(str(error)) from error
-        with input_errors("weights"):
-            weights = weights_of(rows, layers or 1)
-    try:
-        grid = np.asarray(weights, float)
-    except (TypeError, ValueError) as error:
-        raise InputError("found no numbers, allowed: (X, Y) or (X, Y, Z)", "weights") from error
-    grid = grid[..., None] if grid.ndim == 2 else grid
-    with input_errors("weights"):
-        if grid.ndim != 3:
-            raise ValueError(f"found shape {grid.shape}, allowed: (X, Y) or (X, Y, Z)")
-        return WeightField.of(grid, corner, sides, outside)

@@ -12,6 +12,7 @@ from ._placement import Placement
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
+from .formats.schema.gap_models import GapModel
 from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
     FewestRingsModel,
@@ -29,6 +30,7 @@ from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
 from .objectives.verify import Verified, Verifier
+from .placement.bound.upper_bound import CoverageBound
 from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
@@ -64,12 +66,17 @@ class Proposal(Placement):
     """Coverage reached with each number of sensors, if the search minimised the sensors."""
     wanted_percent: float | None = None
     """Coverage to reach with the fewest sensors, percent."""
+    bound: CoverageBound | None = None
+    """Upper bound on every layout of the same budget, for a search with ``gap``; None without, or
+    if no bound is known."""
     fewest: FewestRings | None = None
     """Results with each number of rings, if the search minimised the rings."""
     command: str = ""
     """The call or the command that ran the search."""
     found: FoundModel | None = None
     """Record of the search in the proposal's file; None for a new proposal."""
+    gapped: bool = field(default=False, kw_only=True, compare=False, repr=False)
+    """Whether an upper bound was requested."""
     verifier: Verifier | None = field(default=None, kw_only=True, compare=False)
     """Exact counter of the search; by default one with voxels of 0.01 m."""
 
@@ -105,6 +112,12 @@ class Proposal(Placement):
     def value(self) -> float | None:
         """Exact value of the search's criterion in [0, 1]; None for a proposal from a file."""
         return None if self.search is None else self.search.exact
+
+    @property
+    def gap(self) -> float | None:
+        """Optimality gap in [0, 1]: no layout of the same budget exceeds ``value`` by more. It is
+        None for a search without ``gap``, or if no upper bound is known."""
+        return None if self.bound is None or self.value is None else self.bound.value - self.value
 
     @property
     def outcome(self) -> Outcome | None:
@@ -225,6 +238,9 @@ class Proposal(Placement):
             files=files,
             reach=self.reach_record(),
             fewest_rings=self.rings_record(),
+            gap=GapModel.of(self.bound, self.search.exact, self.scene.core)
+            if self.gapped
+            else None,
             price=PriceModel.of(self.scene.core, self.setup),
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
@@ -291,6 +307,8 @@ class Proposal(Placement):
         if not self.criterion.plain and self.value is not None:
             yield str(self.criterion), f"{100 * self.value:.2f} %"
         yield from self.price_rows()
+        if self.bound is not None:
+            yield "upper bound", f"{100 * self.bound.value:.2f} %"
         if self.outcome is not None:
             yield "search", self.outcome.value
 
@@ -301,7 +319,10 @@ class Proposal(Placement):
     def _found(self) -> FoundModel | None:
         if self.search is None:
             return None
-        return found_model(self.search, self.seed, self.criterion, self.command)
+        found = found_model(self.search, self.seed, self.criterion, self.command)
+        if self.bound is None or not self.bound.informative:
+            return found
+        return found.model_copy(update={"bound_percent": round(100 * self.bound.value, 2)})
 
 
 def found_model(result: SearchResult, seed: int, criterion: Criterion, command: str) -> FoundModel:

@@ -238,6 +238,8 @@ def safety(
     own: Occlusion = "shadow" if core.occlusion == "ignore" else core.occlusion
     options = _Options(approaches, directions, rate, latency, occlusion or own, seed)
     options.check()
+    with input_errors("safety"):  # before any work, for a robot without a stopping time
+        stopping_time(core.safety, core.robot.name, 0.0)
     if not isinstance(trajectory, Trajectory | None):
         raise InputError(f"found {trajectory!r}, allowed: a Trajectory", "trajectory")
     motion = _motion(placed, core, trajectory, options)

@@ -1,36 +1,27 @@
 """A scene: robot, poses, targets, sensor and rules."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import ValidationError
 
-from ._arguments import number
-from ._catalogue import robots
+from ._combined_targets import volume_of
 from ._errors import InputError, input_errors
-from ._own_targets import volume_of
+from ._scene_arguments import changed, checked, robot_named, with_robot
+from ._scene_poses import Poses, with_poses
 from ._targets import TargetVolume
-from ._trajectory import Trajectory
-from .coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
 from .coverage.robots.attached import Attached
-from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
-from .formats.errors import explain
-from .formats.schema.attached_models import AttachedModel, attached_of
-from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
-from .formats.schema.scene_models import SceneFile, SceneModel
-from .formats.schema.target_models import boxed
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
 
-Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 _KEYS = (
     "robot",
     "targets",
@@ -47,9 +38,6 @@ _KEYS = (
     "safety",
     "prices",
 )
-
-
-_KINDS: dict[str, type] = {"sensor": Sensor, "rules": Rules, "safety": Safety}
 
 
 class Scene:
@@ -129,8 +117,8 @@ class Scene:
         if attached is not None:
             given["attached"] = attached
         with input_errors("scene"):
-            core = _changed(CoreScene(robot=_robot(robot)), given)
-        object.__setattr__(self, "_core", _checked(_with_poses(core, poses)))
+            core = changed(CoreScene(robot=robot_named(robot)), given)
+        object.__setattr__(self, "_core", checked(with_poses(core, poses)))
 
     @classmethod
     def paper(cls, **arguments: Any) -> "Scene":
@@ -258,15 +246,15 @@ class Scene:
         core = self._core
         if "robot" in changes and "poses" not in changes:
             at_rest = len(core.poses) == 1 and np.array_equal(core.poses[0].q, core.robot.rest)
-            core = _with_robot(core, changes)
-            core = _with_poses(core, None) if at_rest else core
+            core = with_robot(core, changes)
+            core = with_poses(core, None) if at_rest else core
         elif "robot" in changes:
-            core = _with_robot(core, changes)
+            core = with_robot(core, changes)
         with input_errors("scene"):
-            core = _changed(core, changes)
+            core = changed(core, changes)
         if "poses" in changes:
-            core = _with_poses(replace(core, recorded=None), changes["poses"])
-        return Scene.of(_checked(core))
+            core = with_poses(replace(core, recorded=None), changes["poses"])
+        return Scene.of(checked(core))
 
     def ring(
         self, link: str, position: float, count: int, *, tilt: float = 0.0, phase: float = 0.0
@@ -343,297 +331,3 @@ def core_scene(scene: Scene | CoreScene) -> CoreScene:
     if isinstance(scene, CoreScene):
         return scene
     raise InputError(f"found a {type(scene).__name__}, allowed: Scene", "scene")
-
-
-def obstacle(
-    name: str = "",
-    *,
-    centre: Sequence[float] = (0.0, 0.0, 0.0),
-    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
-    size: Sequence[float] | None = None,
-    points: Sequence[Sequence[float]] | None = None,
-    floor: float | None = None,
-) -> Obstacle:
-    """Return a convex obstacle of the cell. It occludes sensors and is excluded from targets.
-
-    Args:
-        name: name of the obstacle in reports.
-        centre: (x, y, z) of the box's centre, or of the origin of the points' frame, m, base frame.
-        rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
-        size: (x, y, z) size of a box, m.
-        points: (N, 3) points in m; the obstacle is their convex hull.
-        floor: height of a floor, m; the obstacle is everything below.
-
-    Returns:
-        The obstacle, for ``Scene(obstacles=[...])``.
-
-    Raises:
-        InputError: unless exactly one of ``size``, ``points`` and ``floor`` is given and in range.
-
-    Example:
-        >>> import place_rings as pr
-        >>> pr.obstacle("table", centre=[0.8, 0, -0.1], size=[0.6, 1.2, 0.2]).name
-        'table'
-    """
-    try:
-        keys: dict[str, Any] = {
-            "name": name,
-            "centre": [float(v) for v in centre],
-            "rpy_deg": [float(v) for v in rpy_deg],
-            "size": None if size is None else [float(v) for v in size],
-            "points": None if points is None else [[float(v) for v in p] for p in points],
-            "floor": None if floor is None else float(floor),
-        }
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
-            "obstacle",
-        ) from error
-    try:
-        model = ObstacleModel(**keys)
-    except ValidationError as error:
-        raise InputError(str(explain("obstacle", error, ObstacleModel))) from error
-    return obstacles_of([model])[0]
-
-
-def attached(
-    name: str = "",
-    *,
-    link: str = "tcp",
-    centre: Sequence[float] = (0.0, 0.0, 0.0),
-    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
-    size: Sequence[float] | None = None,
-    points: Sequence[Sequence[float]] | None = None,
-    start: Sequence[float] | None = None,
-    end: Sequence[float] | None = None,
-    radius: float | None = None,
-) -> Attached:
-    """Return a tool or payload on a link. It moves with the link, belongs to the robot's body,
-    occludes sensors, is excluded from targets, and rings keep clear of it.
-
-    Args:
-        name: name in reports.
-        link: link whose frame carries it: a link with a mount, a joint (the link that it moves),
-            ``tcp`` or ``base``.
-        centre: (x, y, z) of the box's centre, or of the origin of the points' or the capsule's
-            frame, m, in the link's frame.
-        rpy_deg: rotations about x, y and z of the link's frame, in this order, degrees.
-        size: (x, y, z) size of a box, m.
-        points: (N, 3) points in m; the solid is their convex hull.
-        start: (x, y, z) of the start of a capsule's axis, m.
-        end: (x, y, z) of the end of a capsule's axis, m.
-        radius: radius of the capsule, m.
-
-    Returns:
-        The solid, for ``Scene(attached=[...])``.
-
-    Raises:
-        InputError: unless exactly one of ``size``, ``points`` and ``start``, with ``end`` and
-            ``radius``, is given and in range.
-
-    Example:
-        >>> import place_rings as pr
-        >>> pr.attached("gripper", centre=[0, 0, 0.07], size=[0.1, 0.06, 0.14]).link
-        'tcp'
-    """
-    try:
-        three = {"centre": centre, "rpy_deg": rpy_deg, "size": size, "start": start, "end": end}
-        keys: dict[str, Any] = {
-            "name": name,
-            "link": link,
-            "points": None if points is None else [[float(v) for v in p] for p in points],
-            "radius": None if radius is None else float(radius),
-            **{k: None if v is None else [float(c) for c in v] for k, v in three.items()},
-        }
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",
-            "attached",
-        ) from error
-    try:
-        model = AttachedModel(**keys)
-    except ValidationError as error:
-        raise InputError(str(explain("attached", error, AttachedModel))) from error
-    return attached_of([model])[0]
-
-
-def _with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:
-    """Return the scene with another robot, which carries the same tools and payloads unless they
-    change as well."""
-    robot = _robot(changes["robot"])
-    if core.robot.attached and "attached" not in changes:
-        with input_errors("attached"):
-            robot = robot.with_attached(core.robot.attached)
-    return replace(core, robot=robot)
-
-
-def _robot(robot: Robot | str) -> Robot:
-    if isinstance(robot, Robot):
-        return robot
-    if not isinstance(robot, str) or robot not in robots:
-        raise InputError(
-            f"unknown robot {robot!r}; known: {', '.join(robots)}, or a Robot, as load returns it",
-            "robot",
-        )
-    return robots[robot]
-
-
-def _changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
-    """Return the scene with these arguments, except robot and poses.
-
-    Raises:
-        InputError: for an invalid value, or a model of occlusion that needs the robot's bodies.
-    """
-    fields, occlusion = _fields(given), given.get("occlusion")
-    if occlusion in ("shadow", "blind") and not core.robot.bodies:
-        raise InputError(
-            f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
-            "occlusion",
-        )
-    if "attached" in given:
-        each = _each(given["attached"], Attached, "attached", "attached(...)")
-        with input_errors("attached"):
-            fields["robot"] = core.robot.with_attached(each)
-    return replace(core, **fields)
-
-
-def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the internal fields for all arguments except robot and poses; None becomes the
-    default.
-
-    Raises:
-        InputError: for values of the wrong type.
-    """
-    fields: dict[str, Any] = {}
-    for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
-        if name in given:
-            value = getattr(CoreScene, name) if given[name] is None else given[name]
-            if value not in one_of:
-                raise InputError(f"found {value!r}, allowed: {', '.join(one_of)}", name)
-            fields[name] = value
-    for name, kind in _KINDS.items():
-        if name in given:
-            value = kind() if given[name] is None else given[name]
-            if not isinstance(value, kind):
-                raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
-            fields[name] = value
-    if "prices" in given:
-        if not isinstance(given["prices"], Prices | None):
-            raise InputError(f"found {given['prices']!r}, allowed: Prices", "prices")
-        fields["prices"] = given["prices"]
-    if "mounts" in given:
-        fields["limits"] = _limits(given["mounts"])
-    if "obstacles" in given:
-        fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
-    if "cell_sensors" in given:
-        allowed = "MountedSensor on the link base"
-        some = given["cell_sensors"]
-        fields["cell_sensors"] = _each(some, MountedSensor, "cell_sensors", allowed)
-    if "targets" in given:
-        default = given["targets"] is None
-        fields["goals"] = CoreScene.goals if default else _goals(given["targets"])
-    if "ring_radius" in given:
-        radius = given["ring_radius"]
-        fields["radius_stated"] = radius is not None
-        fields["ring_radius"] = CoreScene.ring_radius if radius is None else radius
-    return fields
-
-
-def _limits(mounts: Any) -> dict[str, Limits]:
-    """Return limits by the name of the link; raise InputError for anything else."""
-    if not isinstance(mounts, Mapping | None):
-        raise InputError(f"found {mounts!r}, allowed: Limits by the name of the link", "mounts")
-    for link, limits in (mounts or {}).items():
-        if not isinstance(link, str) or not isinstance(limits, Limits):
-            raise InputError(
-                f"found {limits!r} for {link!r}, allowed: Limits by the name of the link", "mounts"
-            )
-    return dict(mounts or {})
-
-
-def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
-    """Return one value of a type, several, or None as a tuple; otherwise raise InputError."""
-    if isinstance(values, kind):
-        values = (values,)
-    if not isinstance(values, Iterable | None):
-        raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name)
-    each = tuple(values or ())
-    for one in each:
-        if not isinstance(one, kind):
-            raise InputError(f"found {one!r}, allowed: {allowed}", name)
-    return each
-
-
-def _goals(targets: Any) -> tuple[Any, ...]:
-    kinds = (
-        "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume of your"
-        " own such as Box"
-    )
-    each = _each(targets, TargetVolume, "targets", kinds)
-    if not each:
-        raise InputError("found none, allowed: one or more", "targets")
-    return tuple(target.goal for target in each)
-
-
-def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
-    """Return the scene with these poses as read-only copies, or with the robot's rest pose if there
-    are none.
-    """
-    if isinstance(poses, Trajectory):
-        core = poses.applied(core)
-        return replace(core, poses=tuple(_frozen(pose) for pose in core.poses))
-    return replace(core, poses=tuple(_frozen(pose) for pose in _poses(core.robot, poses)))
-
-
-def _poses(robot: Robot, poses: Any) -> Sequence[Pose]:
-    if poses is None:
-        return CoreScene.poses if robot.name in PAPER_ROBOTS else (Pose(robot.rest),)
-    if isinstance(poses, Pose | Mapping):
-        poses = [poses]
-    if isinstance(poses, Iterable) and not isinstance(poses, np.ndarray):
-        poses = list(poses)
-        if poses and all(isinstance(pose, Pose | Mapping) for pose in poses):
-            return [_named(robot, one) if isinstance(one, Mapping) else one for one in poses]
-    angles = np.atleast_2d(_numbers(poses))
-    if np.ndim(poses) == 0 or angles.ndim != 2 or not angles.size:
-        raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
-    return [Pose(q) for q in angles]
-
-
-def _named(robot: Robot, joints: Mapping[Any, Any]) -> Pose:
-    """Return the pose of joint values by name and unit; raise InputError for a wrong key."""
-    with input_errors("poses"):
-        for key, value in joints.items():
-            number(str(key), value, "a number in the unit of its name")
-        return Pose.of(robot, joints)
-
-
-def _frozen(pose: Pose) -> Pose:
-    """Return a pose with read-only copies of its arrays."""
-    arrays = [a for a in (pose.q, pose.rate) if a is not None]
-    if all(isinstance(a, np.ndarray) and a.base is None and not a.flags.writeable for a in arrays):
-        return pose
-    own = [_numbers(a).copy() for a in arrays]
-    for array in own:
-        array.setflags(write=False)
-    return replace(pose, q=own[0], rate=None if pose.rate is None else own[1])
-
-
-def _numbers(values: Any) -> np.ndarray:
-    try:
-        return np.asarray(values, float)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "found values that are not numbers, allowed: a Trajectory, Poses, joint values by name,"
-            " or joint angles in rad, (J,) or (P, J)",
-            "poses",
-        ) from error
-
-
-def _checked(core: CoreScene) -> CoreScene:
-    """Return the scene if its file would be valid; raise InputError otherwise."""
-    try:
-        SceneModel.from_domain(boxed(core))
-    except ValidationError as error:
-        raise InputError(str(explain("scene", error, SceneFile))) from error
-    return core

@@ -18,7 +18,9 @@ from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
 from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verifier
+from .placement.bound.upper_bound import CoverageBound, upper_bound
 from .placement.search import search as searching
+from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
 from .placement.search.fewest_rings import FewestRings, fewest_rings
 from .placement.search.fewest_sensors import Reach, fewest_sensors
@@ -94,6 +96,7 @@ def search(
     time_cap: float | None = None,
     voxel: float = VOXEL,
     start: Sequence[Setup] = (),
+    gap: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> Proposal:
     """Search for the setup with the highest coverage of a scene's targets, and count it exactly.
@@ -125,6 +128,9 @@ def search(
         time_cap: limit in seconds; by default the search ends by its own schedule.
         voxel: side of the voxels of the exact count, m.
         start: setups to start from, in addition to random ones.
+        gap: also compute an upper bound on every layout of the same budget; ``gap`` and ``bound``
+            of the result have it. It takes about a minute for each target at each pose, at most
+            four of them.
         progress: receives the progress from time to time, in the calling thread; the first call
             comes before any points are drawn.
 
@@ -176,6 +182,7 @@ def search(
         else:
             reach = _fewest_sensors(core, choice, seed, cap, voxel, tell, aim)
             result = reach.result
+    bound = _bound(core, choice, space, result.setup, aim) if gap else None
     return Proposal(
         result.setup,
         Scene.of(core),
@@ -184,10 +191,26 @@ def search(
         seed=seed,
         reach=reach,
         wanted_percent=reach_percent,
+        bound=bound,
         fewest=fewest,
         command=f"place_rings.search(..., seed={seed})",
+        gapped=gap,
         verifier=verifier,
     )
+
+
+def _bound(
+    scene: CoreScene, choice: Rings, space: Space | None, setup: Setup, aim: Criterion
+) -> CoverageBound | None:
+    """Return an upper bound on all layouts with the budget of a search's answer; None if none is
+    known, or after Ctrl-C."""
+    if space is None:
+        sensors = sum(ring.count for ring in setup.rings)
+        space = Space(scene, sensors=sensors, rings=choice.rings)
+    try:
+        return upper_bound(scene, space, aim)
+    except KeyboardInterrupt:
+        return None
 
 
 def _starts(start: Any) -> tuple[Setup, ...]:

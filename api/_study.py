@@ -28,7 +28,7 @@ from .studies.engine.registry import TASKS
 from .studies.engine.runner import run
 from .studies.engine.store import Cell, Store
 
-StudyName = Literal["bound", "convergence", "layouts", "paper", "pareto", "robots"]
+StudyName = Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"]
 Measure = Callable[[str, list[Cell]], list[Any]]
 Told = Callable[[str, int, int], None]
 
@@ -105,8 +105,9 @@ def study(
     Args:
         name: ``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the
             front of two targets, ``bound`` computes upper bounds on any search's coverage,
-            ``convergence`` measures ζ against the voxel, ``layouts`` scores published layouts, and
-            ``robots`` measures the effect of self-occlusion on six robots.
+            ``convergence`` measures ζ against the voxel, ``gap`` bounds every layout of a number of
+            sensors, ``layouts`` scores published layouts, and ``robots`` measures the effect of
+            self-occlusion on six robots.
         folder: output folder; by default ``results/NAME``.
         seed: random seed of searches and paths; ``convergence`` draws nothing.
         targets: the two targets of ``pareto``; by default V_S(0.5) and V_S(1.5). Weights do not
@@ -174,7 +175,8 @@ def run_study(
     with input_errors(but=(InfeasibleError,)):
         if name == "pareto":
             Space(options.scene, sensors=options.sensors or _SENSORS)
-        import_module(f".studies.{name}.study", __package__)  # it registers its tasks
+        # the study's tasks are registered, so that their versions are known to the store
+        import_module(f".studies.{name}.study", __package__)
         with made_folder(path) as out, _measuring(out, workers, scheduler, progress) as measure:
             data = _STUDIES[name](measure, out, options)
     return StudyReport(name, path, data)
@@ -322,6 +324,16 @@ def _bound(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     return rows
 
 
+def _gap(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
+    from .studies.gap import report, study
+
+    rows = study.measure(measure, options.seed)
+    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
+    report.picture(rows, folder / "gap.png")
+    write_text(folder / PAGE, report.page(rows, options.command))
+    return rows
+
+
 def _paper(measure: Measure, folder: Path, options: StudyOptions) -> Any:
     from .studies.paper import report, study
 
@@ -385,6 +397,7 @@ def _feasible(scene: CoreScene, sensors: int) -> bool:
 _STUDIES: dict[str, Callable[[Measure, Path, StudyOptions], Any]] = {
     "bound": _bound,
     "convergence": _convergence,
+    "gap": _gap,
     "layouts": _layouts,
     "paper": _paper,
     "pareto": _pareto,

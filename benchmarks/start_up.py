@@ -2,9 +2,11 @@
 
 Processor seconds of a whole process with all its threads, as a ratio to those of ``import jax`` in
 the same rounds, because a busy machine stretches both. In every round each command runs once, in a
-new folder.
+new folder. Python's compiled files are in place, as after an installation, whatever the environment
+says about writing them.
 """
 
+import os
 import resource
 import statistics
 import subprocess
@@ -27,11 +29,19 @@ _COMMANDS: dict[tuple[str, ...], float] = {
 _ROUNDS = 5
 
 
-def processor_seconds(arguments: Sequence[str]) -> float:
-    """Return the processor time of a Python process with these arguments and its children."""
+def processor_seconds(arguments: Sequence[str], compiled: str) -> float:
+    """Return the processor time of a Python process with these arguments and its children.
+
+    Args:
+        arguments: the arguments of Python.
+        compiled: folder of the compiled files.
+    """
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    environment["PYTHONPYCACHEPREFIX"] = compiled
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with TemporaryDirectory() as folder:
-        subprocess.run([sys.executable, *arguments], cwd=folder, check=True, capture_output=True)
+        command = [sys.executable, *arguments]
+        subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -46,12 +56,13 @@ def report(options: Sequence[str] = ()) -> list[str]:
         rounds = int(value)
     lines = {words: ("-m", "place_rings.cli.entry", *words) for words in _COMMANDS}
     lines = {("import jax",): ("-c", "import jax"), **lines}
-    for words in (("import jax",), ("--help",)):
-        processor_seconds(lines[words])  # the first run compiles Python's files
     seconds = {words: [] for words in lines}
-    for _ in range(rounds):
-        for words, arguments in lines.items():
-            seconds[words].append(processor_seconds(arguments))
+    with TemporaryDirectory() as compiled:
+        for arguments in lines.values():
+            processor_seconds(arguments, compiled)  # the first run compiles Python's files
+        for _ in range(rounds):
+            for words, arguments in lines.items():
+                seconds[words].append(processor_seconds(arguments, compiled))
     medians = {words: statistics.median(each) for words, each in seconds.items()}
     jax = medians[("import jax",)]
     rows = [

@@ -1,5 +1,7 @@
 """Readers of the files and names that a user passes."""
 
+import errno
+import os
 import re
 import tomllib
 from collections.abc import Callable
@@ -156,7 +158,7 @@ def beside(path: Path, key: str, name: str) -> Path:
     """Return the path of a file in the folder of the file at ``path`` or below.
 
     Raises:
-        UserError: if the name leads elsewhere.
+        UserError: if the name leads elsewhere, or there is no such file.
     """
     folder = path.resolve().parent
     try:
@@ -168,6 +170,9 @@ def beside(path: Path, key: str, name: str) -> Path:
             f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
             " below"
         )
+    if not target.exists():
+        reason = os.strerror(errno.ENOENT)
+        raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
     return path.parent / name
 
 

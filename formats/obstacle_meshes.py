@@ -12,6 +12,7 @@ from ..coverage.solids.polyhedra import hull
 from ..objectives.scene import CoreScene, Obstacle
 from .errors import UserError, shown
 from .schema.attached_models import AttachedModel
+from .schema.convex_models import ConvexModel
 from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
 
@@ -56,13 +57,13 @@ def with_attached_meshes(
             continue
         key = f"{where}[{i}].file"
         path, data = read(key, model.file)
-        for part in _parts(model.shape(), key, path, data):
+        for part in _parts(model, key, path, data):
             keys = {**part.keys, "link": model.link}
             attached.append(Attached(part.name, model.link, part.body, keys, part.hulled))
     return replace(scene, robot=scene.robot.with_attached(tuple(attached)))
 
 
-def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
+def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
     kind = path.suffix.lower().lstrip(".")
     if kind not in MESHES:
         raise UserError(

@@ -55,7 +55,12 @@ def _with_meshes(volume: VolumeModel, key: str, read: Read) -> VolumeModel:
 def _filled(model: ImportanceModel, file: str, key: str, read: Read) -> ImportanceModel:
     path, data = read(f"{key}.file", file)
     rows, layers = weight_rows(f"{key}.file", path, data)
-    keys = {"rows": rows, "layers": model.layers if layers is None else layers, "file": None}
+    layers = model.layers if layers is None else layers
+    try:
+        model.field_of(rows, layers)
+    except ValueError as error:
+        raise UserError(f"{key}.file: {path}: {error}; allowed: a grid of weights") from error
+    keys = {"rows": rows, "layers": layers, "file": None}
     try:
         return ImportanceModel(**{**dict(model), **keys})
     except ValidationError as error:

@@ -233,12 +233,20 @@ class CoreScene:
             object.__setattr__(self, "occlusion", "ignore")
             object.__setattr__(self, "rules", replace(self.rules, mount="free"))
         object.__setattr__(self, "robot", self.robot.with_links(self.real))
+        if self.robot.chain.mimics:
+            object.__setattr__(self, "poses", tuple(map(self._settled, self.poses)))
         for i, one in enumerate(self.cell_sensors):
             if one.link != BASE_LINK:
                 raise ValueError(
                     f"cell_sensors[{i}].link: found {one.link!r}, allowed: {BASE_LINK}; a sensor"
                     " on the robot belongs to a setup or to the fixed sensors of the rules"
                 )
+
+    def _settled(self, pose: Pose) -> Pose:
+        """Return the pose with the values of mimic joints that their leaders state."""
+        chain = self.robot.chain
+        rate = None if pose.rate is None else chain.settled(np.asarray(pose.rate), speed=True)
+        return replace(pose, q=chain.settled(np.asarray(pose.q)), rate=rate)
 
     def with_cell(self, setup: Setup) -> Setup:
         """Return the setup with the cell's sensors after its own single sensors."""

@@ -314,6 +314,10 @@ class Verifier:
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         return self.over_poses(target, poses, time.perf_counter() - start)
 
+    def verify_goals(self, setup: Setup) -> tuple[Verified, ...]:
+        """Return ``verify`` of ``setup`` for each goal of the scene, in order."""
+        return tuple(self.verify(setup, goal.target) for goal in self.scene.goals)
+
     def over_poses(self, target: Target, poses: tuple[PoseZeta, ...], seconds: float) -> Verified:
         """Return the weighted mean of a target's zetas at all poses, computed in ``seconds``."""
         weights = [p.weight for p in poses]
@@ -336,7 +340,7 @@ class Verifier:
         Raises:
             ValueError, TooFineError, BodilessError: as ``verify`` does.
         """
-        return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
+        return self.judged(self.verify_goals(setup))
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
         """Return ``judge``'s values for a setup whose goals are already verified."""

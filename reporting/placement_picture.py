@@ -2,14 +2,16 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Float
 
-from ..coverage.rings.mounted_sensor import BASE_LINK
-from ..coverage.rings.ring import Setup
+from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
+from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
@@ -30,6 +32,10 @@ from .rendering.meshes import (
 )
 from .rendering.robot import add_robot
 from .text import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
@@ -91,20 +97,45 @@ def draw_room(canvas: Canvas) -> None:
         canvas.ax.update_datalim([name + 0.6 * unit * out])
 
 
-def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -> None:
-    """Draw the target's outline and the cones inside it, each in its colour (K,)."""
+@dataclass(frozen=True)
+class _Shown:
+    """What the views of one setup show."""
+
+    setup: Setup
+    """The setup."""
+    groups: tuple[Ring | MountedSensor, ...]
+    """Its rings and single sensors, and then the sensors of the cell."""
+    cones: Cones
+    """Their cones."""
+    lengths: Float[np.ndarray, " K"]
+    """Length of each cone as drawn, m."""
+    uncovered: Float[np.ndarray, "N 3"]
+    """Points of the target that they do not cover, m."""
+
+    @staticmethod
+    def of(scene: CoreScene, setup: Setup, outer: Solid, points: Any) -> "_Shown":
+        """Return what is shown of a setup in a target with this outer solid and these points."""
+        q, whole = scene.poses[0].q, scene.with_cell(setup)
+        cones = sensor_cones(scene.robot, whole, q)
+        uncovered = points[sight(scene, cones, q)(points) > 0]
+        return _Shown(setup, whole.groups, cones, lengths_within(cones, outer), uncovered)
+
+
+def _draw_seen(canvas: Canvas, shown: _Shown, colour: dict[str, str], pieces: list[Any]) -> None:
+    """Draw the target's outline, of convex ``pieces``, and the cones inside it by link."""
     from matplotlib.collections import PolyCollection
     from matplotlib.path import Path as Outline
 
-    ax = canvas.ax
-    hulls = [canvas.hull(points) for points in convex_pieces(outer)]
+    ax, cones = canvas.ax, shown.cones
+    colours = [colour[group.link] for group in shown.groups for _ in range(group.count)]
+    hulls = [canvas.hull(points) for points in pieces]
     # keep the outline of the edges
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
         ax.add_collection(
             PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1)
         )
     veils = []  # depth, outline, colours of the face and of the edge, width of the edge
-    for k, length in enumerate(lengths_within(cones, outer)):
+    for k, length in enumerate(shown.lengths):
         veil = min(0.16, 2 / colours.count(colours[k]))
         whole = np.vstack([cones.apex[k], rim_of(cones, k, length)])
         xy, depth = canvas.project(whole)
@@ -123,21 +154,18 @@ def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -
     painted.set_clip_path(Outline.make_compound_path(*map(Outline, hulls)), ax.transData)
 
 
-def _draw_robot(
-    canvas: Canvas,
-    scene: CoreScene,
-    setup: Setup,
-    cones: Cones,
-    colour: dict[str, str],
-    unseen: Any,
-) -> None:
+def _draw_robot(canvas: Canvas, scene: CoreScene, shown: _Shown, colour: dict[str, str]) -> None:
     """Draw robot, rings, sensors and uncovered points over the cones, with correct mutual
     occlusion.
     """
-    frames = forward(scene.robot.chain, scene.poses[0].q)
+    frames, cones, unseen = (
+        forward(scene.robot.chain, scene.poses[0].q),
+        shown.cones,
+        shown.uncovered,
+    )
     # the paper's rings go around joints' axes
     bodies = scene.real or scene.robot.name not in PAPER_ROBOTS
-    add_robot(canvas, scene, frames, setup, colour, bodies)
+    add_robot(canvas, scene, frames, shown.setup, colour, bodies)
     for obstacle in scene.obstacles:
         canvas.faces(faces_within(obstacle.body, canvas.box), _OBSTACLE, 0.65)
     # a little nearer than the ring they sit on
@@ -230,82 +258,57 @@ def _draw(
         seed: random seed of the points that show uncovered volume.
     """
     from matplotlib.figure import Figure
+
+    robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
+    solid, points = scene.solid(target, 0), scene.sample(target, 0, _SAMPLES, seed)
+    pieces = convex_pieces(solid.a)
+    each = {one: _Shown.of(scene, one, solid.a, points) for one, *_ in views}
+    apexes = [one.cones.apex for one in each.values()]
+    corners = np.vstack([*pieces, body(robot, forward(robot.chain, q)), *apexes])
+    box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
+    links = list(dict.fromkeys(group.link for one in each.values() for group in one.groups))
+    colour = dict(zip(dict.fromkeys((*robot.links, *links)), cycle(LINK_COLOURS), strict=False))
+    figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
+    for left, (setup, caption, *eye) in zip((0.01, 0.51), views, strict=True):
+        canvas = Canvas(_axes(figure, left), box, *eye)
+        draw_room(canvas)
+        _draw_seen(canvas, each[setup], colour, pieces)
+        _draw_robot(canvas, scene, each[setup], colour)
+        ax = canvas.ax
+        ax.axis("off")
+        ax.text(0, 1.01, caption, transform=ax.transAxes, fontsize=11, color=GREY, style="italic")
+    size = min(18, 1300 / max(1, len(title)))
+    figure.text(0.5, 0.945, title, ha="center", fontsize=size, color=INK, weight="bold")
+    figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
+    _add_key(figure, scene, {link: colour[link] for link in links})
+    write_png(path, figure)
+
+
+def _axes(figure: "Figure", left: float) -> "Axes":
+    """Return axes for a view, in metres, whose left edge is at this share of the figure's width."""
+    return figure.add_axes(
+        (left, 0.085, 0.48, 0.765),
+        aspect="equal",
+        xmargin=0.01,
+        ymargin=0.01,
+        xticks=(),
+        yticks=(),
+    )
+
+
+def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None:
+    """Add the key of colours at the bottom of a figure, smaller if it is too wide."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
-    solid = scene.solid(target, 0)
-    points, seen = (
-        scene.sample(target, 0, _SAMPLES, seed),
-        [sensor_cones(robot, scene.with_cell(setup), q) for setup, *_ in views],
-    )
-    corners = np.vstack(
-        [
-            *convex_pieces(solid.a),
-            body(robot, forward(robot.chain, q)),
-            *(cones.apex for cones in seen),
-        ]
-    )
-    box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
-    groups = [scene.with_cell(setup).groups for setup, *_ in views]
-    links = dict.fromkeys(group.link for some in groups for group in some)
-    colour = dict(zip(dict.fromkeys((*robot.links, *links)), cycle(LINK_COLOURS), strict=False))
-    figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
-    for left, cones, some, (setup, caption, *eye) in zip(
-        (0.01, 0.51), seen, groups, views, strict=True
-    ):
-        canvas = Canvas(
-            figure.add_axes(
-                (left, 0.085, 0.48, 0.765),
-                aspect="equal",
-                xmargin=0.01,
-                ymargin=0.01,
-                xticks=(),
-                yticks=(),
-            ),
-            box,
-            *eye,
-        )
-        draw_room(canvas)
-        _draw_seen(
-            canvas,
-            cones,
-            [colour[group.link] for group in some for _ in range(group.count)],
-            solid.a,
-        )
-        _draw_robot(canvas, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
-        canvas.ax.axis("off")
-        canvas.ax.text(
-            0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
-        )
-    figure.text(
-        0.5,
-        0.945,
-        title,
-        ha="center",
-        fontsize=min(18, 1300 / max(1, len(title))),
-        color=INK,
-        weight="bold",
-    )
-    figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
+    def covered(link: str) -> str:
+        return f"covered from the {'cell' if link == BASE_LINK else link.replace('_', ' ')}"
+
+    target = scene.goals[0].target
+    dot: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 5, "color": UNSEEN_COLOUR}
     key = [
-        *(
-            Patch(
-                fc=(*rgb(colour[k]), 0.4),
-                ec=colour[k],
-                label=f"covered from the {'cell' if k == BASE_LINK else k.replace('_', ' ')}",
-            )
-            for k in links
-        ),
-        Line2D(
-            [],
-            [],
-            linestyle="",
-            marker="o",
-            markersize=5,
-            color=UNSEEN_COLOUR,
-            label=f"uncovered: {target}",
-        ),
+        *(Patch(fc=(*rgb(c), 0.4), ec=c, label=covered(link)) for link, c in colour.items()),
+        Line2D([], [], label=f"uncovered: {target}", **dot),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
@@ -320,4 +323,3 @@ def _draw(
     if room < 1:
         legend.remove()
         figure.legend(**plain, fontsize=10.5 * room)
-    write_png(path, figure)

@@ -15,6 +15,7 @@ from place_rings.studies.convergence import study as convergence
 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
+PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
 BRIEF = {"changes": 1, "voxel": 0.05}
 
 
@@ -28,15 +29,14 @@ def without(record, *keys):
 @pytest.fixture(scope="module")
 def better():
     stages = []
-    result = pr.improve("n1_8_0", NEAR, **BRIEF, progress=lambda p: stages.append(p.stage))
+    result = pr.improve("n1_8_0", PAPER, **BRIEF, progress=lambda p: stages.append(p.stage))
     assert stages
     return result
 
 
 def test_improve_gives_what_the_command_prints(run, better):
-    code, out, _ = run(
-        "improve", "n1_8_0", "--target", "V_S:0.5", "--changes", 1, "--voxel", 0.05, "--json"
-    )
+    options = ("--paper", "--changes", 1, "--voxel", 0.05, "--json")
+    code, out, _ = run("improve", "n1_8_0", "--target", "V_S:0.5", *options)
     assert code == 0
     ours = better.record.model_dump(mode="json")
     assert without(json.loads(out), "seconds") == without(ours, "seconds")
@@ -46,12 +46,12 @@ def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
     (step,) = better.steps
     assert step.setup == better.setup != pr.Setup.named("n1_8_0")
     assert better.before < better.coverage == step.coverage
-    counted = Verifier(NEAR.core, 0.05).verify(better.setup, Target("V_S", 0.5))
+    counted = Verifier(PAPER.core, 0.05).verify(better.setup, Target("V_S", 0.5))
     assert better.coverage == counted.zeta
     assert better.name == "n1_8_0, 1 change"
     assert len(better.instructions) == 1
     assert all(line.startswith(("ring ", "new ring")) for line in better.instructions[0])
-    assert "as mounted: 12" in repr(better)
+    assert "as mounted: 16" in repr(better)
     files = better.save(tmp_path)
     assert [file.name for file in files] == ["changes_1.toml", "improve.png", "improve.json"]
     text = files[0].read_text()
@@ -65,7 +65,7 @@ def test_ctrl_c_in_the_last_count_leaves_out_the_rest(better, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    again = pr.improve("n1_8_0", NEAR, **BRIEF)
+    again = pr.improve("n1_8_0", PAPER, **BRIEF)
     monkeypatch.setattr(Verifier, "verify", stop)
     assert again.record.zeta == []
     assert [step.zeta for step in again.record.steps] == [[]]
@@ -76,7 +76,7 @@ def test_ctrl_c_returns_the_changes_until_then():
     def stop(_):
         raise KeyboardInterrupt
 
-    stopped = pr.improve("n1_8_0", NEAR, **BRIEF, progress=stop)
+    stopped = pr.improve("n1_8_0", PAPER, **BRIEF, progress=stop)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert stopped.coverage >= stopped.before
 

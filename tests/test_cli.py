@@ -12,10 +12,12 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 import trimesh
+from place_rings import _safety
 from place_rings._rings import Rings
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
@@ -29,6 +31,7 @@ from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
+from place_rings.formats.schema.written_models import ExportResult, ReportResult
 from place_rings.objectives.scene import Rules, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
@@ -321,6 +324,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_pat
         "0.5",
         "--redundancy",
         "2",
+        "--paper",
         "--voxel",
         "0.1",
         "--out",
@@ -384,14 +388,15 @@ def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_p
         return real(self, setup, target)
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
-    code, _, err = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
+    options = ("--paper", "--voxel", "0.1", "--out", "found")
+    code, _, err = run("--target", "V_S", "--radius", "0.5", *options)
     assert code == 0
     assert "the proposal is kept" in err
     assert read_proposal(tmp_path / "found" / "proposal.toml")[0].sensors == 80
 
 
 def test_schemas_are_json(run):
-    for name in ("scene", "proposal", "verify", "robustness", "result"):
+    for name in ("scene", "proposal", "verify", "robustness", "result", "report", "export"):
         code, out, _ = run("schema", name)
         assert code == 0
         assert json.loads(out)["additionalProperties"] is False
@@ -416,7 +421,7 @@ def heeded():
 def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     """Pressed as soon as the progress bar, which is drawn for a terminal only, says so."""
     program = Path(sys.executable).parent / "place-rings"
-    asked = ["--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", str(tmp_path / "out")]
+    asked = ["--target", "V_S", "--radius", "0.5", "--paper", "--voxel", "0.1", "--out", "out"]
     terminal = {**os.environ, "FORCE_COLOR": "1"}
     pipe = subprocess.PIPE
     with subprocess.Popen(
@@ -451,6 +456,30 @@ def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
     finally:
         gc.callbacks.remove(pressed)
     assert not left
+
+
+def test_safety_refuses_a_robot_without_stopping_time_before_its_work(run, monkeypatch):
+    monkeypatch.setattr(
+        "place_rings._safety._motion", Mock(spec=_safety._motion, side_effect=AssertionError)
+    )
+    code, out, err = run("safety", "n1_8_0", "--robot", "ur5e")
+    assert (code, out) == (2, "")
+    assert err.startswith("place-rings: [safety] of the scene: robot ur5e has no stopping time: ")
+    assert err.count("\n") == 1
+
+
+def test_report_and_export_print_json(run):
+    few = ("--voxel", "0.1", "--draws", "1", "--out", "a")
+    code, out, _ = run("report", "n1_8_0", *few, "--json")
+    assert code == 0
+    written = ReportResult.model_validate_json(out)
+    assert Path(written.page).read_text().startswith("<!doctype html>")
+    assert [r.target for r in written.zeta] == ["V_S"]
+    code, out, _ = run("export", "n1_8_0", "--to", "csv", "--to", "json", "--out", "b", "--json")
+    assert code == 0
+    exported = ExportResult.model_validate_json(out)
+    assert exported.formats == ["csv", "json"]
+    assert [Path(file).is_file() for file in exported.files] == [True, True]
 
 
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):

@@ -7,6 +7,7 @@ import math
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -71,6 +72,11 @@ def test_the_sensor_nearest_in_azimuth_sees_what_the_ring_sees(
     assert clear.mean() > 0.9
 
 
+@cache
+def _fixed_space():
+    return _space(FIXED, 48)
+
+
 def _space(scene, sensors=None):
     return Space(scene, sensors=sensors) if sensors else Space(scene, ring_layout(scene, 2, 8))
 
@@ -102,7 +108,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
 
 @given(st.integers(0, 2**31))
 def test_places_tried_for_a_ring_are_those_it_would_have(seed):
-    rng, space = np.random.default_rng(seed), _space(FIXED, 48)
+    rng, space = np.random.default_rng(seed), _fixed_space()
     here = Exchange(space, fresh(space, rng), rng)
     values = here.candidate.values.copy()
     ends = rng.uniform(size=values.shape[1]) < 0.7

@@ -19,7 +19,8 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import paper_scene
 
 RINGS = "[[rings]]\nlink = 'tool'\ncount = 8\n"
-FILES = {name: model_named(name) for name in MODELS if name not in ("verify", "robustness")}
+PRINTED = ("verify", "robustness", "report", "export")  # by --json, to no file
+FILES = {name: model_named(name) for name in MODELS if name not in PRINTED}
 RESULTS = sorted((Path(__file__).parent.parent / "results").rglob("*.toml"))
 
 

@@ -9,7 +9,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
-from place_rings.objectives.scene import CoreScene, Goal, Pose
+from place_rings.objectives.scene import Goal, Pose, paper_scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
@@ -30,7 +30,7 @@ def scene_of(poses, **kwargs):
     """A swing from table to table in so many poses, the later ones heavier."""
     q = pick_and_place(UR10, 20.0).q[:60]
     picked = q[np.linspace(0, len(q) - 1, poses).astype(int)]
-    return CoreScene(
+    return paper_scene(
         poses=tuple(Pose(a, 1.0 + i, 0.05 * i) for i, a in enumerate(picked)), **kwargs
     )
 

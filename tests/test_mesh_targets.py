@@ -185,7 +185,7 @@ def test_open_meshes_are_refused(tmp_path):
 
 BAD = {
     "{kind = 'mesh'}": "the key file, or the keys vertices and faces",
-    "{kind = 'mesh', file = 'none.stl'}": "cannot be read",
+    "{kind = 'mesh', file = 'none.stl'}": "target.toml: volume.file: none.stl: cannot be read",
     "{kind = 'mesh', file = '../a.stl'}": "allowed: a file in the folder",
     "{kind = 'mesh', file = 'a.txt'}": "allowed: a mesh, .stl",
     "{kind = 'mesh', file = 'text.stl'}": "text.stl",

@@ -240,8 +240,9 @@ def test_a_wrong_file_is_one_clear_line(old, new, message, mine, tmp_path):
 def test_a_scene_names_a_file_beside_it(name, tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(f"[sensor]\nmodel = '{name}'\n")
-    with pytest.raises(UserError, match=re.escape(name)):
+    with pytest.raises(UserError, match=re.escape(name)) as error:
         read_scene(scene)
+    assert str(error.value).startswith(f"{scene}: sensor.model: ")
 
 
 def test_conditions_without_a_figure_are_refused(mine):

@@ -3,9 +3,12 @@ searched.
 """
 
 import math
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
@@ -127,3 +130,25 @@ def test_points_that_an_older_front_named_and_a_new_one_has_no_longer_are_told(t
     (tmp_path / "points.csv").write_text(older)
     gone = pareto_report.leftovers(tmp_path, ["point_24_00.toml", "README.md"])
     assert gone == [tmp_path / "point_80_17.toml"]
+
+
+@pytest.mark.parametrize("name", ["pareto", "bound", "paper", "robots", "convergence"])
+def test_each_study_begins_in_a_process_of_its_own(name, tmp_path):
+    """With a volume of the user's own, too; nothing but the study itself registers its tasks."""
+    targets = ", targets=(pr.Box((0.8, 2, 1), (0.9, 0, 0.6), name='way'), pr.Shell(0.5))"
+    code = f"""
+import place_rings as pr
+from place_rings.studies.engine.store import Store
+get = Store.get
+def first(self, cell):
+    get(self, cell)
+    print("begun:", cell.work)
+    raise KeyboardInterrupt
+Store.get = first
+try:
+    pr.study({name!r}, folder={str(tmp_path)!r}{targets * (name == "pareto")})
+except KeyboardInterrupt:
+    pass
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.startswith("begun:"), done.stderr

@@ -121,9 +121,9 @@ def run(run, monkeypatch):
 
 
 def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
-    _, cones, _ = run("cones", "n1_8_0")
+    _, cones, _ = run("cones", "n1_8_0", "--paper")
     (tmp_path / "mounted.csv").write_text(cones)
-    args = ("--target", "V_S:0.5", "--changes", 2, "--add-sensors", 4, "--voxel", 0.05)
+    args = ("--paper", "--target", "V_S:0.5", "--changes", 2, "--add-sensors", 4, "--voxel", 0.05)
     code, out, _ = run("improve", "mounted.csv", *args, "--out", "better", "--json")
     assert code == 0
     result = ImproveResult.model_validate_json(out)
@@ -147,7 +147,8 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
 
 
 def test_the_command_says_what_to_do_and_what_is_broken_and_where_there_is_no_gain(run, tmp_path):
-    scene = 'targets = [{name = "V_S", radius = 0.5}]\nrules.mount = "free"\n'
+    scene = 'targets = [{name = "V_S", radius = 0.5}]\nocclusion = "ignore"\n'
+    scene += 'rules.mount = "free"\n'
     scene += "mounts.forearm.tilt_deg = [10, 20]\n"
     (tmp_path / "scene.toml").write_text(scene)
     code, out, err = run(

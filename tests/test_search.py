@@ -230,7 +230,7 @@ def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatc
 
 
 def test_an_interrupt_while_counting_keeps_one_count(scene, monkeypatch):
-    real, calls = Verifier.judge, []
+    real, calls = Verifier.verify_goals, []
 
     def interrupted(self, setup):
         calls.append(setup)
@@ -238,11 +238,12 @@ def test_an_interrupt_while_counting_keeps_one_count(scene, monkeypatch):
             raise KeyboardInterrupt
         return real(self, setup)
 
-    monkeypatch.setattr(Verifier, "judge", interrupted)
-    stopped = search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=SHORT, voxel=0.1)
+    with monkeypatch.context() as patched:
+        patched.setattr(Verifier, "verify_goals", interrupted)
+        stopped = search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert stopped.setup == calls[1]
-    assert (stopped.short, stopped.exact) == real(Verifier(scene, 0.1), stopped.setup)
+    assert (stopped.short, stopped.exact) == Verifier(scene, 0.1).judge(stopped.setup)
 
 
 @pytest.fixture(scope="module")

@@ -93,7 +93,7 @@ BAD = {
     f"<robot>{A}{B}{moved(parent='b')}</robot>": "found a loop of joints",
     f"<robot>{A}{B}{moved()}{moved()}</robot>": 'joint: found "j", allowed: unique names',
     f"<robot>{A}{B}{moved(inside=MIMIC)}</robot>": (
-        'joint "j": mimic: found "j", allowed: no mimic in the chain'
+        'joint "j": mimic: found "j", allowed: another joint of the chain'
     ),
     f"<robot>{A}{B}{moved(kind='fixed', inside='')}</robot>": "found 0 moving joints",
     f"<robot>{A}{B}<link name='c'/>{moved()}{moved('k', child='c')}</robot>": (

@@ -7,6 +7,7 @@ import re
 import shlex
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import place_rings as pr
@@ -234,7 +235,7 @@ def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
 
 @settings(max_examples=15)
 @given(drawing.seeds)
-def test_a_sliding_joint_loads_and_the_refusal_of_a_mimic_names_what_loads_it(
+def test_a_sliding_joint_loads_and_so_does_one_that_mimics_a_joint_of_the_chain(
     tmp_path_factory, seed
 ):
     rng = np.random.default_rng(seed)
@@ -248,15 +249,49 @@ def test_a_sliding_joint_loads_and_the_refusal_of_a_mimic_names_what_loads_it(
     assert picked.chain.prismatic == tuple(sorted(slides.tolist()))
     checked(picked, path.read_text(), rng.uniform(-2, 2, joints))
     turns = min(set(range(joints)) - set(slides))
-    for j in slides:
-        mimic(robot, f"joint{j}", f"joint{turns}", 0.5, 0.1)
+    leader = f"joint{turns}"
+    for j in slides:  # one after the other, the last straight
+        mimic(robot, f"joint{j}", leader, 0.5, 0.1)
+        leader = f"joint{j}"
     path = written(tmp_path_factory.mktemp("rail"), robot)
-    with pytest.raises(UserError, match=r"mimic: found .*no mimic in the chain") as told:
-        pick_chain(read_urdf(path))
+    picked = pick_chain(read_urdf(path), tip=last)
+    assert len(picked.chain) == joints
+    q = rng.uniform(-2, 2, joints)
+    along = q[turns]
+    right = q.copy()
+    for j in slides:
+        right[j] = along = 0.5 * along + 0.1
+    checked(picked, path.read_text(), right)
+    # what stands in the place of a mimic joint does not matter, and is put right
+    np.testing.assert_allclose(forward(picked.chain, q), forward(picked.chain, right), atol=1e-12)
+    np.testing.assert_allclose(picked.chain.settled(q), right, atol=1e-12)
+    low, high = picked.limits[turns]
+    assert all(
+        -2.5 - 1e-9 <= value <= 2.5 + 1e-9
+        for end in (low, high)
+        for value in picked.chain.settled(np.full(joints, end))[[turns, *slides]]
+    )
+
+
+def test_a_mimic_of_a_joint_that_is_held_stands_and_of_one_beside_the_chain_names_what_loads_it(
+    tmp_path,
+):
+    rng = np.random.default_rng(4)
+    robot = ET.Element("robot", name="piston")
+    link(robot, "base")
+    last = arm(robot, rng, "base", 5)
+    link(robot, "crank")
+    joint(robot, "crank", "revolute", "base", "crank", pose(rng), Z, (-2, 2))
+    mimic(robot, "joint2", "crank", 0.5, 0.1)
+    path = written(tmp_path, robot)
+    with pytest.raises(UserError, match=r"mimic: found .*another joint of the chain") as told:
+        pick_chain(read_urdf(path), tip=last)
     (choice,) = options_of(str(told.value))
-    picked = choice.pick(read_urdf(path))
-    assert len(picked.chain) == joints - len(slides)
-    checked(picked, path.read_text(), rng.uniform(-2, 2, len(picked.chain)))
+    picked = replace(choice, tip=last).pick(read_urdf(path))
+    checked(picked, path.read_text(), rng.uniform(-2, 2, 4))
+    picked = pick_chain(read_urdf(path), tip=last, hold={"crank": 0.4})
+    assert {h.joint: h.value for h in picked.held} == {"joint2": 0.5 * 0.4 + 0.1, "crank": 0.4}
+    checked(picked, path.read_text(), rng.uniform(-2, 2, 4))
 
 
 def test_the_tip_is_a_tool_frame_and_no_sensor_and_the_choice_is_told(tmp_path):

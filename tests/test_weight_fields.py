@@ -291,13 +291,13 @@ def npy(array, **keys):
 
 
 BAD = {
-    "none.csv": (None, "cannot be read"),
+    "none.csv": (None, "none.csv: cannot be read"),
     "text.csv": (b"1 2\n3 x", "row 1 holds a word that is no number"),
     "ragged.csv": (b"1 2\n3", "row 1 has 1 weights, the first 2"),
     "negative.csv": (b"1 -2", "row 0 holds a weight that is not"),
     "nan.csv": (b"1 nan", "row 0 holds a weight that is not"),
     "zero.csv": (b"0 0", "needs a weight above 0"),
-    "empty.csv": (b"", "rows: found a list of 0"),
+    "empty.csv": (b"", "no rows; allowed: a grid of weights"),
     "image.png": (b"", 'found "image.png", allowed: .csv, .npy, .npz'),
     "objects.npy": (npy(np.array([[{}]], object), allow_pickle=True), "type object"),
     "flat.npy": (npy(np.ones(3)), "found shape (3,)"),
@@ -316,7 +316,14 @@ def test_bad_weights_say_what_is_wrong(name, tmp_path):
     with pytest.raises(UserError) as error:
         read_target(tmp_path / "target.toml")
     assert text in str(error.value)
-    assert "target.toml" in str(error.value) or name in str(error.value)
+    assert str(error.value).startswith(f"{tmp_path / 'target.toml'}: importance.file: ")
+
+
+def test_bad_rows_of_the_table_are_named(tmp_path):
+    rows = table("a.csv").replace("file = 'a.csv'", "rows = ['1 2', '3']")
+    (tmp_path / "target.toml").write_text(rows)
+    with pytest.raises(UserError, match=r"target.toml: importance.rows: found .*row 1 has 1 weig"):
+        read_target(tmp_path / "target.toml")
 
 
 def test_several_arrays_need_a_name(tmp_path):

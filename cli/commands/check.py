@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...formats.errors import UserError
-from ..options.common import Json, Radius, SceneFileOption, Seed, Targets, Voxel
+from ..options.common import WHOLE, Json, Radius, SceneFileOption, Seed, Targets, Voxel
 
 
 def check(
@@ -90,12 +90,14 @@ def check(
     ] = 5.0,
     stops: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=3, lte=1000), help="Number of robot poses in the mount check."
         ),
     ] = 24,
     trials: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=2, lte=10_000),
             help="Number of rod positions in the coverage check, over all targets.",

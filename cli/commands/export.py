@@ -6,7 +6,14 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import PaperOption, RobotOption, SceneFileOption, Subject
+from ..options.common import (
+    WHOLE,
+    Json,
+    PaperOption,
+    RobotOption,
+    SceneFileOption,
+    Subject,
+)
 from ..options.groups import NO_FRAMES, FrameOptions
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
@@ -26,7 +33,9 @@ def export(
         ),
     ] = (),
     out: Annotated[Path, Parameter(help="Output folder.")] = Path("place-rings-export"),
-    pose: Annotated[int, Parameter(help="Number of the scene's pose to export, from 0.")] = 0,
+    pose: Annotated[
+        int, WHOLE, Parameter(help="Number of the scene's pose to export, from 0.")
+    ] = 0,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     paper: PaperOption = False,
@@ -39,12 +48,14 @@ def export(
     reading: ReadingOptions = AS_WRITTEN,
     points: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=0, lte=1_000_000),
             help="Number of target points to draw in a glb, coloured by coverage.",
         ),
     ] = 0,
     mounted: FrameOptions = NO_FRAMES,
+    as_json: Json = False,
 ) -> None:
     """Export a setup to URDF, MJCF, GLB, CSV, JSON, CoppeliaSim, ROS 2, or printable STL.
 
@@ -65,16 +76,17 @@ def export(
     from ..._export import formats_of
     from ..._validation import ResolvedSetup
     from ...formats.loader import resolve
-    from ...reporting.terminal import say
+    from ...formats.schema.written_models import ExportResult
+    from ...reporting.terminal import say, say_json
     from ..options.scenes import scene_for, urdf_of
 
-    formats_of(to)
+    kinds = formats_of(to)
     urdf = urdf or urdf_of(robot)
     where = scene_for(subject, scene, robot, paper, reading, urdf)
     setup, place = resolve(subject, where, frames=mounted.resolve())
     files = write(
         ResolvedSetup(subject, mounted.lifted(setup, place), place),
-        to=to,
+        to=kinds,
         folder=out,
         pose=pose,
         urdf=urdf,
@@ -83,5 +95,9 @@ def export(
         points=points,
         keep=[path for path in (subject, scene, robot) if path is not None],
     )
+    if as_json:
+        record = ExportResult(setup=subject, formats=list(kinds), files=[*map(str, files)])
+        say_json(record.model_dump_json(indent=2))
+        return
     for file in files:
         say(str(file))

@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.choices import Losing
 from ...formats.errors import UserError
-from ..options.common import Floors, Json, Seed, TimeLimit, Voxel
+from ..options.common import WHOLE, Floors, Json, Seed, TimeLimit, Voxel
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -28,6 +28,7 @@ def place(
     where: SceneOptions = REFERENCE,
     rings_per_link: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=_COUNT,
             help="Rings on each link, besides one on the tool (--rings: in all). Default: 2.",
@@ -35,6 +36,7 @@ def place(
     ] = None,
     sensors_per_ring: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=_COUNT,
             help=(
@@ -45,6 +47,7 @@ def place(
     ] = None,
     sensors: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
@@ -56,6 +59,7 @@ def place(
     ] = None,
     rings: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=1000),
             help=(
@@ -97,6 +101,7 @@ def place(
     ] = False,
     redundancy: Annotated[
         int,
+        WHOLE,
         Parameter(
             group=FAILURES,
             help="Number of sensors that must see a point for it to count as covered.",
@@ -134,6 +139,16 @@ def place(
             ),
         ),
     ] = None,
+    gap: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "Also compute an upper bound on what any layout within the same budget and rules"
+                " could cover; takes about a minute more."
+            ),
+        ),
+    ] = False,
     seed: Seed = 0,
     time: TimeLimit = None,
     voxel: Voxel = 0.01,
@@ -176,6 +191,7 @@ def place(
         seed=seed,
         time_cap=time,
         voxel=voxel,
+        gap=gap,
         **errors,
     )
     any_rings = rings is None and not fewest_rings and (sensors is not None or reach is not None)

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import Seed, Subject, Voxel
+from ..options.common import WHOLE, Json, Seed, Subject, Voxel
 from ..options.groups import AS_IT_IS, SubjectOptions
 
 
@@ -17,6 +17,7 @@ def report(
     given: SubjectOptions = AS_IT_IS,
     draws: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=100_000),
             help="Number of random mountings in the tolerance section.",
@@ -27,6 +28,7 @@ def report(
     out: Annotated[Path, Parameter(help="Output folder for report.html.")] = Path(
         "place-rings-report"
     ),
+    as_json: Json = False,
 ) -> None:
     """Write a report of a setup on one HTML page, to read, to print and to build from.
 
@@ -42,4 +44,4 @@ def report(
     """
     from ..runs.report import report as run
 
-    run(given.resolved(subject), voxel, draws, seed, out)
+    run(given.resolved(subject), voxel, draws, seed, out, as_json)

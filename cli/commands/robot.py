@@ -7,6 +7,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...coverage.choices import Surface
+from ..options.common import WHOLE
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
@@ -20,6 +21,7 @@ def robot(
     reading: ReadingOptions = AS_WRITTEN,
     capsules: Annotated[
         int,
+        WHOLE,
         Parameter(validator=Number(gte=1, lte=8), help="Largest number of capsules for a link."),
     ] = 3,
     surface: Annotated[

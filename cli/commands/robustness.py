@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ...coverage.choices import Law
-from ..options.common import Json, Seed, Subject, Voxel
+from ..options.common import WHOLE, Json, Seed, Subject, Voxel
 from ..options.groups import NO_FRAMES, REFERENCE, FrameOptions, SceneOptions, SubjectOptions
 
 
@@ -17,9 +17,10 @@ def robustness(
     mounted: FrameOptions = NO_FRAMES,
     k: Annotated[
         int,
+        WHOLE,
         Parameter(name="--k", help="Count the shares that at least 1, 2, … up to K sensors cover."),
     ] = 3,
-    draws: Annotated[int, Parameter(help="Number of random mountings.")] = 100,
+    draws: Annotated[int, WHOLE, Parameter(help="Number of random mountings.")] = 100,
     position_error_mm: Annotated[
         float, Parameter(help="Largest error of each ring along its link, in mm.")
     ] = 5.0,

@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
-from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
+from ..options.common import WHOLE, Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
@@ -29,6 +29,7 @@ def safety(
     ] = 720,
     directions: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=360),
             help="Number of sectors around the robot in the report.",

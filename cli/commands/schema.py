@@ -24,6 +24,8 @@ def schema(
             "improve",
             "safety",
             "printing",
+            "report",
+            "export",
             "check",
             "sensors",
         ],

@@ -8,10 +8,12 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ..options.common import WHOLE
+
 
 def study(
     name: Annotated[
-        Literal["bound", "convergence", "layouts", "paper", "pareto", "robots"],
+        Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"],
         Parameter(help="Study to run."),
     ],
     /,
@@ -26,6 +28,7 @@ def study(
     ] = (),
     sensors: Annotated[
         int | None,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
@@ -44,8 +47,8 @@ def study(
             name="--paper",
             negative=(),
             help=(
-                "pareto: count as the paper does, as bound, convergence and paper always do: beams"
-                " pass through the robot, and rings need no room on it."
+                "pareto: count as the paper does, as bound, convergence, gap and paper always do:"
+                " beams pass through the robot, and rings need no room on it."
             ),
         ),
     ] = False,
@@ -67,12 +70,14 @@ def study(
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
         ),
     ] = 0,
     workers: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=1, lte=1024),
             help="Number of processes on this machine; above 1 it needs the cluster extra.",
@@ -90,6 +95,7 @@ def study(
     - bound: how far the search can be from the best setup on a grid, from linear and integer
       programmes.
     - convergence: how coverage depends on the size of the voxels, for each way to count them.
+    - gap: an upper bound on every layout with a number of sensors, beside the best known one.
     - layouts: published layouts of on-robot sensors, scored under the same rules.
     - paper: the measurements of Kumar and Sahin (2019), repeated, beside searched setups.
     - pareto: the best trade-offs between two targets, by default V_S:0.5 and V_S:1.5.
@@ -110,7 +116,8 @@ def study(
     from ..._study import StudyOptions, check_machines, check_study, read_layouts
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
-    from ...objectives.scene import CoreScene, as_in_paper
+    from ...objectives.scene import CoreScene
+    from ..options.scenes import in_paper
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
@@ -119,7 +126,7 @@ def study(
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
-    where = as_in_paper(where) if paper else where
+    where = in_paper(where) if paper else where
     command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]

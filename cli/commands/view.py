@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..options.common import Subject
+from ..options.common import WHOLE, Subject
 from ..options.groups import AS_IT_IS, SubjectOptions
 
 
@@ -35,6 +35,7 @@ def view(
     ] = "127.0.0.1",
     port: Annotated[
         int,
+        WHOLE,
         Parameter(
             validator=Number(gte=0, lte=65535), help="Port to serve on; 0 selects a free one."
         ),

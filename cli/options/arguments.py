@@ -5,6 +5,7 @@ _OPTIONS = {
     "memory_gb": "--memory",
     "over_poses": "--worst",
     "reach_percent": "--reach",
+    "safety": "[safety] of the scene",
     "targets": "--target",
     "time_cap": "--time",
     "within_points": "--within",

@@ -91,9 +91,7 @@ def with_occlusion(
     if paper:
         if occlusion is not None:
             raise UserError(f"--paper: found with --occlusion {occlusion}; use only one of them")
-        if rings_stay:
-            stay_in_paper(scene)
-        return as_in_paper(scene)
+        return in_paper(scene, rings_stay)
     if occlusion is None:
         return scene
     if occlusion != "ignore" and not scene.robot.bodies:
@@ -104,13 +102,22 @@ def with_occlusion(
     return replace(scene, occlusion=occlusion)
 
 
-def stay_in_paper(scene: CoreScene) -> None:
-    """Raise ``UserError`` if the rings of a scene would move under ``--paper``."""
-    if scene.real:
+def in_paper(scene: CoreScene, rings_stay: bool = False) -> CoreScene:
+    """Return a scene as ``--paper`` states it.
+
+    Args:
+        scene: the scene.
+        rings_stay: whether rings stay where they are in ``scene``.
+
+    Raises:
+        UserError: if rings that stay would move.
+    """
+    if rings_stay and scene.real:
         raise UserError(
             "--paper: not allowed with a proposal whose rings have real mounts, because they would"
             " move; use --occlusion ignore to let beams pass through the robot"
         )
+    return as_in_paper(scene)
 
 
 def scene_for(
@@ -138,9 +145,9 @@ def scene_for(
     if not paper:
         return stated
     if stated is None and is_proposal(subject):
-        stay_in_paper(resolve(subject, None)[1])
+        in_paper(resolve(subject, None)[1], rings_stay=True)  # only whether it is allowed
         return None
-    return as_in_paper(stated or CoreScene())
+    return in_paper(stated or CoreScene())
 
 
 def with_motion(

@@ -16,6 +16,7 @@ from ...placement.search.progress import Progress
 from ...placement.search.search import SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
+from ...reporting.lines.gap import gap_line
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
     occlusion_table,
@@ -194,6 +195,8 @@ def _show(
             console.print(line, highlight=False, soft_wrap=True)
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
+    if (gap := gap_line(record.gap)) is not None:
+        console.print(gap, highlight=False, soft_wrap=True)
     if record.reach:
         console.print(_reached_line(record.reach))
     if record.fewest_rings:

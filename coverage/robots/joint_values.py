@@ -13,6 +13,7 @@ from jaxtyping import Float
 from .kinematics import Chain
 
 _DIGITS = 9  # decimals of a value in files
+_AGREE, _AGREE_M = math.radians(0.01), 1e-4  # rad, m: a stated value of a mimic joint
 SPEED = "_s"  # after the unit, of a joint speed
 
 
@@ -49,11 +50,12 @@ def misnamed(
 ) -> tuple[str, str] | None:
     """Return the first key of ``values`` that is wrong, or missing, and what is allowed there.
 
-    None if each joint has its key and no other key exists.
+    None if each joint has its key and no other key exists. A mimic joint needs none.
     """
     keys = joint_keys(chain, speed)
     unknown = [key for key in values if key not in keys]
-    missing = [key for key in keys if key not in values]
+    follow = {keys[m.joint] for m in chain.mimics}
+    missing = [key for key in keys if key not in values and key not in follow]
     every = f"{', '.join(keys)}: one value for each joint"
     if unknown:
         return unknown[0], every
@@ -72,7 +74,18 @@ def ordered(
     if wrong is not None:
         state = "unknown" if wrong[0] in values else "missing"
         raise ValueError(f"{wrong[0]} is {state}; allowed: {wrong[1]}")
-    return from_file_units(chain, [values[key] for key in joint_keys(chain, speed)])
+    listed = [values.get(key, math.nan) for key in joint_keys(chain, speed)]
+    q = from_file_units(chain, listed)
+    settled = chain.settled(q, speed)
+    return np.where(np.isnan(q), settled, q)
+
+
+def contradicted(chain: Chain, q: Float[np.ndarray, " J"]) -> int | None:
+    """Return the first mimic joint whose value in ``q`` (J,), rad and m, is not that which its
+    leader states; None if all agree to 0.01 degrees or 0.1 mm."""
+    far = np.where(chain.slides, _AGREE_M, _AGREE)
+    off = np.flatnonzero(np.abs(chain.settled(q) - q) > far)
+    return int(off[0]) if len(off) else None
 
 
 def assignments(values: Mapping[str, float]) -> str:

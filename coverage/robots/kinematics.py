@@ -12,6 +12,20 @@ from ..arrays import Array, Vector, namespace
 
 
 @dataclass(frozen=True)
+class Mimic:
+    """A joint whose value follows another joint of the chain: multiplier * value + offset."""
+
+    joint: int
+    """Index of the joint that follows."""
+    leader: int
+    """Index of the joint that it follows, which follows none."""
+    multiplier: float = 1.0
+    """Value per unit of the leader's value, in rad and m."""
+    offset: float = 0.0
+    """Value where the leader is at 0, rad or m."""
+
+
+@dataclass(frozen=True)
 class Chain:
     """Joints from base to TCP."""
 
@@ -24,6 +38,9 @@ class Chain:
     """Unit axis of each joint in its own frame; a prismatic joint slides along it."""
     prismatic: tuple[int, ...] = ()
     """Indices of the prismatic joints; the others are revolute."""
+    mimics: tuple[Mimic, ...] = ()
+    """The joints that follow others. They keep their place among the J values; what stands there
+    is replaced by what their leaders state."""
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -34,6 +51,19 @@ class Chain:
         slides = np.zeros(len(self), bool)
         slides[list(self.prismatic)] = True
         return slides
+
+    def settled(
+        self, q: Float[np.ndarray, "*batch J"], speed: bool = False
+    ) -> Float[np.ndarray, "*batch J"]:
+        """Return joint values (..., J), rad or m, or speeds, with those of mimic joints put
+        right."""
+        if not self.mimics:
+            return q
+        settled = np.array(q, float)
+        for m in self.mimics:
+            offset = 0.0 if speed else m.offset
+            settled[..., m.joint] = m.multiplier * settled[..., m.leader] + offset
+        return settled
 
     @property
     def first_revolute(self) -> int:
@@ -122,7 +152,7 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
     Args:
         chain: the chain of J joints.
         q: joint angles, or distances of prismatic joints, (..., J) rad or m; NumPy, or JAX, which
-            can differentiate by them.
+            can differentiate by them. Values of mimic joints are ignored: they follow.
 
     Returns:
         T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its motion (the
@@ -135,11 +165,14 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
         raise ValueError(f"q has {q.shape[-1]} values; the chain has {len(chain)} joints")
     xp = namespace(q)
     origin = [xp.asarray(T, dtype=q.dtype) for T in chain.origin]
+    values = [q[..., j] for j in range(len(chain))]
+    for m in chain.mimics:
+        values[m.joint] = m.multiplier * values[m.leader] + m.offset
     T = xp.broadcast_to(xp.eye(4, dtype=q.dtype), (*q.shape[:-1], 4, 4))
     frames = []
     for j in range(len(chain)):
         motion = _translation if j in chain.prismatic else _rotation
-        T = T @ origin[j] @ motion(chain.axis[j], q[..., j])
+        T = T @ origin[j] @ motion(chain.axis[j], values[j])
         frames.append(T)
     frames.append(T @ origin[-1])
     stacked: Array = xp.stack(frames, axis=-3)

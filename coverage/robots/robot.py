@@ -140,7 +140,9 @@ class Robot:
         if self.home is not None:
             return self.home
         rest = np.zeros(len(self.chain))
-        return rest if self.limits is None else np.clip(rest, self.limits[:, 0], self.limits[:, 1])
+        if self.limits is not None:
+            rest = np.clip(rest, self.limits[:, 0], self.limits[:, 1])
+        return self.chain.settled(rest)
 
     def beyond(self, q: Float[np.ndarray, " J"]) -> int | None:
         """Return the first joint whose value in ``q`` (J,) violates its limits; None if none.

@@ -10,6 +10,7 @@ from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.link_bodies import attached_at, carried_at
 from ...coverage.robots.robot import BASE
+from ...coverage.solids.sensor_beams import SpecialBeams
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
@@ -155,8 +156,11 @@ def _envelope(placed: PlacedSetup, i: int) -> Any:
 
 
 def _beam(cones: Any, k: int) -> Any:
-    """Return the cone or pyramid of a sensor, from its apex and the rim of its base."""
+    """Return the beam of a sensor: the hull of its apex and the rim of its base, for a dome also of
+    its cap, or the sector of a fan."""
     half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
+    if isinstance(cones, SpecialBeams) and (cones.dome[k] or cones.half_thickness[k] > 0):
+        return _dome(cones, k) if cones.dome[k] else _fan(cones, k)
     rim = cones.corners_across(k, height)
     if len(rim) == 0:
         x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -166,6 +170,31 @@ def _beam(cones: Any, k: int) -> Any:
     return trimesh.convex.convex_hull(
         cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim])
     )
+
+
+def _dome(cones: SpecialBeams, k: int) -> Any:
+    """Return a dome: the hull of its apex and of circles on its cap."""
+    turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)
+    polar = np.linspace(0, float(cones.half_angle[k]), _SIDES // 4)[:, None]
+    x, y = np.asarray(cones.up[k]), np.cross(cones.up[k], cones.axis[k])
+    across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y  # (T, 3)
+    cap = np.sin(polar)[..., None] * across + np.cos(polar)[..., None] * np.asarray(cones.axis[k])
+    points = cones.range_m[k] * cap.reshape(-1, 3)
+    return trimesh.convex.convex_hull(cones.apex[k] + np.vstack([np.zeros((1, 3)), points]))
+
+
+def _fan(cones: SpecialBeams, k: int) -> Any:
+    """Return a fan as two sectors, one on each side of its plane."""
+    half, up = float(cones.half_angle[k]), np.asarray(cones.up[k])
+    turn = np.linspace(-half, half, 2 * _SIDES)[:, None]
+    axis, side = np.asarray(cones.axis[k]), np.cross(up, cones.axis[k])
+    arc = cones.range_m[k] * (np.cos(turn) * axis + np.sin(turn) * side)
+    sector = np.asarray(cones.apex[k]) + np.vstack([np.zeros((1, 3)), arc])
+    thick = float(cones.half_thickness[k]) * up
+    i = np.arange(1, len(sector) - 1)
+    faces = np.stack([np.zeros_like(i), i, i + 1], axis=1)
+    both = np.vstack([sector - thick, sector + thick])
+    return trimesh.Trimesh(both, np.vstack([faces[:, ::-1], faces + len(sector)]), process=False)
 
 
 def _add_points(scene: Any, placed: PlacedSetup) -> None:

@@ -64,6 +64,11 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         ET.SubElement(
             sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m])
         )
+    equality = ET.SubElement(root, "equality") if robot.chain.mimics else root
+    for m in robot.chain.mimics:
+        follows, leads = placed.joint_names[m.joint], placed.joint_names[m.leader]
+        law = words([m.offset, m.multiplier, 0.0, 0.0, 0.0])
+        ET.SubElement(equality, "joint", joint1=follows, joint2=leads, polycoef=law)
     ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="pose", qpos=words(q))
     return {"scene.xml": document(root)}
 

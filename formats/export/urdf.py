@@ -146,6 +146,10 @@ def _robot(placed: PlacedSetup) -> ET.Element:
                 effort="0",
                 velocity="0",
             )
+        for m in robot.chain.mimics:
+            if m.joint == j:
+                factors = {"multiplier": words([m.multiplier]), "offset": words([m.offset])}
+                ET.SubElement(joint, "mimic", joint=joints[m.leader], **factors)
     ET.SubElement(root, "link", name=TCP_LINK)
     _fixed(root, f"{TCP_LINK}_joint", links[-1], TCP_LINK, robot.chain.origin[-1])
     return root

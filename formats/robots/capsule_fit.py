@@ -92,7 +92,13 @@ def enclosing(
         axes: unit vectors (3,), starts besides the principal axes.
         polish: whether to optimise the line.
     """
-    corners = _corners(points)
+    return _enclosing(_corners(points), axes, polish)
+
+
+def _enclosing(
+    corners: Float[np.ndarray, "N 3"], axes: Sequence[Float[np.ndarray, " 3"]], polish: bool
+) -> Capsules:
+    """See ``enclosing``; of points without those inside their hull."""
     origin = corners.mean(axis=0)
     seen = corners - origin
     scale = max(float(np.linalg.norm(seen, axis=1).max()), 1e-9)
@@ -100,9 +106,10 @@ def enclosing(
     begun = _starts(seen, [*axes, *_axes(seen)])
 
     def line(
-        x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
+        x: Float[np.ndarray, " 5"],
+        axis: Float[np.ndarray, " 3"],
+        frame: Float[np.ndarray, "2 3"],
     ) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float]]:
-        frame = across(axis)
         through = x[:2] @ frame
         direction = axis + x[2:4] @ frame
         direction = direction / np.linalg.norm(direction)
@@ -116,15 +123,15 @@ def enclosing(
         for _, x0, axis0 in sorted(begun, key=lambda b: b[0])[:2]:
             simplex = x0 + np.vstack([np.zeros(5), 0.05 * np.eye(5)])
             optimum = minimize(
-                lambda x, axis: _volume(*line(x, axis)[2]),
+                lambda x, axis, frame: _volume(*line(x, axis, frame)[2]),
                 x0,
-                (axis0,),
+                (axis0, across(axis0)),
                 method="Nelder-Mead",
                 options={"initial_simplex": simplex, "maxfev": 600, "xatol": 1e-4, "fatol": 1e-5},
             )
             if optimum.fun < best:
                 best, x, axis = float(optimum.fun), optimum.x, axis0
-    through, direction, (low, high, radius) = line(x, axis)
+    through, direction, (low, high, radius) = line(x, axis, across(axis))
     ends = [origin + scale * (through + t * direction) for t in (low, high)]
     capsule = Capsules(ends[0], ends[1], scale * radius * _GROW)
     short = float(capsule.distance(corners).max())
@@ -212,7 +219,7 @@ def _cut_best(
         # the corners of the whole are corners of its parts
         part = np.concatenate([parts[i, j - 1], cells[j - 1]]) if j > i + 1 else cells[i]
         parts[i, j] = _corners(part) if len(part) else part
-        cost[i, j] = enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
+        cost[i, j] = _enclosing(parts[i, j], candidates, False).volume if len(part) else 0.0
     path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
     for k in range(1, most + 1):
         for j in range(k, slabs + 1):

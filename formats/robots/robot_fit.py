@@ -306,6 +306,7 @@ def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[
     first = chain.first_revolute
     q = np.tile(np.clip(0.0, limits[:, 0], limits[:, 1]), (_POSES, 1))
     q[:, first:] = _drawn(limits[first:], chain.slides[first:])
+    q = chain.settled(q)
     points = np.asarray(forward(chain, q))[..., :3, 3]
     points = points[:, first:] - arm_base(chain, q[0])
     wrist, tip = points[:, -2], points[:, -1]

@@ -9,6 +9,8 @@ from .urdf_tree import LinkTree
 # in the name of a joint; the first ones also in that of its link: a wrist carries a "gripper_link"
 _FINGER = re.compile(r"finger|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _GRASPING = re.compile(r"gripper|grasp", re.IGNORECASE)
+_WHEEL = re.compile(r"wheel|caster|castor|roller|track_", re.IGNORECASE)
+_STEERED = 2  # most joints of a wheel: one that steers it, and its own
 _HAND = 4  # most joints one after another in a finger
 _WRIST = 3  # least joints before a hand that no name tells
 # names of tips, the best first; then links that carry no tool
@@ -46,6 +48,8 @@ class ArmEnd:
     """Other ends of the links that the last joint carries."""
     gripper: tuple[str, ...]
     """Joints at which the gripper begins."""
+    wheel: bool = False
+    """Whether it is a wheel of a mobile base, by its name and its few joints."""
 
 
 def _depth(tree: LinkTree, joint: Joint, most: int) -> int:
@@ -119,5 +123,7 @@ def arms(tree: LinkTree, base: str) -> list[ArmEnd]:
         queue += [(joint.child, joints + 1) for joint in ahead]
         if joints and not ahead:
             tip, others = _ends(tree, link)
-            found.append(ArmEnd(joints, tip, others, tuple(j.name for j in grasping)))
+            rolls = _WHEEL.search(link) or _WHEEL.search(tree.above[link].name)
+            wheel = joints <= _STEERED and rolls is not None
+            found.append(ArmEnd(joints, tip, others, tuple(j.name for j in grasping), wheel))
     return sorted(found, key=lambda arm: -arm.joints)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.robots.kinematics import Chain
+from ...coverage.robots.kinematics import Chain, Mimic
 from ...coverage.robots.robot import BASE, HeldJoint
 from ..errors import UserError, shown
 from .urdf import Joint, Urdf, UrdfLink
@@ -108,8 +108,41 @@ def _open_handed(tree: LinkTree, base: str) -> LinkTree:
 
 
 def _foreign(tree: LinkTree, path: list[Joint]) -> list[Joint]:
-    """Return the moving joints of a path that a chain cannot have."""
-    return [joint for joint in path if not tree.still(joint) and joint.mimic]
+    """Return the moving joints of a path that a chain cannot have: they mimic a joint that is not
+    in it, or one another in a circle."""
+    names = {joint.name for joint in path if not tree.still(joint) and not joint.mimic}
+    return [
+        joint
+        for joint in path
+        if not tree.still(joint)
+        and joint.mimic
+        and ((led := tree.leader(joint)) is None or led[0].name not in names)
+    ]
+
+
+def _mimics(tree: LinkTree, moving: list[Joint]) -> tuple[Mimic, ...]:
+    """Return how the mimic joints of a chain follow."""
+    number = {joint.name: i for i, joint in enumerate(moving)}
+    led = [(i, tree.leader(joint)) for i, joint in enumerate(moving)]
+    return tuple(
+        Mimic(i, number[leader[0].name], leader[1], leader[2])
+        for i, leader in led
+        if leader is not None
+    )
+
+
+def _limits(moving: list[Joint], mimics: tuple[Mimic, ...]) -> Float[np.ndarray, "J 2"]:
+    """Return the limits (J, 2) of a chain, rad or m; those of a leader also keep the joints that
+    follow it within theirs, where that leaves some range."""
+    limits = np.array([joint.limits for joint in moving])
+    for m in mimics:
+        if m.multiplier == 0:
+            continue
+        ends = np.sort((limits[m.joint] - m.offset) / m.multiplier)
+        low, high = max(limits[m.leader, 0], ends[0]), min(limits[m.leader, 1], ends[1])
+        if low < high:
+            limits[m.leader] = low, high
+    return limits
 
 
 def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
@@ -120,8 +153,8 @@ def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
         return ""
     first, hold = bad[0], _hold_options(tree, bad)
     reason = (
-        f"joint {shown(first.name)}: mimic: found {shown(first.mimic)}, allowed: no mimic in the"
-        " chain"
+        f"joint {shown(first.name)}: mimic: found {shown(first.mimic)}, allowed: another joint"
+        " of the chain"
     )
     rest = [j for j in path if not tree.still(j) and j not in bad]
     return reason + (f"; hold it in place: {hold}" if rest else "")
@@ -167,7 +200,14 @@ def _arm(tree: LinkTree, base: str) -> ArmEnd:
     Raises:
         UserError: if there is none, or several are equally long.
     """
-    path, found = tree.urdf.path, arms(tree, base)
+    path, ends = tree.urdf.path, arms(tree, base)
+    found = [arm for arm in ends if not arm.wheel]
+    if ends and not found:
+        wheels = ", or ".join(f"--tip {arm.tip}" for arm in ends[:_CHOICES])
+        raise UserError(
+            f"{path}: joint: found wheels only, {some([arm.tip for arm in ends])}, allowed: an arm;"
+            f" to take one of them all the same: {wheels}"
+        )
     if not found:
         where = f"found 0 moving joints from link {shown(base)}, allowed: 1 to {MOST_JOINTS}"
         raise UserError(f"{path}: joint: {where}; the base (--base) needs a chain of joints")
@@ -178,7 +218,24 @@ def _arm(tree: LinkTree, base: str) -> ArmEnd:
     if not options:
         return longest[0]  # its refusal says why
     listed = ", or ".join(options[:_CHOICES])
-    raise UserError(f"{path}: several chains are equally long; choose one: {listed}")
+    bases = _own_bases(tree, base, [arm.tip for arm in longest])
+    more = f"; or begin at the base of one: {', or '.join(bases[:_CHOICES])}" if bases else ""
+    raise UserError(f"{path}: several chains are equally long; choose one: {listed}{more}")
+
+
+def _own_bases(tree: LinkTree, base: str, tips: list[str]) -> list[str]:
+    """Return the option that begins the chain at an arm's own base, for each of several arms that
+    share a root; empty unless each has such a link: the last one before its first own joint."""
+    paths = [tree.path(base, tip) for tip in tips]
+    found = []
+    for path in paths:
+        shared = {joint.child for other in paths if other is not path for joint in other} | {base}
+        own = [joint for joint in path if joint.child not in shared]
+        first = next((joint for joint in own if not tree.still(joint)), None)
+        if first is None or first.parent in shared:
+            return []
+        found.append(f"--base {first.parent}")
+    return found
 
 
 def _picked(tree: LinkTree, base: str, tip: str, arm: ArmEnd | None) -> Picked:
@@ -197,7 +254,7 @@ def _picked(tree: LinkTree, base: str, tip: str, arm: ArmEnd | None) -> Picked:
             f"{urdf.path}: found a chain without length from {base} to {tip}, allowed:"
             f" at least {_SHORTEST:g} m"
         )
-    carried = _carry_all(tree, rides, moving)
+    carried, mimics = _carry_all(tree, rides, moving), _mimics(tree, moving)
     names = {joint.name for joint in moving}
     linked = set(carried)
     held = tuple(
@@ -214,8 +271,9 @@ def _picked(tree: LinkTree, base: str, tip: str, arm: ArmEnd | None) -> Picked:
             np.stack(origin),
             np.stack([j.axis for j in moving]),
             tuple(i for i, j in enumerate(moving) if j.slides),
+            mimics,
         ),
-        np.array([j.limits for j in moving]),
+        _limits(moving, mimics),
         tuple(carried.values()),
         held,
         (*urdf.notes, *_notes(tree, tip, arm, held, [n for n in urdf.links if n not in linked])),

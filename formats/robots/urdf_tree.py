@@ -81,8 +81,24 @@ class LinkTree:
 
     def still(self, joint: Joint) -> bool:
         """Return whether a joint moves nothing in this tree: fixed, held, or the joint of a mobile
-        base, planar or floating, which stays at its origin."""
-        return not joint.moves or joint.name in self.hold or joint.kind in ("planar", "floating")
+        base, planar or floating, which stays at its origin. What mimics a held joint stands
+        still, too."""
+        if not joint.moves or joint.name in self.hold or joint.kind in ("planar", "floating"):
+            return True
+        leader = self.leader(joint)
+        return leader is not None and leader[0].name in self.hold
+
+    def leader(self, joint: Joint) -> tuple[Joint, float, float] | None:
+        """Return the joint that a joint follows in the end, with multiplier and offset; None if it
+        follows none, or mimics in a circle."""
+        factor, offset, seen = 1.0, 0.0, {joint.name}
+        while joint.mimic and joint.name not in self.hold:
+            factor, offset = factor * joint.multiplier, offset + factor * joint.offset
+            joint = self.urdf.joints[joint.mimic]
+            if joint.name in seen:
+                return None
+            seen.add(joint.name)
+        return (joint, factor, offset) if len(seen) > 1 else None
 
     def value(self, joint: Joint) -> float:
         """Return the value of a joint outside the chain, rad or m: as held, as the joint that it

@@ -12,6 +12,7 @@ LONGEST_NAME = 100  # characters in an obstacle's name
 
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
+RingRadius = Annotated[float, Field(gt=0, le=1, description="radius of a ring, m")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percentage")]
 Tilt = Annotated[
     float, Field(gt=-90, lt=90, description="tilt in degrees, positive towards the distal end")

@@ -17,6 +17,8 @@ MODELS = {
     "result": ("proposal_models", "SearchFile"),
     "improve": ("redesign_models", "ImproveResult"),
     "safety": ("separation_models", "SafetyResult"),
+    "report": ("written_models", "ReportResult"),
+    "export": ("written_models", "ExportResult"),
     "sensors": ("sensor_pose_models", "SensorPosesFile"),
     "printing": ("print_models", "PrintResult"),
 }

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from ...coverage.weight_field import MOST_CELLS, WeightField
 from ..errors import UserError
-from .base_model import StrictModel, fault
+from .base_model import StrictModel, fault, refuse
 from .field_types import FARTHEST, Metres
 
 _Three = Field(min_length=3, max_length=3)
@@ -49,14 +49,18 @@ class ImportanceModel(StrictModel):
             raise fault(None if self.file is None else ["file", "rows"], "either a file or rows")
         if self.rows is not None:
             try:
-                self._field(self.rows)
+                self.field_of(self.rows, self.layers)
             except ValueError as error:
-                raise fault(self.rows, f"other rows: {error}") from error
+                refuse([(("rows",), self.rows, f"other rows: {error}")])
         return self
 
-    def _field(self, rows: list[str]) -> WeightField:
-        weights = weights_of(rows, self.layers)
-        return WeightField.of(weights, self.origin, self.cell, self.outside)
+    def field_of(self, rows: list[str], layers: int) -> WeightField:
+        """Return the weight field with these rows.
+
+        Raises:
+            ValueError: if they form no grid of weights.
+        """
+        return WeightField.of(weights_of(rows, layers), self.origin, self.cell, self.outside)
 
     def field(self) -> WeightField:
         """Return the weight field.
@@ -66,7 +70,7 @@ class ImportanceModel(StrictModel):
         """
         if self.rows is None:
             raise UserError(f"{self.file}: the weights of this file are not read yet")
-        return self._field(self.rows)
+        return self.field_of(self.rows, self.layers)
 
     @classmethod
     def of_field(cls, field: WeightField) -> Self:
@@ -88,6 +92,8 @@ def weights_of(rows: list[str], layers: int) -> Float[np.ndarray, "X Y Z"]:
     Raises:
         ValueError: if they form no grid of numbers.
     """
+    if not rows:
+        raise ValueError("no rows")
     numbers = []
     for i, row in enumerate(rows):
         words = row.replace(",", " ").replace(";", " ").split()

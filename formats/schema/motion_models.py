@@ -10,7 +10,14 @@ from jaxtyping import Float
 from pydantic import Field, model_validator
 
 from ...coverage.rings.rounding import degrees
-from ...coverage.robots.joint_values import in_file_units, joint_keys, misnamed, named, ordered
+from ...coverage.robots.joint_values import (
+    contradicted,
+    in_file_units,
+    joint_keys,
+    misnamed,
+    named,
+    ordered,
+)
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import Robot
 from ...coverage.robots.separation_distance import Safety
@@ -94,6 +101,13 @@ class PoseModel(MappedModel[Pose]):
 
     def _limit_faults(self, robot: Robot) -> Iterator[Fault]:
         chain, q = robot.chain, self.joint_values(robot.chain)
+        if (j := contradicted(chain, q)) is not None:
+            led = next(chain.joints[m.leader] for m in chain.mimics if m.joint == j)
+            key, settled = joint_keys(chain)[j], chain.settled(q)
+            found, wanted = (in_file_units(chain, v)[j] for v in (q, settled))
+            where = ("q", key) if self.q_deg is None else ("q_deg", j)
+            yield where, found, f"{wanted:.6g}, as {chain.joints[j]} follows {led}"
+            return
         far = np.flatnonzero(chain.slides & (np.abs(q) > FARTHEST))
         beyond = int(far[0]) if len(far) else robot.beyond(q)
         if beyond is None:

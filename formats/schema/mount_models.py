@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, model_validator
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.scene import Limits, Mounting, Rules
 from .base_model import refuse
-from .field_types import Interval, Metres, Tilt, ascending
+from .field_types import Interval, RingRadius, Tilt, ascending
 from .mapping import DEGREES, MappedModel, Of, Unit
 from .sensor_models import SensorModel
 
@@ -92,7 +92,7 @@ class MountModel(MappedModel[Limits]):
     sensor: SensorModel | None = Field(
         default=None, description="sensor on this link; default: the scene's"
     )
-    ring_radius: Annotated[Metres | None, Of("radius")] = Field(
+    ring_radius: Annotated[RingRadius | None, Of("radius")] = Field(
         default=None, description="radius of rings on this link, m; default: the scene's"
     )
 

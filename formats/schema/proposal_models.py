@@ -8,6 +8,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
+from .gap_models import GapModel
 from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
 from .price_models import PriceModel
 from .result_models import VerifyResult
@@ -48,6 +49,10 @@ class FoundModel(StrictModel):
     )
     tolerant: ErrorsModel | None = Field(
         default=None, description="mounting errors in the criterion"
+    )
+    bound_percent: Percent | None = Field(
+        default=None,
+        description="upper bound of the criterion for every layout of the same budget, percent",
     )
 
 
@@ -150,6 +155,9 @@ class SearchFile(VersionedFile):
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
     fewest_rings: FewestRingsModel | None = Field(
         default=None, description="searches for the fewest rings"
+    )
+    gap: GapModel | None = Field(
+        default=None, description="upper bound on every layout of the same budget, on request"
     )
     price: PriceModel | None = Field(
         default=None, description="price of the proposal, for a scene with prices"

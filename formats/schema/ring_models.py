@@ -9,7 +9,7 @@ from ...coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ...coverage.rings.rounding import DIGITS_POSITION, phase_deg, tilt_deg
 from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
-from .field_types import Metres, Position, Tilt
+from .field_types import Metres, Position, RingRadius, Tilt
 from .mapping import MappedModel, Of, Unit, decimals
 from .sensor_models import SensorModel
 
@@ -31,7 +31,7 @@ class RingModel(MappedModel[Ring]):
     phase_deg: Annotated[float, _PHASE] = Field(
         default=0.0, ge=-360, le=360, description="azimuth of the first sensor, degrees"
     )
-    radius: Metres | None = Field(default=None, description="radius, m; default: the scene's")
+    radius: RingRadius | None = Field(default=None, description="radius, m; default: the scene's")
     sensor: SensorModel | None = Field(default=None, description="sensor; default: the scene's")
 
 

@@ -12,12 +12,13 @@ from pydantic import Field, model_validator
 from ...coverage.robots.built_in import ROBOTS, built_in
 from ...coverage.robots.joint_values import (
     from_file_units,
+    in_file_units,
     joint_keys,
     misnamed,
     named,
     ordered,
 )
-from ...coverage.robots.kinematics import Chain, rpy_of, transform
+from ...coverage.robots.kinematics import Chain, Mimic, rpy_of, transform
 from ...coverage.robots.robot import BASE, Body, HeldJoint, Mount, Robot
 from ...coverage.solids.capsules import Capsules
 from .base_model import Fault, StrictModel, refuse
@@ -44,6 +45,18 @@ _ANGLES = Of(unit=rounded_degrees(11), array=True)
 _LENGTH = Of(unit=_ROUNDED)
 
 
+class MimicModel(StrictModel):
+    """How a joint follows another one of the chain."""
+
+    joint: _Name = Field(description="name of the other joint, which follows none itself")
+    multiplier: Annotated[float, Field(ge=-1000, le=1000)] = Field(
+        default=1.0, description="value per unit of the other joint's value, in radians and metres"
+    )
+    offset: Annotated[float, Field(ge=-1000, le=1000)] = Field(
+        default=0.0, description="value where the other joint is at 0, rad or m"
+    )
+
+
 class JointModel(StrictModel):
     """A joint. Its frame is stated in the previous joint's frame where the joint is at 0, its axis
     in its own frame."""
@@ -64,6 +77,9 @@ class JointModel(StrictModel):
     )
     limits_m: Annotated[list[_Place], Field(min_length=2, max_length=2)] | None = Field(
         default=None, description="lowest and highest position of a prismatic joint, m"
+    )
+    mimic: MimicModel | None = Field(
+        default=None, description="joint that it follows; omit for a joint of its own"
     )
 
     @property
@@ -249,6 +265,12 @@ class RobotModel(MappedModel[Robot]):
             if (stated := getattr(joint, other)) is not None:
                 allowed = f"{key}, because the joint is {joint.type}"
                 faults.append((("joints", i, other), f"{stated}", allowed))
+        for i, joint in enumerate(self.joints):
+            leads = [j.name for k, j in enumerate(self.joints) if j.mimic is None and k != i]
+            if joint.mimic is not None and joint.mimic.joint not in leads:
+                allowed = f"a joint without mimic: {', '.join(leads) or 'none here'}"
+                faults.append((("joints", i, "mimic", "joint"), joint.mimic.joint, allowed))
+        refuse(faults)  # what follows needs the chain
         faults += self._length_faults()
         for i, mount in enumerate(self.mounts):
             if mount.frame not in (*names, TCP_FRAME):
@@ -296,7 +318,7 @@ class RobotModel(MappedModel[Robot]):
                 yield ("home", wrong[0]), self.home.get(wrong[0]), wrong[1]
                 return
             keys: tuple[int | str, ...] = joint_keys(chain)
-            values = [self.home[key] for key in joint_keys(chain)]
+            values = in_file_units(chain, ordered(chain, self.home))
         elif self.home_deg is not None:
             keys, values = tuple(range(len(self.home_deg))), self.home_deg
             if chain.prismatic:
@@ -318,11 +340,17 @@ class RobotModel(MappedModel[Robot]):
 
     def _chain(self) -> Chain:
         places: list[JointModel | TcpModel] = [*self.joints, self.tcp]
+        names = tuple(joint.name for joint in self.joints)
         return Chain(
-            joints=tuple(joint.name for joint in self.joints),
+            joints=names,
             origin=np.stack([_origin(place) for place in places]),
             axis=np.array([joint.axis for joint in self.joints], float),
             prismatic=tuple(i for i, j in enumerate(self.joints) if j.type == "prismatic"),
+            mimics=tuple(
+                Mimic(i, names.index(j.mimic.joint), j.mimic.multiplier, j.mimic.offset)
+                for i, j in enumerate(self.joints)
+                if j.mimic is not None
+            ),
         )
 
     def to_domain(self, **given: Any) -> Robot:
@@ -341,7 +369,7 @@ class RobotModel(MappedModel[Robot]):
             limits=np.stack(
                 [from_file_units(chain, end) for end in zip(*limits, strict=True)], axis=1
             ),
-            home=home,
+            home=None if home is None else chain.settled(home),
             mounts=tuple(mount.to_domain(frame=frames[mount.frame]) for mount in self.mounts),
             bodies=tuple(body.to_domain(frame=frames[body.frame]) for body in self.bodies),
             held=tuple(joint.to_domain() for joint in self.held),
@@ -355,6 +383,12 @@ class RobotModel(MappedModel[Robot]):
         chain = value.chain
         frames = dict(enumerate(chain.joints)) | {BASE: BASE_FRAME, len(chain): TCP_FRAME}
         limits = [None] * len(chain) if value.limits is None else list(value.limits)
+        mimics = {
+            m.joint: MimicModel(
+                joint=chain.joints[m.leader], multiplier=m.multiplier, offset=m.offset
+            )
+            for m in chain.mimics
+        }
         home: dict[str, Any] = {"home_deg": None, "home": None}
         if value.home is not None and chain.prismatic:
             home["home"] = named(chain, value.home)
@@ -366,10 +400,21 @@ class RobotModel(MappedModel[Robot]):
             tcp=TcpModel(**_place(chain.origin[-1])),
             joints=[
                 JointModel(
-                    name=name, axis=_VECTOR.write(axis), **_place(T), **_motion(slides, limit)
+                    name=name,
+                    axis=_VECTOR.write(axis),
+                    mimic=mimics.get(j),
+                    **_place(T),
+                    **_motion(slides, limit),
                 )
-                for name, T, axis, slides, limit in zip(
-                    chain.joints, chain.origin[:-1], chain.axis, chain.slides, limits, strict=True
+                for j, (name, T, axis, slides, limit) in enumerate(
+                    zip(
+                        chain.joints,
+                        chain.origin[:-1],
+                        chain.axis,
+                        chain.slides,
+                        limits,
+                        strict=True,
+                    )
                 )
             ],
             mounts=[MountAxisModel.from_domain(m, frame=frames[m.frame]) for m in value.mounts],

@@ -24,7 +24,7 @@ from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Pose
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
-from .field_types import Metres
+from .field_types import Metres, RingRadius
 from .mapping import MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
@@ -83,7 +83,7 @@ class SceneModel(MappedModel[CoreScene]):
         default="shadow",
         description="effect of the robot's own body on its sensors; default without bodies: ignore",
     )
-    ring_radius: Metres | None = Field(
+    ring_radius: RingRadius | None = Field(
         default=None,
         description=(
             f"radius of the rings, m; default {RING_RADIUS:g}, or more where a real ring needs it"

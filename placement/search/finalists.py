@@ -31,7 +31,7 @@ class Chosen:
     voxel: float
     """Side of the voxels of the count, m."""
     verified: tuple[Verified, ...] = ()
-    """Exact ζ of each goal, where there are many poses and ζ is the criterion."""
+    """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
 
 
 def choose(
@@ -71,15 +71,14 @@ def choose(
 
     verifier.at = at
     rough = Verifier(some, max(voxel, COARSE), at=at) if many else verifier
-    judged = _judge(rough, setups, aim, brake)
+    judged = _judge_all(rough, setups, aim, brake)
     index = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    chosen = Chosen(index, *judged[index], rough.voxel or COARSE)
+    short, exact, verified = judged[index]
+    chosen = Chosen(index, short, exact, rough.voxel or COARSE, () if many else verified)
     try:
-        if many and not brake.pulled.is_set() and not aim.plain:
-            chosen = Chosen(index, *judge(verifier, setups[index], aim), voxel)
-        elif many and not brake.pulled.is_set():
-            verified = tuple(verifier.verify(setups[index], goal.target) for goal in scene.goals)
-            chosen = Chosen(index, *verifier.judged(verified), voxel, verified)
+        if many and not brake.pulled.is_set():
+            short, exact, verified = _judged(verifier, setups[index], aim)
+            chosen = Chosen(index, short, exact, voxel, verified)
     except KeyboardInterrupt:
         brake.pulled.set()
     finally:
@@ -96,15 +95,27 @@ def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
     return replace(scene, poses=tuple(poses))
 
 
-def _judge(
+_Judged = tuple[float, float, tuple[Verified, ...]]
+"""Shortfall, value, and exact ζ of each goal where ζ is the criterion."""
+
+
+def _judged(verifier: Verifier, setup: Setup, aim: Criterion) -> _Judged:
+    """Judge one setup."""
+    if not aim.plain:
+        return *judge(verifier, setup, aim), ()
+    verified = verifier.verify_goals(setup)
+    return *verifier.judged(verified), verified
+
+
+def _judge_all(
     verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
-) -> list[tuple[float, float]]:
+) -> list[_Judged]:
     """Judge the setups in order: all of them, or after Ctrl-C at least one."""
-    judged: list[tuple[float, float]] = []
+    judged: list[_Judged] = []
     for setup in setups:
         try:
-            judged.append(judge(verifier, setup, aim))
+            judged.append(_judged(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return judged or [judge(verifier, setup, aim)]
+            return judged or [_judged(verifier, setup, aim)]
     return judged

@@ -57,7 +57,7 @@ class SearchResult:
     voxel: float = 0.01
     """Side of the voxels of the exact count, m."""
     verified: tuple[Verified, ...] = ()
-    """Exact ζ of each goal, where the scene has many poses."""
+    """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
 
 
 def search(

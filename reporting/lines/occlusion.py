@@ -83,7 +83,8 @@ def occlusion_table(
     return Explained(
         f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,
-        f"{target_legend(shown)[:-1]}; {'; '.join(_MODELS[m] for m in models)}.",
+        "; ".join([*filter(None, [target_legend(shown)[:-1]]), *(_MODELS[m] for m in models)])
+        + ".",
     )
 
 

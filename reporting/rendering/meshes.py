@@ -37,8 +37,21 @@ _THINNEST = 1e-4  # m, thinner parts of a polyhedron are not drawn
 
 def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
     """Return points (T, 3) m of a circle about the unit vector ``axis``."""
+    return circles(np.asarray(centre)[None], axis, radius, polygon)[0]
+
+
+def circles(centre: Any, axis: Any, radius: Any, polygon: Any = DISC) -> Any:
+    """Return points (C, T, 3) m of circles about one unit vector ``axis``.
+
+    Args:
+        centre: centres (C, 3) m.
+        axis: their axis.
+        radius: their radii, m: one number or (C,).
+        polygon: points (T, 2) of a circle of radius 1.
+    """
     u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, cross(axis, u)]))
+    wide = radius / np.linalg.norm(u) * np.ones(len(centre))
+    return centre[:, None] + wide[:, None, None] * (polygon @ np.stack([u, cross(axis, u)]))
 
 
 def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
@@ -76,19 +89,13 @@ def closed(circles: Float[np.ndarray, "C T 3"]) -> Surface:
 
 def ball(c: Any, r: float, n: int) -> Any:
     """Return circles of latitude (n, T, 3) m of the ball of radius ``r`` m about ``c`` (3,) m."""
-    return np.array(
-        [
-            circle(c + r * np.sin(b) * _UP, _UP, r * np.cos(b))
-            for b in np.pi * np.linspace(-0.5, 0.5, n)
-        ]
-    )
+    b = np.pi * np.linspace(-0.5, 0.5, n)
+    return circles(c + (r * np.sin(b))[:, None] * _UP, _UP, r * np.cos(b))
 
 
 def rod(a: Any, b: Any, radius: float) -> Any:
     """Return evenly spaced circles (C, T, 3) m from ``a`` to ``b``."""
-    return np.array(
-        [circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)]
-    )
+    return circles(np.linspace(a, b, 20), (b - a) / np.linalg.norm(b - a), radius)
 
 
 def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
@@ -130,7 +137,7 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
         ]
     )
     wide = radius * np.concatenate([np.sin(bend), np.ones(10), np.sin(bend[::-1])])
-    return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
+    return circles(a + place[:, None] * axis, axis, wide)
 
 
 def band(scene: CoreScene, frames: Any, ring: Ring) -> Any:
@@ -149,7 +156,7 @@ def band(scene: CoreScene, frames: Any, ring: Ring) -> Any:
         sides = around.low, around.high
     R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
     ends = [m.start + (ring.position * m.length + t) * m.axis for t in sides]
-    return np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
+    return circles(np.array([origin + R @ end for end in ends]), R @ m.axis, ring.radius)
 
 
 def rim_of(cones: Cones, k: int, length: float) -> Any:

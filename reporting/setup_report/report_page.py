@@ -265,6 +265,10 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
         yield f"{_listed_versions(f.found.versions)}:\n"
         yield code(f.found.command)
+        if f.found.bound_percent is not None:
+            reached, bound = f.found.exact_percent, f.found.bound_percent
+            yield "No layout within the budget and the rules of that search reaches more than"
+            yield f"{bound:.2f} %; its answer reached {reached:.2f} %.\n"
     yield f"This report, with seed {f.seed} for its random draws, was created by"
     yield f"{_listed_versions(versions)}:\n"
     yield code(shlex.join(["place-rings", *words]))

@@ -1,0 +1,1 @@
+"""Upper bounds on the coverage of every layout within a budget."""

@@ -1,0 +1,112 @@
+"""Prices of places in a target: a smooth field of multipliers, a sum of Gaussians on a lattice."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.targets import Target
+from ...coverage.voxels.octree import voxels
+from ...coverage.voxels.voxel_set import OFFSET, decode
+from ...coverage.weight_field import LEVELS
+from ...objectives.scene import CoreScene
+
+WIDTH = 0.7  # standard deviation of a Gaussian, in spacings of the lattice
+_LEAST = 0.05  # of its mass that a Gaussian has in the target; others get no price
+
+
+@dataclass(frozen=True)
+class TargetGrid:
+    """A target at a pose as weights on a grid of voxels."""
+
+    weight: Float[np.ndarray, "X Y Z"]
+    """Weight of each voxel, 0 outside the target; they sum to 1."""
+    centres: tuple[np.ndarray, np.ndarray, np.ndarray]
+    """Coordinates of the voxels' centres along each axis, m."""
+    side: float
+    """Side of a voxel, m."""
+
+    @staticmethod
+    def of(scene: CoreScene, target: Target, pose: int, most: int) -> "TargetGrid":
+        """Return the target at a pose of the scene on a grid of at most about ``most`` voxels."""
+        solid = scene.solid(target, pose)
+        size = np.ptp(solid.bounds(), axis=0)
+        side = max(0.01, 0.005 * math.ceil(200 * float(np.prod(size) / most) ** (1 / 3)))
+        some = voxels(solid, side)
+        if len(some) == 0:
+            raise ValueError(f"the target {target} is empty at pose {pose}")
+        counts = some.stop - some.start
+        first = np.repeat(some.start - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+        numbers = decode(first + np.arange(counts.sum())) - OFFSET
+        low = numbers.min(axis=0)
+        weight = np.zeros(np.ptp(numbers, axis=0) + 1, np.float32)
+        value = np.ones(len(numbers))
+        if target.importance is not None:
+            value = target.importance.levels_at((numbers + 0.5) * side) / LEVELS
+        weight[tuple((numbers - low).T)] = value / value.sum()
+        axes = [(low[k] + np.arange(weight.shape[k]) + 0.5) * side for k in range(3)]
+        return TargetGrid(weight, (axes[0], axes[1], axes[2]), side)
+
+    @property
+    def volume(self) -> float:
+        """Weighted volume, m^3, relative to the largest weight."""
+        return self.side**3 / float(self.weight.max())
+
+
+class PriceField:
+    """A lattice of Gaussians about a target; a price for each makes a field.
+
+    The field is lambda(p) = sum over j of a_j l^3 N(p - p_j; s), with the spacing l of the lattice.
+    With all a_j = 1 it is 1 up to a ripple far below 1 %, so a_j is about the price at p_j, as a
+    share of the largest weight of the target.
+    """
+
+    def __init__(self, grid: TargetGrid, points: int) -> None:
+        """Lay a lattice of about ``points`` Gaussians over the target."""
+        self.grid = grid
+        self.spacing = (np.count_nonzero(grid.weight) * grid.side**3 / points) ** (1 / 3)
+        self.sigma = WIDTH * self.spacing
+        halo = math.ceil(2 * self.sigma / self.spacing)
+        self._axes = [
+            c[0] + self.spacing * np.arange(-halo, math.ceil(np.ptp(c) / self.spacing) + halo + 1)
+            for c in grid.centres
+        ]
+        self._kernels = [self._kernel(c, a) for c, a in zip(grid.centres, self._axes, strict=True)]
+        held = self._forward(grid.weight)  # share of the target's weight under each Gaussian
+        worth = self.spacing**3 / grid.volume
+        self._used = held > _LEAST * worth
+        self.held: Float[np.ndarray, " J"] = held[self._used]
+        """Integral of each Gaussian over the target, times l^3, as a share of the target."""
+        mesh = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
+        self.points: Float[np.ndarray, "J 3"] = mesh[self._used]
+        """The points p_j of the lattice, m."""
+        self.worth = worth
+        """Integral of each Gaussian over all space, times l^3, as a share of the target."""
+
+    def _kernel(self, centres: np.ndarray, axis: np.ndarray) -> np.ndarray:
+        z = (axis[:, None] - centres) / self.sigma
+        kernel: np.ndarray = np.exp(-z * z / 2) * (WIDTH**-1 / math.sqrt(2 * math.pi))
+        return kernel.astype(np.float32)
+
+    def _forward(self, values: np.ndarray) -> np.ndarray:
+        for kernel in self._kernels:  # each pass turns the axes by one
+            values = np.tensordot(values, kernel, axes=(0, 1))
+        return values.astype(float)
+
+    def uncollected(self, prices: Float[np.ndarray, " J"]) -> float:
+        """Return the integral of (w - lambda)^+ over the target, as a share of its weight."""
+        values = np.zeros(self._used.shape, np.float32)
+        values[self._used] = prices
+        for kernel in self._kernels:
+            values = np.tensordot(values, kernel, axes=(0, 0))
+        weight = self.grid.weight
+        top = np.float32(weight.max())
+        return float(np.maximum(weight - values * top, 0)[weight > 0].sum(dtype=float))
+
+    @cached_property
+    def most(self) -> float:
+        """Price that no point may exceed, so that the field stays at most 1 despite its ripple."""
+        ripple = sum(2 * math.exp(-2 * (math.pi * WIDTH * k) ** 2) for k in (1, 2))
+        return float((1 + ripple) ** -3)

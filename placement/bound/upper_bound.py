@@ -1,0 +1,250 @@
+"""An upper bound on the coverage of every layout within a budget, wherever its rings sit.
+
+Let w be the weight of the places of a target (1 in the target, or its weight field), C_i the beams
+of a layout, and lambda >= 0 any field of prices. A place that some beam covers is worth at most
+(w - lambda)^+ by itself, plus lambda for each beam that covers it. Summed over the target,
+
+    covered weight  <=  integral of (w - lambda)^+  +  sum over i of  integral of lambda over C_i.
+
+This is weak duality for the problem of maximum coverage (Nemhauser, Wolsey and Fisher 1978; Fisher
+1981 on Lagrangian relaxation), and it holds for every field of prices. The last sum is a sum over
+rings. Its largest value within the budget follows from the most that a ring of each size on each
+link can collect, over all its positions, tilts and phases, and a knapsack over the sizes. A point
+that k sensors must cover is worth at most lambda / k for each of them, since 1[count >= k] is at
+most count / k.
+
+Two fields are used. With lambda = w each sensor collects at most the volume of its beam: the
+*volume bound*, the number of sensors times the volume of a beam over that of the target. The other
+field has low prices where layouts cover places several times, and a higher price elsewhere
+(``multipliers``). It is smooth (``price_field``), so its integral over a beam has bounded bends,
+and finitely many rings bound all rings between them (``ring_values``). That part is a proof but
+for rounding. The integrals over the target are sums over voxels; their error is far below
+``MARGIN``, which is added.
+
+The bound is not the best layout. It counts rings as if their beams could be arranged, in fractions,
+without covering a place twice. Where beams must overlap, as near the robot, it stays far above
+every layout. Spacing, occlusion and envelopes of rings are dropped; they only lessen coverage.
+Fixed rings and single sensors are counted as they stand.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import sensor_axes
+from ...coverage.robots.kinematics import forward
+from ...coverage.sensors.sensor import Sensor
+from ...objectives.criterion import Criterion
+from ...objectives.scene import CoreScene
+from ..search.design import Space
+from .blurred_beam import BlurredBeam, Profile
+from .families import Budget, Family, families
+from .multipliers import find_prices
+from .price_field import PriceField, TargetGrid
+from .ring_values import BOXES, RingMaxima, shares
+
+MARGIN = 5e-4
+"""Added to each bound for the sums over voxels, as a share of the target."""
+_FLAT = 0.98  # of the largest price: prices above are as good as constant
+NOTHING = 0.9995
+"""A bound of at least this says nothing."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a bound takes."""
+
+    points: int = 400
+    """Gaussians of a field of prices."""
+    steps: int = 160
+    """Most steps towards good prices; 0: the volume bound only."""
+    places: int = 2500
+    """Most places of rings on a link at which a field is evaluated."""
+    boxes: tuple[float, float] = BOXES
+    """Sides of the first boxes of positions and tilts, m and rad."""
+    voxels: int = 2_000_000
+    """Voxels of the box about a target on which its integrals are computed."""
+    terms: int = 4
+    """Most pairs of target and pose with prices; the others have the volume bound."""
+
+
+@dataclass(frozen=True)
+class TermBound:
+    """Bound of the coverage of one target at one pose."""
+
+    goal: int
+    """Number of the target in the scene."""
+    pose: int
+    """Number of the pose."""
+    by_volume: float
+    """Bound by the volume of the beams, in [0, 1]."""
+    by_prices: float
+    """Bound by prices, in [0, 1]; 1 without, or where constant prices are the best known, which
+    are no better than the volume."""
+
+    @property
+    def value(self) -> float:
+        """The lower of the two."""
+        return min(self.by_volume, self.by_prices)
+
+
+@dataclass(frozen=True)
+class CoverageBound:
+    """Upper bound on the coverage of every layout within a budget."""
+
+    value: float
+    """Bound of the search's criterion, in [0, 1]."""
+    terms: tuple[TermBound, ...]
+    """Bound for each target at each pose."""
+    seconds: float
+    """Time that it took, s."""
+
+    @property
+    def informative(self) -> bool:
+        """Whether it excludes anything: whether it lies below 100 %."""
+        return self.value < NOTHING
+
+
+def upper_bound(
+    scene: CoreScene,
+    space: Space,
+    aim: Criterion | None = None,
+    effort: Effort | None = None,
+    tell: Callable[[int, int], None] = lambda done, total: None,
+) -> CoverageBound | None:
+    """Return a bound that no setup of a design space exceeds; None if none is known.
+
+    For coverage after the worst loss the bound is that before the loss, which is never lower. Under
+    mounting errors rings leave their places, and no bound is known.
+
+    Args:
+        scene: robot, poses, targets, rules.
+        space: the setups, with their number of sensors and rings.
+        aim: criterion of the search; by default ζ itself.
+        effort: work to spend.
+        tell: called with the number of bounded pairs of target and pose, and of all.
+
+    Raises:
+        ValueError: for an empty target.
+    """
+    aim, effort, began = aim or Criterion(), effort or Effort(), time.monotonic()
+    if aim.errors is not None:
+        return None
+    weights = np.outer(scene.goal_weights, scene.pose_weights)
+    order = np.argsort(-weights, axis=None, kind="stable")
+    priced = set(order[: effort.terms].tolist())
+    terms = []
+    for i, (g, p) in enumerate(np.ndindex(*weights.shape)):
+        tell(i, weights.size)
+        if not terms or p != terms[-1].pose:
+            pose = AtPose(scene, space, p, aim.seen)
+        terms.append(pose.bound(g, effort, i in priced))
+    each = np.array([t.value for t in terms]).reshape(weights.shape)
+    value = float((weights * each).sum())
+    if scene.over_poses == "worst":
+        value = min(value, float((scene.goal_weights @ each).min()))
+    return CoverageBound(min(value, 1.0), tuple(terms), time.monotonic() - began)
+
+
+class AtPose:
+    """The rings and the sensors that stay, at one pose of a scene."""
+
+    def __init__(self, scene: CoreScene, space: Space, pose: int, seen: int = 1) -> None:
+        """Read the families of a design space; ``seen`` sensors must cover a point."""
+        self.scene, self.pose, self.seen = scene, pose, seen
+        self.families: tuple[Family, ...] = families(space, pose)
+        self.budget = Budget.of(space, self.families)
+        held = Setup(space.fixed, scene.standing)
+        frames = forward(scene.robot.chain, scene.poses[pose].q)
+        self.apex, self.look = sensor_axes(scene.robot, held, frames)
+        self.held: list[Sensor] = [
+            *(ring.sensor for ring in held.rings for _ in range(ring.count)),
+            *(one.sensor for one in held.singles),
+        ]
+
+    def bound(self, goal: int, effort: Effort, priced: bool = True) -> TermBound:
+        """Return the bound for a target; unless ``priced`` by volume only."""
+        target = self.scene.goals[goal].target
+        grid = TargetGrid.of(self.scene, target, self.pose, effort.voxels)
+        volume = min(self._by_volume(grid) + MARGIN, 1.0)
+        if not priced or not effort.steps:
+            return TermBound(goal, self.pose, volume, 1.0)
+        field = Priced(self, grid, effort)
+        if field.flat:
+            return TermBound(goal, self.pose, volume, 1.0)
+        value = field.bound(effort)
+        return TermBound(goal, self.pose, volume, min(value + MARGIN, 1.0))
+
+    def _by_volume(self, grid: TargetGrid) -> float:
+        values = [
+            np.array(f.counts) * Profile.of(f.sensor).volume / grid.volume for f in self.families
+        ]
+        held = math.fsum(Profile.of(sensor).volume for sensor in self.held) / grid.volume
+        return (self.budget.best(values)[0] + held) / self.seen
+
+
+class Priced:
+    """A field of prices for a target at a pose."""
+
+    def __init__(
+        self,
+        pose: AtPose,
+        grid: TargetGrid,
+        effort: Effort,
+        prices: Float[np.ndarray, " J"] | None = None,
+    ) -> None:
+        """Find prices, or take the given ones, at most 1."""
+        self.pose, self.field = pose, PriceField(grid, effort.points)
+        sensors = {f.sensor for f in pose.families} | set(pose.held)
+        beams = {sensor: BlurredBeam(sensor, self.field.sigma) for sensor in sensors}
+        self.beams = [beams[f.sensor] for f in pose.families]
+        self.standing = np.zeros(len(self.field.held))
+        for sensor, apex, look in zip(pose.held, pose.apex, pose.look, strict=True):
+            mass = shares(beams[sensor], self.field, apex[None], look[None])[0]
+            self.standing += mass * self.field.worth
+        self.prices = (
+            find_prices(
+                pose.families,
+                self.beams,
+                self.field,
+                pose.budget,
+                self.standing,
+                pose.seen,
+                effort.steps,
+            )
+            if prices is None
+            else prices
+        )
+
+    @property
+    def flat(self) -> bool:
+        """Whether the prices are constant."""
+        return float(self.prices.min()) > _FLAT * self.field.most
+
+    def bound(self, effort: Effort) -> float:
+        """Return the bound that the prices give, refined within the effort."""
+        pose, fixed = self.pose, self.field.uncollected(self.prices)
+        fixed += float(self.standing @ self.prices) / pose.seen
+        maxima = [
+            RingMaxima(f, b, self.field, self.prices, effort.boxes)
+            for f, b in zip(pose.families, self.beams, strict=True)
+        ]
+        value, rings = pose.budget.best([m.bound for m in maxima])
+        while fixed + value / pose.seen < 1.2:
+            more = False
+            for f, one in enumerate(maxima):
+                chosen = np.array(sorted({i for g, i in rings if g == f}), int)
+                left = (effort.places - one.nodes) // 5
+                if len(chosen) and left > 0:
+                    before = one.nodes
+                    one.refine(chosen, min(left, 100))
+                    more |= one.nodes > before
+            if not more:
+                break
+            value, rings = pose.budget.best([m.bound for m in maxima])
+        return fixed + value / pose.seen

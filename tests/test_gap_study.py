@@ -1,0 +1,52 @@
+"""The study of optimality gaps: its cells, its page and its picture."""
+
+from place_rings.placement.bound.upper_bound import CoverageBound, TermBound
+from place_rings.studies.gap import report, study
+from place_rings.studies.gap.tasks import bound
+
+
+def rows_of(cells_run):
+    """Rows of the study with stated bounds and coverages; ``cells_run`` collects the cells."""
+
+    def run(heading, cells):
+        cells_run.extend(cells)
+        if cells and cells[0].work == "upper bound":
+            upper = [min(100.0, 3.0 * cell.arguments["sensors"]) for cell in cells]
+            return [
+                {"bound_percent": u, "volume_percent": 2 * u, "prices_percent": u, "seconds": 1.0}
+                for u in upper
+            ]
+        if cells and cells[0].work == "place":
+            return [[{"link": "tool", "count": 8}] for _ in cells]
+        return [{"zeta_percent": 20.0} for _ in cells]
+
+    return study.measure(run)
+
+
+def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path):
+    cells = []
+    rows = rows_of(cells)
+    works = [cell.work for cell in cells]
+    assert works.count("upper bound") == len(study.CASES) == len(rows)
+    unknown = [case for case in study.CASES if (str(case[0]), case[1]) not in study.KNOWN]
+    assert works.count("place") == works.count("zeta") == len(unknown) > 0
+    for row in rows:
+        assert row.known_percent == study.KNOWN.get((row.target, row.sensors), 20.0)
+        assert row.gap == row.bound_percent - row.known_percent
+    text = report.page(rows, "place-rings study gap")
+    assert "V_S(1.5) with 24" in text.split("**Loose**")[1]
+    assert "V_OT with 80" in text.split("**Says nothing**")[1]
+    report.picture(rows, tmp_path / "gap.png")
+    assert (tmp_path / "gap.png").stat().st_size > 10_000
+
+
+def test_the_task_returns_the_bound_with_its_parts(monkeypatch):
+    fixed = CoverageBound(0.5, (TermBound(0, 0, 0.5, 1.0),), 1.0)
+    monkeypatch.setattr("place_rings.studies.gap.tasks.upper_bound", lambda *_: fixed)
+    row = bound({"targets": [{"name": "V_OT"}]}, 48)
+    assert row == {
+        "bound_percent": 50.0,
+        "volume_percent": 50.0,
+        "prices_percent": 100.0,
+        "seconds": 1.0,
+    }
