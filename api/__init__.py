@@ -57,8 +57,9 @@ if TYPE_CHECKING:
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
     from .coverage.sensors.sensor import Sensor
+    from .objectives.mount_rules import Limits, Rules
+    from .objectives.poses import Pose
     from .objectives.prices import Prices
-    from .objectives.scene import Limits, Pose, Rules
     from .placement.search.feasible_set import InfeasibleError
     from .placement.search.progress import Outcome, Progress
 
@@ -165,7 +166,8 @@ _MODULES = {
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.sensors.sensor": ("Sensor",),
     "objectives.prices": ("Prices",),
-    "objectives.scene": ("Limits", "Pose", "Rules"),
+    "objectives.mount_rules": ("Limits", "Rules"),
+    "objectives.poses": ("Pose",),
     "placement.search.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),
 }

@@ -29,7 +29,8 @@ from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
-from .objectives.verify import Verified, Verifier
+from .objectives.verified import Verified
+from .objectives.verify import Verifier
 from .placement.bound.upper_bound import CoverageBound
 from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach

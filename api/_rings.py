@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from ._arguments import number, whole
 from ._errors import InputError
-from .objectives.scene import CoreScene, Rules
+from .objectives.mount_rules import Rules
+from .objectives.scene import CoreScene
 from .placement.search.design import Space
 from .placement.search.layout import ring_layout
 

@@ -19,8 +19,10 @@ from .coverage.robots.attached import Attached
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
+from .objectives.mount_rules import Limits, Rules
+from .objectives.poses import Pose
 from .objectives.prices import Prices
-from .objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, as_in_paper
+from .objectives.scene import CoreScene, Obstacle, as_in_paper
 
 _KEYS = (
     "robot",

@@ -18,8 +18,9 @@ from .coverage.sensors.sensor import Sensor
 from .formats.errors import explain
 from .formats.schema.scene_models import SceneFile, SceneModel
 from .formats.schema.target_models import boxed
+from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
-from .objectives.scene import CoreScene, Limits, Obstacle, Rules
+from .objectives.scene import CoreScene, Obstacle
 
 _KINDS: dict[str, type] = {"sensor": Sensor, "rules": Rules, "safety": Safety}
 

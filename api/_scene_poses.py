@@ -11,7 +11,8 @@ from ._errors import InputError, input_errors
 from ._trajectory import Trajectory
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
-from .objectives.scene import CoreScene, Pose
+from .objectives.poses import Pose
+from .objectives.scene import CoreScene
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 

@@ -20,7 +20,9 @@ from .formats.schema.sensor_records import sensor_records
 from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
 from .objectives.scene import CoreScene
-from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion, by_part
+from .objectives.verified import Verified
+from .objectives.verify import VOXEL, Verifier
+from .objectives.verify_breakdown import by_occlusion, by_part
 
 _LEAST_MEMORY = 0.01  # GB
 

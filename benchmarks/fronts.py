@@ -13,7 +13,8 @@ import numpy as np
 from common import installed, missing, table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal, Rules, paper_scene
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import setup_from

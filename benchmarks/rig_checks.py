@@ -25,7 +25,8 @@ from jaxtyping import Bool
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Obstacle, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.rig.mount.as_built import AsBuilt, truth_of
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.stop_plan import MountPlan, planned

@@ -20,7 +20,9 @@ from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules, paper_scene
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space, stacked

@@ -13,7 +13,8 @@ from ..coverage.rings.ring import Setup
 from .redundancy import redundancy
 from .scene import CoreScene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
-from .verify import Verifier, weighted_mean
+from .verified import weighted_mean
+from .verify import Verifier
 
 DRAWS = 16  # mountings that a search evaluates
 

@@ -12,7 +12,8 @@ from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..coverage.voxels.k_coverage import CoverageCounts, tally
 from .occlusion import setup_sight
-from .verify import Verifier, weighted_mean
+from .verified import weighted_mean
+from .verify import Verifier
 
 MOST = 3  # default maximum number of sensors that are counted at a point
 

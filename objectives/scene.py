@@ -1,7 +1,6 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -10,9 +9,8 @@ from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
-from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
+from ..coverage.rings.ring import RING_RADIUS, Setup
 from ..coverage.robots.built_in import UR10
-from ..coverage.robots.joint_values import ordered
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
@@ -23,6 +21,9 @@ from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
+from .motion_limits import Motion
+from .mount_rules import Limits, Rules
+from .poses import Pose, Recorded
 from .prices import Prices
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
@@ -30,56 +31,7 @@ _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
 _REFERENCE_POSE.setflags(write=False)  # the default of every scene
 
 
-@dataclass(frozen=True)
-class Pose:
-    """A pose of the robot."""
-
-    q: Float[np.ndarray, " J"]
-    """Joint values: angles, rad, and of prismatic joints distances, m."""
-    weight: float = 1.0
-    """Weight of the pose in the mean."""
-    time_s: float | None = None
-    """Time in the recorded motion, s; None if the pose is not from a record."""
-    rate: Float[np.ndarray, " J"] | None = None
-    """Joint speeds, rad/s or m/s; None if unknown."""
-
-    @staticmethod
-    def of(robot: Robot, joints: Mapping[str, float], weight: float = 1.0) -> "Pose":
-        """Return a pose from joint values by name and unit.
-
-        Args:
-            robot: the robot.
-            joints: one value for each joint, in degrees or metres, by the joint's name with the
-                unit: ``{"rail_m": 0.3, "shoulder_deg": 20.0}``.
-            weight: weight of the pose in the mean.
-
-        Raises:
-            ValueError: for a key that is unknown or missing.
-        """
-        return Pose(ordered(robot.chain, joints), weight)
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """The recorded motion from which a scene's poses come."""
-
-    file: str
-    """The file of the recorded motion."""
-    rows: int
-    """Number of its rows."""
-    seconds: float
-    """Its duration, s."""
-    within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad.
-
-    Metres of a prismatic joint count as ``radians_of`` weighs them.
-    """
-    speed_weight: float
-    """Factor by which TCP speed adds to the weights."""
-
-
 OverPoses = Literal["mean", "worst"]
-Mounting = Literal["real", "free"]
 
 
 @dataclass(frozen=True)
@@ -95,49 +47,6 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Where rings may sit on a link, how far they may tilt, and which sensors they carry."""
-
-    position: tuple[float, float] = (0.0, 1.0)
-    """Lowest and highest position on the mount axis."""
-    tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
-    """Lowest and highest tilt, rad."""
-    keep_out: tuple[tuple[float, float], ...] = ()
-    """Intervals of position without rings."""
-    sensor: Sensor | None = None
-    """Sensor of the rings; None: the scene's."""
-    radius: float | None = None
-    """Radius of the rings, m; None: the scene's."""
-
-
-@dataclass(frozen=True)
-class Rules:
-    """Rules that make a setup buildable."""
-
-    spacing: float = 0.03
-    """Minimum distance of two rings on a link, m."""
-    from_joints: float = 0.0
-    """Minimum distance of a ring from the link's ends, m."""
-    sensors: tuple[int, int] = (3, 24)
-    """Minimum and maximum number of sensors on a ring."""
-    max_rings_per_link: int = 8
-    """Maximum number of rings on a link."""
-    shared_tilt: bool = False
-    """Whether all rings have the same tilt up to its sign."""
-    fixed: tuple[Ring, ...] = ()
-    """Existing rings, which stay in place."""
-    fixed_sensors: tuple[MountedSensor, ...] = ()
-    """Existing single sensors on the robot, which stay in place."""
-    mount: Mounting = "real"
-    """``real``: a ring has an envelope, which stays within the usable part of the link and keeps
-    ``clearance`` at every pose; its sensors keep ``standoff``. ``free``: it has no body."""
-    standoff: float = 0.012
-    """Minimum distance from the surrounded section to the sensors, m."""
-    clearance: float = 0.002
-    """Minimum distance of a ring's envelope from bodies, obstacles and other envelopes, m."""
-
-
-@dataclass(frozen=True)
 class Obstacle:
     """A convex obstacle of the cell."""
 
@@ -149,32 +58,6 @@ class Obstacle:
     """The keys of the scene file that define it."""
     hulled: bool = False
     """Whether it is the convex hull of a non-convex shape."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """How a real robot may move during a check, and what stops it."""
-
-    speed: float = math.radians(15)
-    """Speed of the leading joint, rad/s."""
-    acceleration: float = math.radians(30)
-    """Acceleration of the leading joint, rad/s²."""
-    near: float = 0.15
-    """Reading below which the robot stops, m."""
-    own: float = 0.04
-    """Minimum clearance between the robot's own bodies, m."""
-    cell: float = 0.1
-    """Minimum clearance between the robot's bodies and obstacles, m."""
-    near_share: float = 0.5
-    """Minimum share of the sensors, along the route, that must keep the whole of ``near``."""
-    failed_share: float = 0.25
-    """Maximum share of a ring's sensors that may report failure."""
-    frozen_frames: int = 6
-    """Consecutive frames for which a ring's distances may stay constant while the robot moves."""
-    cell_complete: bool = False
-    """Whether the scene contains everything that the robot can reach."""
-    rings_as_proposed: bool = False
-    """Whether every ring is known to be wired and mounted the right way round."""
 
 
 @dataclass(frozen=True)

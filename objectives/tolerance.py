@@ -19,7 +19,8 @@ from ..coverage.targets import Target
 from ..coverage.voxels.k_coverage import count_k_covered
 from ..coverage.voxels.octree import count
 from .occlusion import setup_sight, sight
-from .verify import Verifier, weighted_mean
+from .verified import weighted_mean
+from .verify import Verifier
 
 DRAWS = 100  # default number of mountings
 

@@ -12,7 +12,7 @@ from ..coverage.robots.joint_values import radians_of
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
-from .scene import Pose, Recorded
+from .poses import Pose, Recorded
 
 REDUCED_SPEED = 0.25  # m/s, at the TCP: the limit of reduced speed in ISO 10218-1
 CELL = 0.01  # s, length of a time cell

@@ -2,15 +2,15 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 import psutil
 
 from ..coverage.choices import Rule
-from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference, Parts
 from ..coverage.targets import Target
@@ -24,6 +24,7 @@ from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
 from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
+from .verified import PoseZeta, Verified, weighted_mean
 
 Layers = list[tuple[int, VoxelSet]]
 """Sets of voxels with integer weights."""
@@ -32,75 +33,6 @@ RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100
-
-
-def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
-    """Return the weighted mean of shares in [0, 1], capped at 1.
-
-    The weights sum to 1 up to rounding, which could otherwise raise the mean above 1.
-    """
-    return min(
-        math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0
-    )
-
-
-@dataclass(frozen=True)
-class PoseZeta:
-    """Zeta at one pose."""
-
-    weight: float
-    """Weight of the pose in the mean."""
-    zeta: float
-    """Zeta in [0, 1]; the middle of the interval for the rule ``certified``."""
-    low: float
-    """Lower bound of zeta; equals ``zeta`` unless the rule is ``certified``."""
-    high: float
-    """Upper bound of zeta; equals ``zeta`` unless the rule is ``certified``."""
-    target_voxels: int | None
-    """Voxels of the target; None for the rule ``certified``."""
-    covered_voxels: int | None
-    """Covered voxels of the target; None for the rule ``certified``."""
-    proof: Bracket | None = None
-    """How the bounds were computed, for the rule ``certified``."""
-
-
-@dataclass(frozen=True)
-class Verified:
-    """Zeta of one target: the weighted mean over poses, and the value at each pose."""
-
-    target: Target
-    """The target volume."""
-    rule: Rule
-    """How voxels were counted."""
-    voxel: float | None
-    """Side of the voxels, m, if any."""
-    zeta: float
-    """Weighted mean over the poses, in [0, 1]."""
-    low: float
-    """Lower bound of zeta."""
-    high: float
-    """Upper bound of zeta."""
-    poses: tuple[PoseZeta, ...]
-    """Zeta at each pose."""
-    seconds: float
-    """Computation time, s."""
-    width: float = 0.0
-    """Requested width of a certified interval."""
-
-    @property
-    def worst(self) -> int:
-        """The pose with the smallest zeta; the first of equals."""
-        return min(range(len(self.poses)), key=lambda i: self.poses[i].zeta)
-
-    @property
-    def target_voxels(self) -> int | None:
-        """Voxels of the target, summed over the poses."""
-        return None if self.rule == "certified" else sum(p.target_voxels or 0 for p in self.poses)
-
-    @property
-    def covered_voxels(self) -> int | None:
-        """Covered voxels of the target, summed over the poses."""
-        return None if self.rule == "certified" else sum(p.covered_voxels or 0 for p in self.poses)
 
 
 def _silent(_: object) -> None:
@@ -354,47 +286,3 @@ class Verifier:
         return short, min(
             weighted_mean(weights, [p.zeta for p in goal_by_goal]) for goal_by_goal in at_poses
         )
-
-
-def by_occlusion(
-    verifier: Verifier,
-    setup: Setup,
-    known: Verified,
-    models: Sequence[Occlusion] = OCCLUSIONS,
-) -> dict[Occlusion, float]:
-    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under occlusion models.
-
-    All are counted on the same voxels; the result for the scene's own model is taken from
-    ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
-    interval holds for one model only.
-    """
-    scene = verifier.scene
-    if not scene.robot.bodies or verifier.rule == "certified":
-        return {}
-    return {
-        occlusion: (
-            known.zeta
-            if occlusion == scene.occlusion
-            else verifier.under(occlusion).verify(setup, known.target).zeta
-        )
-        for occlusion in models
-    }
-
-
-PARTS = ("rings", "single sensors", "sensors of the cell")
-
-
-def by_part(verifier: Verifier, setup: Setup, known: Verified) -> dict[str, float]:
-    """Return zeta in [0, 1] of each part alone for the target of ``known``: of the rings, the
-    single sensors and the sensors of the cell.
-
-    Parts without sensors are left out; the dictionary is empty if there are fewer than two parts,
-    or if the rule is ``certified``. All are counted on the same voxels, with the same occluders.
-    """
-    bare, cell = replace(verifier.scene, cell_sensors=()), verifier.scene.cell_sensors
-    each = (Setup(setup.rings), Setup((), setup.singles), Setup((), cell))
-    parts = {name: part for name, part in zip(PARTS, each, strict=True) if part.sensors}
-    if len(parts) < 2 or verifier.rule == "certified":
-        return {}
-    alone = verifier.in_scene(bare)
-    return {name: alone.verify(part, known.target).zeta for name, part in parts.items()}

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..coverage.voxels.octree import MOST_SETS, count_each
-from .verify import PoseZeta, Verified, Verifier
+from .verified import PoseZeta, Verified
+from .verify import Verifier
 
 
 def verify_targets(verifier: Verifier, setup: Setup, targets: Sequence[Target]) -> list[Verified]:

@@ -13,7 +13,9 @@ from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import CoreScene
-from ..objectives.verify import Verified, Verifier, by_occlusion
+from ..objectives.verified import Verified
+from ..objectives.verify import Verifier
+from ..objectives.verify_breakdown import by_occlusion
 from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")

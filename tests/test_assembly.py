@@ -13,7 +13,9 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.printing.print_files import ring_files
-from place_rings.objectives.scene import CoreScene, Pose, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError

@@ -24,7 +24,8 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle, Pose
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
 from place_rings.rig.sensing.expected import expected

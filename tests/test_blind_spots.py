@@ -15,7 +15,8 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.connected_components import pieces
 from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from place_rings.objectives.blind_spots import blind_spots, uncovered
-from place_rings.objectives.scene import Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from scipy.ndimage import find_objects, label
 

@@ -38,8 +38,10 @@ from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import GRAIN, TILTS, segments
+from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.occlusion import occluders
-from place_rings.objectives.scene import CoreScene, Limits, Obstacle, Pose, Rules, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space

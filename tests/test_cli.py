@@ -32,7 +32,8 @@ from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.formats.schema.written_models import ExportResult, ReportResult
-from place_rings.objectives.scene import Rules, paper_scene
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage

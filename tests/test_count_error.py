@@ -8,7 +8,8 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.schema.result_models import VerifyResult
-from place_rings.objectives.scene import Goal, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.tables import flat_beam_line, flat_beam_points, usual_count_error
 

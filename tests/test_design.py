@@ -14,8 +14,9 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.objectives.link_segments import GRAIN, segments
+from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import CoreScene, Limits, Rules, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError

@@ -21,7 +21,8 @@ from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.objectives.scene import Obstacle, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.objectives.trajectory import MotionRecord
 from place_rings.simulation.detection import (
     Timing,

@@ -20,8 +20,10 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import Goal, Pose, Rules, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, Round, share_of

@@ -33,7 +33,8 @@ from place_rings.formats.loader import resolve
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.formats.sensors.urdf_frames import FramePattern
-from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 

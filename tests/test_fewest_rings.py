@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.criterion import Criterion
-from place_rings.objectives.scene import CoreScene, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import fewest_rings as fewest
 from place_rings.placement.search import multistart

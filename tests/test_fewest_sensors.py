@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import fewest_sensors as reach
 from place_rings.placement.search.design import Space

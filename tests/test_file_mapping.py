@@ -27,17 +27,11 @@ from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
+from place_rings.objectives.motion_limits import Motion
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.poses import Pose, Recorded
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import (
-    CoreScene,
-    Goal,
-    Limits,
-    Motion,
-    Pose,
-    Recorded,
-    Rules,
-    paper_scene,
-)
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:

@@ -20,8 +20,10 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
+from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.named_layouts import layout_in
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 
 from . import drawing
 

@@ -13,8 +13,9 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.ring_envelopes import envelope, spacing
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import ABOVE, BELOW, GRAIN, HIGH, LOW, TILTS
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode, value_slopes
-from place_rings.objectives.scene import CoreScene, Rules
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.moves import fresh
 

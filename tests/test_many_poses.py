@@ -9,7 +9,8 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
-from place_rings.objectives.scene import Goal, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier

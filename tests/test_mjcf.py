@@ -23,7 +23,9 @@ from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.robots.description import read_description
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf_chain import Carried, pick_chain
-from place_rings.objectives.scene import CoreScene, Pose, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
 
 from . import drawing
 from .mjcf_text import MujocoBodies, drawn_mjcf

@@ -27,7 +27,9 @@ from place_rings.formats.schema.robot_models import RobotFile, RobotModel
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.formats.sensors.sensor_poses import poses_file, setup_of_poses
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import CoreScene, Pose, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.lines.motion import record_line, worst_line

@@ -31,7 +31,8 @@ from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.formats.schema.target_models import TargetModel, VolumeModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 

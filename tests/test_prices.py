@@ -12,8 +12,9 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Use
 from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.price_models import PriceModel
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import CoreScene, Rules
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search import fewest_rings as fewest
 from place_rings.placement.search import search as searching
 from place_rings.reporting.lines.prices import price_line

@@ -38,7 +38,9 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import mount_faults
-from place_rings.objectives.scene import CoreScene, Pose, Rules, paper_scene
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout

@@ -18,7 +18,9 @@ from place_rings.coverage.robots.robot import BASE
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.targets import Shape, Target, target_solid
 from place_rings.coverage.voxels.octree import count
-from place_rings.objectives.scene import CoreScene, Goal, Pose, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.target_voxels import target_voxels

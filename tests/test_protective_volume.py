@@ -22,7 +22,8 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.objectives.scene import Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.separation_summary import separations
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 

@@ -32,8 +32,9 @@ from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
+from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Goal, Limits, paper_scene
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier

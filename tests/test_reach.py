@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.reach import farthest, reachable_share
-from place_rings.objectives.scene import Goal, Rules, paper_scene
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.lines.reach import reach_lines
 

@@ -20,7 +20,8 @@ from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import OFFSET, encode
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
 
 from .strategies.scenes import CELLS

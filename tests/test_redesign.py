@@ -11,7 +11,8 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.formats.schema.result_models import VerifyResult
-from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving

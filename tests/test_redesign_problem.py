@@ -12,7 +12,8 @@ from place_rings._improve import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
-from place_rings.objectives.scene import CoreScene, Limits, Rules, paper_scene
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem

@@ -30,7 +30,8 @@ from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
 from place_rings.objectives.blind_spots import Beside
-from place_rings.objectives.scene import Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table

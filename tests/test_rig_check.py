@@ -30,7 +30,8 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Goal, Motion
+from place_rings.objectives.motion_limits import Motion
+from place_rings.objectives.scene import Goal
 from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check import live
 from place_rings.rig.check.assessment import assess

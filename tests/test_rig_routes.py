@@ -18,7 +18,8 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
-from place_rings.objectives.scene import Motion, Pose
+from place_rings.objectives.motion_limits import Motion
+from place_rings.objectives.poses import Pose
 from place_rings.rig.check import actors
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.stop_plan import planned

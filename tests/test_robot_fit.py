@@ -24,7 +24,8 @@ from place_rings.formats.robots.urdf import UrdfShape
 from place_rings.formats.schema.robot_models import RobotModel, robot_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
 from scipy.spatial.transform import Rotation
 
 from . import drawing

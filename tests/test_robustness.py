@@ -31,8 +31,9 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.poses import Pose
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Goal, Pose, paper_scene
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import tolerance

@@ -21,12 +21,14 @@ from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.clearance import MountClearance
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
 from place_rings.objectives.occlusion import BodilessError, occluders, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Obstacle, Rules, paper_scene
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.objectives.tolerance import tolerance
-from place_rings.objectives.verify import Verifier, by_occlusion
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_breakdown import by_occlusion
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)

@@ -12,7 +12,9 @@ from place_rings.coverage.processors import processors
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
-from place_rings.objectives.scene import CoreScene, Goal, Limits, Pose, paper_scene
+from place_rings.objectives.mount_rules import Limits
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.soft_terms import SoftTerms
 from place_rings.objectives.target_points import TargetPoints

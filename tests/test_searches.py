@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal, Limits, Rules, paper_scene
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.placement.search.layout import ring_layout
 

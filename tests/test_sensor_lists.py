@@ -22,7 +22,8 @@ from place_rings.formats.sensors.sensor_lists import (
     mounted_setup,
     sensor_list,
 )
-from place_rings.objectives.scene import CoreScene, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.reporting.terminal import say_lines
 
 from . import drawing

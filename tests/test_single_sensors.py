@@ -18,9 +18,11 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
-from place_rings.objectives.scene import CoreScene, Obstacle, Rules
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.target_voxels import target_voxels
-from place_rings.objectives.verify import Verifier, by_part
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_breakdown import by_part
 
 from .strategies.rings import setups
 from .strategies.scenes import CELLS, scenes, shells

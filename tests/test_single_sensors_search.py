@@ -11,8 +11,9 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal, Rules
+from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import mounted_cones

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
 from place_rings.objectives import verify_targets as module
-from place_rings.objectives.scene import Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 

@@ -22,7 +22,8 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.occlusion import setup_sight
-from place_rings.objectives.scene import CoreScene, Goal, Pose, paper_scene
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage

@@ -22,8 +22,9 @@ from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.importance_models import ImportanceModel, weights_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal, Rules
+from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier

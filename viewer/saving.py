@@ -10,7 +10,7 @@ from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import to_toml, write_text
 from ..objectives.scene import CoreScene
-from ..objectives.verify import Verified
+from ..objectives.verified import Verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check \

@@ -15,7 +15,8 @@ from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import CoreScene, Goal
-from ..objectives.verify import VOXEL, Verified, Verifier
+from ..objectives.verified import Verified
+from ..objectives.verify import VOXEL, Verifier
 from ..placement.search.design import Space
 from ..placement.search.progress import Progress
 from ..placement.search.schedule import Schedule

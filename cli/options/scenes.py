@@ -10,7 +10,8 @@ from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
 from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.recorded_motion import with_record
-from ...objectives.scene import CoreScene, Pose, as_in_paper
+from ...objectives.poses import Pose
+from ...objectives.scene import CoreScene, as_in_paper
 from .reading import AS_WRITTEN, ReadingOptions
 from .targets import parse_goals, with_goals
 

@@ -17,7 +17,8 @@ from ...formats.escaping import printable
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
-from ...objectives.scene import CoreScene, Rules
+from ...objectives.mount_rules import Rules
+from ...objectives.scene import CoreScene
 from ...reporting.explained import Explained
 from ...reporting.robot_picture import robot_picture
 from ...reporting.terminal import Terminal

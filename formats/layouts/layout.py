@@ -13,7 +13,8 @@ from ...coverage.rings.surface_lift import Lift, lift_to_surface
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
 from ...objectives.named_layouts import layout_in
-from ...objectives.scene import CoreScene, Pose
+from ...objectives.poses import Pose
+from ...objectives.scene import CoreScene
 from ..errors import UserError, shown
 from ..loader import beside, read_model, read_robot, read_text
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel

@@ -21,7 +21,8 @@ from ...coverage.robots.joint_values import (
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import Robot
 from ...coverage.robots.separation_distance import Safety
-from ...objectives.scene import Motion, Pose, Recorded
+from ...objectives.motion_limits import Motion
+from ...objectives.poses import Pose, Recorded
 from ...objectives.trajectory import Thinning
 from .base_model import Fault, refuse
 from .field_types import FARTHEST, MOST_DEG_S, Weight

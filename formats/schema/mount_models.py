@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from ...coverage.sensors.board_packing import Printing
-from ...objectives.scene import Limits, Mounting, Rules
+from ...objectives.mount_rules import Limits, Mounting, Rules
 from .base_model import refuse
 from .field_types import Interval, RingRadius, Tilt, ascending
 from .mapping import DEGREES, MappedModel, Of, Unit

@@ -15,7 +15,7 @@ from ...coverage.robots.kinematics import Chain
 from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
-from ...objectives.verify import PoseZeta, Verified
+from ...objectives.verified import PoseZeta, Verified
 from .base_model import StrictModel
 from .field_types import Metres, Percent
 from .mapping import COVERAGE, MappedModel, Of, rounded_millimetres

@@ -20,7 +20,8 @@ from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
 from ...coverage.targets import Shape, Target
-from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene, Pose
+from ...objectives.poses import Pose
+from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse

@@ -9,7 +9,8 @@ from ...coverage.rings.ring import Setup
 from ...objectives.criterion import Criterion, judge
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import CoreScene
-from ...objectives.verify import Verified, Verifier
+from ...objectives.verified import Verified
+from ...objectives.verify import Verifier
 from .local_search import StopToken
 
 # With more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then

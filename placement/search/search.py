@@ -21,7 +21,8 @@ from ...coverage.rings.rounding import rounded
 from ...coverage.voxels.allocation import keep_freed_memory
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
-from ...objectives.verify import Verified, Verifier
+from ...objectives.verified import Verified
+from ...objectives.verify import Verifier
 from .collision_repair import apart
 from .design import Space
 from .finalists import choose

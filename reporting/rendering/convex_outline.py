@@ -22,7 +22,8 @@ def _side(points: list[tuple[float, float, int]]) -> list[int]:
 
     ``b`` is the chain's last corner and ``a`` the one before it.
     """
-    chain, b = [], points[0]
+    chain: list[tuple[float, float, int]] = []
+    b = points[0]
     for p in points[1:]:
         x, y, _ = p
         while chain:

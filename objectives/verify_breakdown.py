@@ -1,0 +1,53 @@
+"""Exact zeta of a setup broken down by occlusion model, and by kind of sensor."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from ..coverage.rings.ring import Setup
+from .verified import Verified
+from .verify import Verifier
+
+
+def by_occlusion(
+    verifier: Verifier,
+    setup: Setup,
+    known: Verified,
+    models: Sequence[Occlusion] = OCCLUSIONS,
+) -> dict[Occlusion, float]:
+    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under occlusion models.
+
+    All are counted on the same voxels; the result for the scene's own model is taken from
+    ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
+    interval holds for one model only.
+    """
+    scene = verifier.scene
+    if not scene.robot.bodies or verifier.rule == "certified":
+        return {}
+    return {
+        occlusion: (
+            known.zeta
+            if occlusion == scene.occlusion
+            else verifier.under(occlusion).verify(setup, known.target).zeta
+        )
+        for occlusion in models
+    }
+
+
+PARTS = ("rings", "single sensors", "sensors of the cell")
+
+
+def by_part(verifier: Verifier, setup: Setup, known: Verified) -> dict[str, float]:
+    """Return zeta in [0, 1] of each part alone for the target of ``known``: of the rings, the
+    single sensors and the sensors of the cell.
+
+    Parts without sensors are left out; the dictionary is empty if there are fewer than two parts,
+    or if the rule is ``certified``. All are counted on the same voxels, with the same occluders.
+    """
+    bare, cell = replace(verifier.scene, cell_sensors=()), verifier.scene.cell_sensors
+    each = (Setup(setup.rings), Setup((), setup.singles), Setup((), cell))
+    parts = {name: part for name, part in zip(PARTS, each, strict=True) if part.sensors}
+    if len(parts) < 2 or verifier.rule == "certified":
+        return {}
+    alone = verifier.in_scene(bare)
+    return {name: alone.verify(part, known.target).zeta for name, part in parts.items()}
