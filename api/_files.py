@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ._errors import InputError, input_errors
 from ._placement import Placement
@@ -66,7 +67,8 @@ def load(
         if file.suffix.lower() in (".urdf", ".xml"):
             options = urdf_options(base, tip, hold, packages, package, skip_missing_meshes)
             return options.fit(file).robot
-        given = {"base": base, "tip": tip, "hold": hold, "packages": packages, "package": package}
+        given: dict[str, Any] = {"base": base, "tip": tip, "hold": hold}
+        given |= {"packages": packages, "package": package}
         given |= {"skip_missing_meshes": skip_missing_meshes}
         for name, value in given.items():
             if value:

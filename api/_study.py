@@ -15,7 +15,7 @@ from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from ._targets import TargetVolume
 from .coverage.targets import Target
-from .formats.layouts.layout import Layout
+from .formats.layouts.layout import PublishedLayout
 from .formats.optional_dependencies import require
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import made_folder, write_text
@@ -75,7 +75,7 @@ class StudyOptions:
     """Number of sensors of the front with most points in ``pareto``."""
     scene: CoreScene
     """Scene of ``pareto``."""
-    layouts: tuple[Layout, ...]
+    layouts: tuple[PublishedLayout, ...]
     """The layouts of ``layouts``."""
     time_cap: float | None
     """Processor time of each search of ``layouts``, s; None for the study's own."""
@@ -220,7 +220,7 @@ def check_study(
         whole("sensors", sensors, 1, 2000)
 
 
-def read_layouts(name: str, own: Sequence[Path]) -> tuple[Layout, ...]:
+def read_layouts(name: str, own: Sequence[Path]) -> tuple[PublishedLayout, ...]:
     """Return the layouts of the study ``layouts``: those of the package, and the user's own; none
     for another study.
 

@@ -42,7 +42,7 @@ def test_every_option_is_explained(name):
     for argument in collection:
         if argument.show:
             text = argument.parameter.help or ""
-            assert re.match(r"[A-Z]|sim:|pareto:", text), (argument.name, text)
+            assert re.match(r"[A-Z]|sim:|pareto:|layouts:", text), (argument.name, text)
 
 
 @pytest.mark.parametrize("name", [None, *COMMANDS])

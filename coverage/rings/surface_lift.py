@@ -11,12 +11,15 @@ bisection.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import cross
 from ..robots.robot import Robot
+from ..solids.capsules import Capsules
+from ..solids.polyhedra import Polyhedron
 from .mounted_sensor import MountedSensor
 from .ring import Ring, Setup, ring_values
 from .ring_kinematics import ring_arrays, sensor_poses, up_of
@@ -117,10 +120,18 @@ def _bodies(robot: Robot, frame: int) -> Iterator[tuple[str, Gap]]:
     """Yield the convex bodies that move with a frame, with their signed distances in it."""
     for body in robot.bodies:
         if body.frame == frame:
-            yield body.name, lambda p, b=body: float(b.capsule.distance(p))
+            yield body.name, partial(_gap_to_capsule, body.capsule)
     for carried in robot.carried:
         if carried.frame == frame:
-            yield carried.name, lambda p, c=carried: float(np.asarray(c.body(p[None]))[0])
+            yield carried.name, partial(_gap_to_polyhedron, carried.body)
+
+
+def _gap_to_capsule(capsule: Capsules, point: Float[np.ndarray, " 3"]) -> float:
+    return float(capsule.distance(point))
+
+
+def _gap_to_polyhedron(body: Polyhedron, point: Float[np.ndarray, " 3"]) -> float:
+    return float(np.asarray(body(point[None]))[0])
 
 
 def _exit(

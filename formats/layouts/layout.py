@@ -28,7 +28,7 @@ _AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 
 
 @dataclass(frozen=True)
-class Layout:
+class PublishedLayout:
     """A layout of sensors on a robot, as somebody published it."""
 
     name: str
@@ -44,8 +44,13 @@ class Layout:
     notes: tuple[str, ...] = ()
     """What the readers dropped or took in another way than written, a sentence each."""
 
+    @property
+    def incomplete(self) -> bool:
+        """Whether a mesh of the robot's body is missing."""
+        return any("is incomplete" in note for note in self.notes)
 
-def read_layout(path: Path) -> Layout:
+
+def read_layout(path: Path) -> PublishedLayout:
     """Return the layout of a file.
 
     Raises:
@@ -68,7 +73,7 @@ def read_layout(path: Path) -> Layout:
     setup, lifts = (
         lift_to_surface(scene.robot, setup, about.lift_mm / 1000) if about.lift_mm else (setup, ())
     )
-    return Layout(path.stem, about, scene, setup, lifts, notes)
+    return PublishedLayout(path.stem, about, scene, setup, lifts, notes)
 
 
 def _robot(

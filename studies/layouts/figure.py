@@ -58,9 +58,13 @@ def _paint(ax: Axes, row: ScoredLayout) -> None:
     apex, axis = np.asarray(cones.apex), np.asarray(cones.axis)
     view.lines(np.stack([apex, apex + _LOOK * axis], axis=1), _LAYOUT, 1.4)
     view.points(apex, _LAYOUT, _DOT)
-    view.draw()
+    corners = view.extent()
+    view.draw(fit=False)
     ax.set_aspect("equal")
     ax.axis("off")
+    if corners is not None:
+        middle, half = corners.mean(axis=0), 0.52 * float(np.ptp(corners, axis=0).max())
+        ax.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
     ax.set_title(
         f"{row.layout.name}\n{robot.name}, {row.sensors} sensors",
         fontsize=9.5,

@@ -101,6 +101,9 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
     )
     heads = ("layout", "robot", "sensors", "beam", *_NAMES)
     yield table(heads, map(_compared, rows), right=(2,))
+    if any(row.layout.incomplete for row in rows):
+        yield "† A part of the robot's body is missing; the source below names it.\n"
+    yield _verdict(rows)
     yield "## Guaranteed intervals, under shadow\n"
     yield table(
         ("layout", *(f"{who}: {name}" for who in ("layout", "search") for name in _NAMES)),
@@ -117,8 +120,21 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
     yield from _effort(rows)
 
 
+def _verdict(rows: Sequence[ScoredLayout]) -> str:
+    """Return how often the search covers more, where the guaranteed intervals decide it."""
+    more = [sum(row.proposed.low[n] > row.score.high[n] for row in rows) for n in _NAMES]
+    less = [sum(row.proposed.high[n] < row.score.low[n] for row in rows) for n in _NAMES]
+    each = ", ".join(
+        f"of {name} on {a} and less on {b}" for name, a, b in zip(_NAMES, more, less, strict=True)
+    )
+    return (
+        f"Of {len(rows)} layouts, the search covers provably more {each}; for the others the"
+        " guaranteed intervals overlap.\n"
+    )
+
+
 def _name(row: ScoredLayout) -> str:
-    return f"`{row.layout.name}`"
+    return f"`{row.layout.name}`" + " †" * row.layout.incomplete
 
 
 def _compared(row: ScoredLayout) -> list[str]:
@@ -134,7 +150,7 @@ def _compared(row: ScoredLayout) -> list[str]:
 def _pairs(of: object, other: object) -> list[str]:
     mine, theirs = dict(of), dict(other)  # type: ignore[call-overload]
     return [
-        f"{mine[name]:.1f} → {theirs[name]:.1f} ({theirs[name] - mine[name]:+.1f})"
+        f"{mine[name]:.1f} → {theirs[name]:.1f} ({round(theirs[name] - mine[name], 1) + 0.0:+.1f})"
         for name in _NAMES
     ]
 
@@ -153,17 +169,19 @@ def _sources(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     )
     for row in rows:
         about = row.layout.about
-        yield f"### {_name(row)}: {escaped(about.title)}\n"
-        yield f"- source: {escaped(about.source)}; read {about.date}\n"
-        yield f"- licence: {escaped(about.licence)}\n"
-        yield f"- poses: {escaped(about.how)}\n"
-        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}\n"
-        yield f"- {_lifted(row)}\n"
+        yield f"### `{row.layout.name}`: {escaped(about.title)}\n"
+        yield f"- source: {escaped(about.source)}; read {about.date}"
+        yield f"- licence: {escaped(about.licence)}"
+        yield f"- poses: {escaped(about.how)}"
+        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}"
+        yield f"- {_lifted(row)}"
         for note in filter(None, (about.note, *row.layout.notes)):
-            yield f"- {escaped(note)}\n"
+            yield f"- {escaped(note)}"
+        yield ""
     yield "### Not scored\n"
     for title, reason in _LEFT_OUT:
-        yield f"- {title}: {reason}.\n"
+        yield f"- {title}: {reason}."
+    yield ""
 
 
 def _lifted(row: ScoredLayout) -> str:
@@ -177,7 +195,7 @@ def _lifted(row: ScoredLayout) -> str:
         text += " most"
     if stays:
         text += f"; {stays} lie deeper than {row.layout.about.lift_mm:g} mm and stay"
-    return text + f"; {row.unseeing} see less than 1 % of their beams in this pose"
+    return text + f"; {row.unseeing} of {row.sensors} see less than 1 % of their beams in this pose"
 
 
 def _rules() -> Iterator[str]:
@@ -209,7 +227,8 @@ def _effort(rows: Sequence[ScoredLayout]) -> Iterator[str]:
         f" {processor / wall:.1f} processors to themselves."
         + (
             f" Cut short by the limit: {', '.join(f'`{name}`' for name in cut)}."
-            " A longer search can only find better setups."
+            " A longer search usually finds better setups, so these are lower ends of what it"
+            " can reach."
             if cut
             else " All of them completed."
         )

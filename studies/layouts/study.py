@@ -13,7 +13,7 @@ from typing import Any
 
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Target
-from ...formats.layouts.layout import SUFFIXES, Layout, read_layout
+from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...formats.schema.scene_models import SceneModel
 from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import setup_keys
@@ -47,7 +47,7 @@ class Score:
 class ScoredLayout:
     """A layout with its score, and the search with as many sensors."""
 
-    layout: Layout
+    layout: PublishedLayout
     """The layout."""
     scene: Mapping[str, Any]
     """Keys of its scene, with self-occlusion."""
@@ -76,7 +76,7 @@ class ScoredLayout:
         return self.layout.setup.sensors
 
 
-def layouts(own: Sequence[Path] = ()) -> list[Layout]:
+def layouts(own: Sequence[Path] = ()) -> list[PublishedLayout]:
     """Return the layouts that the package brings, then those of ``own`` files.
 
     Raises:
@@ -85,7 +85,7 @@ def layouts(own: Sequence[Path] = ()) -> list[Layout]:
     from ...formats.errors import UserError
 
     files = sorted(file for file in PUBLISHED.iterdir() if file.suffix in SUFFIXES)
-    found: dict[str, Layout] = {}
+    found: dict[str, PublishedLayout] = {}
     for file in (*files, *own):
         layout = read_layout(file)
         if layout.name in found:
@@ -96,7 +96,7 @@ def layouts(own: Sequence[Path] = ()) -> list[Layout]:
     return list(found.values())
 
 
-def scene_keys(layout: Layout, occlusion: str) -> dict[str, Any]:
+def scene_keys(layout: PublishedLayout, occlusion: str) -> dict[str, Any]:
     """Return the keys of a layout's scene under a model of occlusion, with all targets."""
     keys = SceneModel.from_domain(layout.scene).model_dump(mode="json", exclude_defaults=True)
     goals = [
@@ -108,7 +108,7 @@ def scene_keys(layout: Layout, occlusion: str) -> dict[str, Any]:
 
 
 def measure(
-    run: Measure, some: Sequence[Layout], seed: int = 0, seconds: float = SECONDS
+    run: Measure, some: Sequence[PublishedLayout], seed: int = 0, seconds: float = SECONDS
 ) -> list[ScoredLayout]:
     """Return all layouts with their scores.
 
@@ -164,7 +164,7 @@ def measure(
 
 
 def _scores(
-    run: Measure, heading: str, some: Sequence[Layout], setups: Sequence[Mapping[str, Any]]
+    run: Measure, heading: str, some: Sequence[PublishedLayout], setups: Sequence[Mapping[str, Any]]
 ) -> list[Score]:
     """Return the coverage of setups in the layouts' scenes."""
     counted: dict[str, dict[str, Any]] = {
