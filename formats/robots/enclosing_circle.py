@@ -23,7 +23,8 @@ def circle_centre(xy: Float[np.ndarray, "*batch N 2"]) -> Float[np.ndarray, "*ba
     (..., N, 2) m, by steps towards the farthest point (Bădoiu and Clarkson, 2003)."""
     centre: np.ndarray = (xy.min(axis=-2) + xy.max(axis=-2)) / 2
     xy = xy - centre[..., None, :]  # small numbers, for the difference of squares below
-    middle, centre = centre, np.zeros_like(centre)
+    middle: np.ndarray = centre
+    centre = np.zeros_like(middle)
     x, y = np.ascontiguousarray(xy[..., 0]), np.ascontiguousarray(xy[..., 1])
     square = x * x + y * y
     for i in range(1, _STEPS):
