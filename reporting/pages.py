@@ -15,8 +15,8 @@ from ..formats.escaping import printable, printable_lines
 
 _IMAGE = re.compile(r'src="([\w.-]+\.png)"')
 _PICTURE = re.compile(r"[\w.-]+\.png")
-# bars are escaped by ``table``
-_MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c != "|"})
+# bars are escaped by ``table``; the other marks left out mean nothing within a line
+_MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c not in "|,;?%/()"})
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 _STYLE = """body { max-width: 72rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, \
 sans-serif;
