@@ -63,7 +63,8 @@ def counted(
         targets: targets to count.
         sighted: targets for which ζ is counted under several models of occlusion.
         known: counts that exist already, by the setup's name and the target.
-        brief: setups that are counted only under the scene's model and with a transparent robot.
+        brief: setups that are counted only under the scene's model and with a transparent robot,
+            and whose blocked sensors are not sought.
 
     Yields:
         One result for each target and setup: goals target by target, then the others setup by
@@ -85,7 +86,7 @@ def counted(
                 if target in sighted:
                     result = result.with_occlusion(
                         by_occlusion(verifier, one, verified, few if name in brief else OCCLUSIONS),
-                        unseeing(scene, one),
+                        () if name in brief else unseeing(scene, one),
                         mount_faults(scene, one, clear),
                     )
                 yield result

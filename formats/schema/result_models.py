@@ -185,7 +185,10 @@ class VerifyResult(MappedModel[Verified]):
             " where there are several of these"
         ),
     )
-    unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
+    unseeing: list[UnseeingModel] = Field(
+        default=[],
+        description="blocked sensors; not sought for the layouts beside a proposal",
+    )
     lifted: list[LiftedModel] = Field(
         default=[], description="single sensors that were lifted out of the body in which they lay"
     )
