@@ -33,4 +33,5 @@ def circle_centre(xy: Float[np.ndarray, "*batch N 2"]) -> Float[np.ndarray, "*ba
         farthest = away.argmax(axis=-1)
         far = np.take_along_axis(xy, farthest[..., None, None], axis=-2)[..., 0, :]
         centre = centre + (far - centre) / (2 * i + 2)
-    return middle + centre
+    centred: np.ndarray = middle + centre
+    return centred
