@@ -33,7 +33,7 @@ def lift_to_surface(
     Example:
         >>> import place_rings as pr
         >>> pad = pr.MountedSensor("forearm", (0.04, 0.0, 0.3), (1.0, 0.0, 0.0))
-        >>> lifted = pr.lift_to_surface(pr.Setup((), [pad]), limit=0.05).singles[0]
+        >>> lifted = pr.lift_to_surface(pr.Setup((), (pad,)), limit=0.05).singles[0]
         >>> 0 < lifted.lifted < 0.05, abs(lifted.position[0] - 0.04 - lifted.lifted) < 1e-12
         (True, True)
     """

@@ -353,10 +353,18 @@ def _robots(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
 
 
 def _layouts(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
+    from .formats.errors import UserError
     from .studies.layouts import report, study
 
+    some = options.layouts
+    written = {(folder / name).resolve() for name in report.names_written(one.name for one in some)}
+    for one in some:
+        if one.path is not None and one.path.resolve() in written:
+            raise UserError(
+                f"{one.path}: the results would overwrite this layout; set another folder"
+            )
     seconds = options.time_cap or study.SECONDS
-    rows = study.measure(measure, options.layouts, options.seed, seconds)
+    rows = study.measure(measure, some, options.seed, seconds)
     for name, text in report.write(rows, folder, options.command).items():
         write_text(folder / name, text)
     return rows

@@ -163,6 +163,7 @@ def beside(path: Path, key: str, name: str) -> Path:
     folder = path.resolve().parent
     try:
         target = (folder / name).resolve()
+        exists = target.exists()
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
     if Path(name).is_absolute() or not target.is_relative_to(folder):
@@ -170,7 +171,7 @@ def beside(path: Path, key: str, name: str) -> Path:
             f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
             " below"
         )
-    if not target.exists():
+    if not exists:
         reason = os.strerror(errno.ENOENT)
         raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
     return path.parent / name

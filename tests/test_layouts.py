@@ -276,3 +276,44 @@ def test_a_score_lies_in_its_interval_and_occlusion_takes_from_it(small):
     assert row.sensors == 1 == sum(ring["count"] for ring in row.proposal["rings"])
     assert report.write([row], small, "command")["layouts.csv"].count("\n") == 1 + 2 * 4
     assert ROBOTS["panda"].name == row.layout.scene.robot.name
+
+
+def test_results_never_overwrite_a_layout(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(study, "PUBLISHED", tmp_path / "none")
+    (tmp_path / "none").mkdir()
+    head, row = ROWS.splitlines()
+    text = commented(KEYS) + "\n".join(
+        [head, row, row.replace("pad", "b"), row.replace("pad", "c")]
+    )
+    for name in ("layouts", "mine", "mine_search"):
+        (tmp_path / f"{name}.csv").write_text(text)
+    code, _, err = run("study", "layouts", "--layout", tmp_path / "layouts.csv", "--out", tmp_path)
+    assert code == 2
+    assert "would overwrite this layout" in err
+    assert (tmp_path / "layouts.csv").read_text() == text
+    both = [part for n in ("mine", "mine_search") for part in ("--layout", tmp_path / f"{n}.csv")]
+    code, _, err = run("study", "layouts", *both, "--out", tmp_path / "out")
+    assert code == 2
+    assert "mine and mine_search" in err
+
+
+def test_a_layout_that_no_search_can_equal_is_refused_before_any_work(run, tmp_path):
+    (tmp_path / "one.csv").write_text(commented(KEYS) + ROWS)
+    code, _, err = run(
+        "study", "layouts", "--layout", tmp_path / "one.csv", "--out", tmp_path / "o"
+    )
+    assert code == 2
+    assert "one.csv: the search beside it cannot place as many sensors (1)" in err
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_layout_has_sensors_of_one_kind_and_a_robot_with_a_name_that_fits(tmp_path):
+    single = "position = [0.1, 0, 0.2]\ndirection = [1, 0, 0]\nlink = 'forearm'\n"
+    own = "[sensors.sensor]\nfov_deg = 10.0\n"
+    (tmp_path / "a.toml").write_text(KEYS + "[[sensors]]\n" + single + own)
+    with pytest.raises(UserError, match="beams of their own"):
+        read_layout(tmp_path / "a.toml")
+    long = KEYS.replace("ur10", "a" * 280 + ".toml")
+    (tmp_path / "b.csv").write_text(commented(long) + ROWS)
+    with pytest.raises(UserError, match=r"b\.csv: robot: found"):
+        read_layout(tmp_path / "b.csv")

@@ -125,6 +125,15 @@ def test_single_sensors_have_ports_of_their_own():
     assert [(p.name, p.count) for p in ports] == [("/dev/c", 8), ("/dev/a", 1), ("/dev/b", 1)]
 
 
+def test_names_of_single_sensors_are_unique_and_come_before_numbers():
+    one = MIXED.singles[0]
+    alike = Setup((), tuple(replace(one, name=name) for name in ("a", "a", "a.0")))
+    assert len(set(ring_names(alike))) == 3
+    numbers = Setup((), tuple(replace(one, name=name) for name in ("x", "2", "1")))
+    ports = resolve_ports(numbers, ["x=/dev/A", "2=/dev/B", "1=/dev/C"])
+    assert [port.name for port in ports] == ["/dev/A", "/dev/B", "/dev/C"]
+
+
 def test_a_check_of_single_sensors_plans_no_mount_check():
     options = CheckOptions(("self", "mount"), 1.0, False, 4, 4, Rod(), False, False, 0.05, 0)
     assert plan_check(ALONE, SCENE, options, moved=False).mount is None

@@ -68,6 +68,8 @@ def test_edits_concern_one_sensor_and_rings_may_join_it():
     moved = draft.moved(1, x=0.05).setup
     assert moved.singles[0] == ALONE.singles[0]
     assert moved.singles[1] == replace(ALONE.singles[1], position=(0.05, 0.12, 0.0))
+    lifted = Setup((), (replace(ALONE.singles[0], lifted=0.01),))
+    assert EditedSetup(paper_scene(), lifted).moved(0, x=0.05).setup.singles[0].lifted == 0
     both = draft.added("forearm")
     assert [g.count for g in both.setup.groups] == [NEW_COUNT, 1, 1]
     assert both.removed(0).setup == ALONE

@@ -56,6 +56,8 @@ class SinglePose:
             raise ValueError(f"a coordinate must be at most {FARTHEST:g} m")
         x, y, z = (round(v, _DIGITS_POSITION) + 0.0 for v in at)
         there = replace(one, position=(x, y, z))
+        if self != SinglePose.of(one):
+            there = replace(there, lifted=0.0)  # where it was lifted from is no longer its place
         if replace(SinglePose.of(one), x=self.x, y=self.y, z=self.z) == self:
             return there  # turned as before, without another rounding
         azimuth, roll = math.radians(self.azimuth_deg), math.radians(self.roll_deg)

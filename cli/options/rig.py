@@ -33,7 +33,7 @@ def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
                 " tool=/dev/ttyUSB0"
             )
         name, decoder = match["name"], match["decoder"] or "place-rings"
-        if name.isdecimal() and int(name) < len(names):
+        if name not in names and name.isdecimal() and int(name) < len(names):
             name = names[int(name)]
         if name not in names or name in ports:
             left = [n for n in names if n not in ports]

@@ -11,6 +11,7 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
 from ...coverage.robots.built_in import robot as built_in
+from ...coverage.robots.joint_values import contradicted
 from ...coverage.robots.robot import Robot
 from ...objectives.named_layouts import layout_in
 from ...objectives.poses import Pose
@@ -24,6 +25,7 @@ from .csv_poses import read_csv
 from .mat_frames import sensors_of_mat
 
 SUFFIXES = (".csv", ".toml")
+_MOST = 1000  # sensors
 _AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 
 
@@ -41,6 +43,8 @@ class PublishedLayout:
     """Where the sensors are, lifted if the layout says so."""
     lifts: tuple[Lift, ...] = ()
     """The sensors that lie in a body of their own link."""
+    path: Path | None = None
+    """The file."""
     notes: tuple[str, ...] = ()
     """What the readers dropped or took in another way than written, a sentence each."""
 
@@ -70,10 +74,11 @@ def read_layout(path: Path) -> PublishedLayout:
     scene = _scene(path, about, robot)
     setup = Setup((), sensors) if file is None else _setup(path, file, scene)
     _check_links(path, setup, robot)
+    _check_sensors(path, setup, scene)
     setup, lifts = (
         lift_to_surface(scene.robot, setup, about.lift_mm / 1000) if about.lift_mm else (setup, ())
     )
-    return PublishedLayout(path.stem, about, scene, setup, lifts, notes)
+    return PublishedLayout(path.stem, about, scene, setup, lifts, path, notes)
 
 
 def _robot(
@@ -101,6 +106,11 @@ def _robot(
 
 def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
     """Return the scene of a layout: the robot in its pose, with its sensor, else the default."""
+    if not robot.bodies:
+        raise UserError(
+            f"{path}: robot: found {robot.name} without bodies, allowed: a robot whose bodies are"
+            " known, since they block the view"
+        )
     q, chain = robot.rest, robot.chain
     if about.pose_deg is not None:
         if chain.prismatic or len(about.pose_deg) != len(chain):
@@ -110,6 +120,12 @@ def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
                 f"{len(chain)} of robot {robot.name}"
             )
         q = np.radians(about.pose_deg)
+        if (j := contradicted(chain, q)) is not None:
+            raise UserError(
+                f"{path}: pose_deg: found an angle of {chain.joints[j]} that contradicts the joint"
+                " which it mimics"
+            )
+    q = chain.settled(q)
     beyond = robot.beyond(q)
     if beyond is not None:
         raise UserError(
@@ -153,6 +169,17 @@ def _urdf_sensors(path: Path, asked: LayoutUrdfModel, scene: CoreScene) -> Itera
         read_urdf(beside(path, "urdf.file", asked.file)), pattern, scene
     ).singles:
         yield replace(one, sensor=scene.sensor)
+
+
+def _check_sensors(path: Path, setup: Setup, scene: CoreScene) -> None:
+    """Raise ``UserError`` for no sensors, for too many, or for sensors of several kinds."""
+    if not 0 < setup.sensors <= _MOST:
+        raise UserError(f"{path}: found {setup.sensors} sensors, allowed: 1 to {_MOST}")
+    if any(group.sensor != scene.sensor for group in setup.groups):
+        raise UserError(
+            f"{path}: found sensors with beams of their own, allowed: the beam of the key sensor"
+            " for all, since the search beside the layout places sensors of one kind"
+        )
 
 
 def _check_links(path: Path, setup: Setup, robot: Robot) -> None:

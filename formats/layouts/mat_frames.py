@@ -62,17 +62,17 @@ def _frames(file: Path, asked: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]
             f"{file}: found a file that is no MATLAB file ({type(error).__name__}), allowed: .mat"
             " of version 7 or older"
         ) from error
-    if asked.variable not in content:
+    if asked.variable not in content or asked.variable.startswith("__"):
         raise UserError(f"{file}: found no variable {shown(asked.variable)}; name one of the file")
     cells = content[asked.variable]
     where = f"{file}: variable {shown(asked.variable)}"
     if asked.row is not None:
-        rows = list(np.ravel(cells)) if cells.dtype == object else []
+        rows = list(np.ravel(cells)) if np.asarray(cells).dtype == object else []
         if asked.row > len(rows):
             raise UserError(f"{where}: row: found {asked.row}, allowed: 1 to {len(rows)}")
         cells = rows[asked.row - 1]
     each = list(np.ravel(cells)) if np.asarray(cells).dtype == object else [cells]
-    if not all(_is_pose(T) for T in each):
+    if not each or not all(_is_pose(T) for T in each):
         raise UserError(
             f"{where}: found values that are no rigid transforms (4, 4), allowed: a cell array of"
             " these, or with row a cell array of such cell arrays"

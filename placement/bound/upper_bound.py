@@ -18,8 +18,10 @@ Two fields are used. With lambda = w each sensor collects at most the volume of 
 field has low prices where layouts cover places several times, and a higher price elsewhere
 (``multipliers``). It is smooth (``price_field``), so its integral over a beam has bounded bends,
 and finitely many rings bound all rings between them (``ring_values``). That part is a proof but
-for rounding. The integrals over the target are sums over voxels; their error is far below
-``MARGIN``, which is added.
+for rounding. The integrals over the target are sums over voxels, and ``MARGIN`` is added for their
+error. That is an estimate for targets bounded by round surfaces, whose voxels are as often too
+large as too small. A flat face that lies along the voxels is not, nor is a weight field sampled at
+their centres: for such targets no bound is stated (``boundable``).
 
 The bound is not the best layout. It counts rings as if their beams could be arranged, in fractions,
 without covering a place twice. Where beams must overlap, as near the robot, it stays far above
@@ -82,7 +84,8 @@ def upper_bound(
     """Return a bound that no setup of a design space exceeds; None if none is known.
 
     For coverage after the worst loss the bound is that before the loss, which is never lower. Under
-    mounting errors rings leave their places, and no bound is known.
+    mounting errors rings leave their places, and no bound is known; nor is one for targets that
+    are not ``boundable``.
 
     Args:
         scene: robot, poses, targets, rules.
@@ -95,7 +98,7 @@ def upper_bound(
         ValueError: for an empty target.
     """
     aim, effort, began = aim or Criterion(), effort or Effort(), time.monotonic()
-    if aim.errors is not None:
+    if aim.errors is not None or not boundable(scene):
         return None
     weights = np.outer(scene.goal_weights, scene.pose_weights)
     order = np.argsort(-weights, axis=None, kind="stable")
@@ -111,6 +114,14 @@ def upper_bound(
     if scene.over_poses == "worst":
         value = min(value, float((scene.goal_weights @ each).min()))
     return CoverageBound(min(value, 1.0), tuple(terms), time.monotonic() - began)
+
+
+def boundable(scene: CoreScene) -> bool:
+    """Return whether sums over voxels are good enough for the targets of a scene: named volumes
+    without weights, in a scene without obstacles and attached solids, whose faces may be flat."""
+    flat = scene.obstacles or scene.robot.attached
+    own = any(g.target.volume is not None or g.target.importance is not None for g in scene.goals)
+    return not flat and not own
 
 
 class AtPose:

@@ -9,8 +9,8 @@ def gap_line(gap: GapModel | None) -> str | None:
         return None
     if gap.bound_percent is None or gap.gap_points is None:
         return (
-            "Optimality gap: no upper bound is known under mounting errors (--tolerant), because"
-            " rings then leave their places."
+            "Optimality gap: no upper bound is known for this search (under mounting errors, with"
+            " obstacles or attached solids, for weight fields and for volumes of your own)."
         )
     if not gap.informative:
         return (

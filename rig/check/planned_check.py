@@ -62,7 +62,12 @@ def ring_names(setup: Setup) -> list[str]:
     """Name each ring and single sensor by its link or, for a single sensor, by its own name; with
     its number among those of the same name if there are several."""
     names = [getattr(group, "name", "") or group.link for group in setup.groups]
-    return [
-        name if names.count(name) == 1 else f"{name}.{names[:i].count(name)}"
-        for i, name in enumerate(names)
-    ]
+    each: list[str] = []
+    for i, name in enumerate(names):
+        number = names[:i].count(name)
+        one = name if names.count(name) == 1 else f"{name}.{number}"
+        while one in each or (one != name and one in names):
+            number += 1
+            one = f"{name}.{number}"
+        each.append(one)
+    return each

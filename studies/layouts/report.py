@@ -1,6 +1,6 @@
 """Page of the study of layouts: tables, a figure, the sources, and how to add a layout."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
@@ -28,6 +28,12 @@ _LEFT_OUT = (
         " reads them from a copy of the repository",
     ),
 )
+
+
+def names_written(some: Iterable[str]) -> set[str]:
+    """Return the names of all files that ``write`` leaves for layouts of these names."""
+    each = {f"{name}{end}.toml" for name in some for end in ("", "_search")}
+    return each | {"layouts.png", "layouts.csv", "README.md"}
 
 
 def write(rows: Sequence[ScoredLayout], folder: Path, command: str) -> dict[str, str]:

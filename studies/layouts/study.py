@@ -15,6 +15,8 @@ from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Target
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...formats.schema.scene_models import SceneModel
+from ...placement.search.design import Space
+from ...placement.search.feasible_set import InfeasibleError
 from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import setup_keys
 from ..engine.store import Cell
@@ -93,7 +95,28 @@ def layouts(own: Sequence[Path] = ()) -> list[PublishedLayout]:
                 f"{file}: found a second layout called {layout.name}; give the file another name"
             )
         found[layout.name] = layout
+    for name in found:
+        if f"{name}_search" in found:
+            raise UserError(
+                f"found layouts called {name} and {name}_search; the results of the search beside"
+                " the first have the second name, so give one of the files another name"
+            )
+    for file, layout in zip(own, list(found.values())[-len(own) :], strict=True) if own else ():
+        _check_search(file, layout)
     return list(found.values())
+
+
+def _check_search(file: Path, layout: PublishedLayout) -> None:
+    """Raise ``UserError`` if no rings on the robot hold as many sensors."""
+    from ...formats.errors import UserError
+
+    try:
+        Space(layout.scene, sensors=layout.setup.sensors)
+    except InfeasibleError as error:
+        raise UserError(
+            f"{file}: the search beside it cannot place as many sensors"
+            f" ({layout.setup.sensors}) in rings on {layout.scene.robot.name}: {error}"
+        ) from error
 
 
 def scene_keys(layout: PublishedLayout, occlusion: str) -> dict[str, Any]:
