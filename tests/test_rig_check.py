@@ -3,7 +3,6 @@ and replayed.
 """
 
 import io
-import json
 import os
 import pty
 import re
@@ -35,119 +34,45 @@ from place_rings.objectives.scene import Goal
 from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check import live
 from place_rings.rig.check.assessment import assess
-from place_rings.rig.check.models import AboutFile, CheckResult, PortModel
-from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
-from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import CheckOptions
+from place_rings.rig.check.models import CheckResult, PortModel
+from place_rings.rig.check.plans import CheckOptions, Plans
 from place_rings.rig.check.preconditions import require_known_cell, require_near_stop
-from place_rings.rig.check.procedure import spans
+from place_rings.rig.check.procedure import Operator, run, skipped, spans
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.near_stops import by_ring, near_stops
 from place_rings.rig.recording.recording import Recording, RecordingReader
-from place_rings.rig.recording.records import Kind, Record
-from place_rings.rig.rings.protocol import encode
+from place_rings.rig.rings.ports import RingReaders
+from place_rings.rig.rings.protocol import Counts
 from place_rings.rig.robot.motion import UNSEEN
-from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places, plan_rod
 from place_rings.rig.session.gathering import replay
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig
-from place_rings.rig.simulated_cell.cell import SimulatedCell, simulated_rig
+from place_rings.rig.simulated_cell.cell import simulated_rig
 
+from .rig_about import about_file
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
+from .rig_tape import Tape, record
 
 SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)), Goal(Target("V_S", 0.2))))
 
-HZ, EVERY = 125, 5  # states a second, states between two frames
 
-
-def about():
+def about(**more):
     targets = [goal.target for goal in SCENE.goals]
     plans = [
         plan_rod(SCENE, SETUP, t, n, where=places(SCENE, t, Rod(), 0.1))
         for t, n in zip(targets, (12, 8), strict=True)
     ]
-    return AboutFile(
-        setup="small.toml",
-        proposal=ProposalFile.of(SETUP, SCENE),
-        seed=3,
-        injected=True,
-        moved=True,
-        stale_s=0.08,
-        voxel=0.05,
-        ports=[
-            PortModel(name=f"port {i}", count=r.count, baud=460800)
-            for i, r in enumerate(SETUP.rings)
-        ],
-        seconds=1.0,
-        wave=True,
-        stops=mount_plan_model(planned(SCENE, SETUP, poses=10, frames=8, candidates=60)),
-        trials=[rod_plan_model(plan) for plan in plans],
-        version="0",
-    )
-
-
-class Tape:
-    """Records what a rig would tell that stands at one pose after another, a second apart."""
-
-    def __init__(self, recording, checked, seed=0):
-        self.put, self.now, self.sequence = recording.put, 100.0, 0
-        self.world, self.rng = checked.injected.world(checked.scene), np.random.default_rng(seed)
-
-    def say(self, what, at, **more):
-        self.put(Record(Kind.EVENT, 0, at, json.dumps({"what": what, **more}).encode()))
-
-    def stand(self, q, step, number, frames, rod=None):
-        self.tell(q, step, number, [self.world.distances(q[None], rod)[0]] * (frames + 2))
-
-    def wave(self, q, ring):
-        """A hand before one seat after another, four frames each."""
-        cell, seen = SimulatedCell(self.world), []
-        for seat in range(cell.counts[ring]):
-            cell.tell({"hand": [ring, seat]})
-            seen += [cell.see(q)] * 4
-        self.tell(q, "wave", ring, seen)
-
-    def tell(self, q, step, number, seen):
-        self.now += 1.0
-        for n in range(EVERY * len(seen)):
-            t = self.now + n / HZ
-            state = State(t, t - 90, np.array(q), np.zeros(6))
-            self.put(Record(Kind.STATE, 0, t, state.pack()))
-            if n % EVERY == 2:
-                distance, status = self.world.told(self.rng, seen[n // EVERY])
-                first = 0
-                for i, ring in enumerate(self.world.mounted.groups):
-                    k = slice(first, first := first + ring.count)
-                    data = encode(self.sequence, t - 95, distance[k], status[k])
-                    self.put(Record(Kind.BYTES, i, t, data))
-                self.sequence += 1
-            if n == 0:
-                self.say("begin", t, step=step, number=number)
-        self.now += EVERY * len(seen) / HZ
-        self.say("end", self.now)
+    stops = planned(SCENE, SETUP, poses=10, frames=8, candidates=60)
+    return about_file("small.toml", SCENE, SETUP, stops, plans, **more)
 
 
 @pytest.fixture(scope="module")
 def taped(tmp_path_factory):
-    """A whole check, as a recording."""
-    file = tmp_path_factory.mktemp("check") / "tape.rig"
-    asked = about()
-    checked = PlannedCheck.of(asked)
-    with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
-        tape, plans = Tape(recording, checked), checked.plans.rods
-        tape.stand(SCENE.poses[0].q, "self", 0, 20)
-        for ring in range(len(SETUP.rings)):
-            tape.wave(SCENE.poses[0].q, ring)
-        for i, q in enumerate(checked.plans.mount.joints):
-            tape.stand(q, "mount", i, 8)
-        tape.stand(plans[0].joints[0], "before", 0, 20)
-        for i, (plan, point) in enumerate((each, x) for each in plans for x in each.point):
-            tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
-        tape.say("ended", tape.now, why="")
-    return file, checked
+    return record(tmp_path_factory.mktemp("check") / "tape.rig", about())
 
 
 def call(words):
@@ -193,7 +118,7 @@ def test_what_was_injected_is_found_and_said(taped):
 def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(taped, tmp_path):
     file, checked = taped
     data = file.read_bytes()
-    (tmp_path / "torn").write_bytes(data[: len(data) * 2 // 5])
+    (tmp_path / "torn").write_bytes(data[: len(data) * 2 // 5 + 7])
     r = assessed(tmp_path / "torn", checked).result
     assert r.verdict == "unfinished"
     assert "ended early: it was cut off" in r.reasons
@@ -203,7 +128,74 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     assert any("is damaged" in warning for warning in r.warnings)
     (tmp_path / "early").write_bytes(data[:20_000])
     r = assessed(tmp_path / "early", checked).result
-    assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
+    assert (r.verdict, r.mount) == ("unfinished", None)
+
+
+def test_a_self_check_that_was_killed_is_judged_by_what_it_read(taped, tmp_path):
+    _, checked = taped
+    with Recording(
+        tmp_path / "kill", {"check": checked.about.model_dump(mode="json")}
+    ) as recording:
+        tape = Tape(recording, checked)
+        tape.say = lambda what, *args, **more: (
+            Tape.say(tape, what, *args, **more) if what == "begin" else None
+        )
+        tape.stand(SCENE.poses[0].q, "self", 0, 20)
+    r = assessed(tmp_path / "kill", checked).result
+    assert r.verdict == "unfinished"
+    assert not any("no reading" in reason for reason in r.reasons)
+    assert "self check: cut off after 0.9 of 1 s" in r.reasons
+    assert len(r.self_check.silent) == 1
+    assert all(ring.frames >= 18 for ring in r.self_check.rings)
+
+
+def test_stops_that_were_not_read_are_listed_with_the_reason(taped, tmp_path):
+    _, checked = taped
+    with Recording(tmp_path / "few", {"check": checked.about.model_dump(mode="json")}) as recording:
+        tape = Tape(recording, checked)
+        tape.stand(SCENE.poses[0].q, "self", 0, 20)
+        for i, q in enumerate(checked.plans.mount.joints):
+            if i in (2, 5):
+                tape.say("skipped", tape.now, step="mount", number=i, why="no way")
+            elif i == 3:
+                tape.say("skipped", tape.now, step="mount", number=i, why="by the person")
+            elif i < 8:
+                tape.stand(q, "mount", i, 8)
+        tape.say("ended", tape.now, why="")
+    reasons = assessed(tmp_path / "few", checked).result.reasons
+    assert (
+        "mount check: 5 of 10 stops were read; stops 2, 5: no way; stop 3: by the person;"
+        " stops 8, 9: not finished before the check ended"
+    ) in reasons
+
+
+def test_a_rig_without_errors_and_faults_is_as_proposed(tmp_path, capsys):
+    asked = about(faults="none")
+    record(tmp_path / "fine.rig", asked)
+    with pytest.raises(SystemExit, match="0"):
+        call(["check", "--replay", str(tmp_path / "fine.rig"), "--out", str(tmp_path / "out")])
+    assert "small.toml: as proposed" in capsys.readouterr().out
+    result = CheckResult.model_validate_json((tmp_path / "out" / "check.json").read_text())
+    assert (result.verdict, result.reasons, result.faults) == ("as proposed", [], "none")
+    assert "No error or fault was injected." in (tmp_path / "out" / "check.html").read_text()
+
+
+def test_the_procedure_says_why_it_skips_a_stop(taped):
+    _, checked = taped
+    operator, session = Mock(spec=Operator), Mock(spec=Session)
+    operator.order, operator.stand = lambda joints: [3, 1], lambda q, words: words[5] == "3"
+    session.trouble, session.patience = "", 1.0
+    session.rings = Mock(spec=RingReaders, counts=[Counts()])
+    said = []
+    session.say = lambda what, **more: said.append((0.0, {"what": what, **more}))
+    plan = replace(checked.plans.mount, joints=checked.plans.mount.joints[:4], frames=-1)
+    run(session, Plans(None, plan), operator)
+    assert [s.number for s in spans(said)] == [3]
+    assert skipped(said, "mount") == {
+        0: "no way that keeps its distances leads there",
+        1: "skipped by the person at the rig",
+        2: "no way that keeps its distances leads there",
+    }
 
 
 def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_path):
@@ -313,6 +305,10 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
         (
             ["--robot-host", "h", "--allow-reduced-near-stop"],
             "--allow-reduced-near-stop: allowed only with --move",
+        ),
+        (
+            ["--robot-host", "h", "--injected", "none"],
+            "--injected: allowed only with --rig sim",
         ),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
         (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed only with --part self"),

@@ -3,14 +3,16 @@
 import shutil
 import subprocess
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from place_rings.formats.ring_frame import frame_length
-from place_rings.rig.rings.protocol import Decoder, Status, encode
+from place_rings.rig.rings.protocol import Decoder, Status, encode, encode_zones
+from place_rings.rig.rings.zones import Zones
 
-FIRMWARE = Path(__file__).parent.parent / "rig" / "firmware" / "place_rings_ring"
+FIRMWARE = Path(__file__).parent.parent / "formats" / "firmware" / "place_rings_ring"
 COMPILER = next(
     (found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None
 )
@@ -64,6 +66,53 @@ def test_the_firmware_sends_what_the_decoder_reads(tmp_path):
         assert sent[:size] == encode(sequence, micros / 1e6, mm / 1000, status)
         sent = sent[size:]
     assert not sent
+
+
+ZONES = """
+#include <cstdio>
+#include "ring_frame.h"
+int main() {
+  unsigned count, rows, columns, targets, measured, mm, status, sigma, signal;
+  while (std::scanf("%u %u %u %u %u", &count, &rows, &columns, &targets, &measured) == 5) {
+    static ring_frame::Target all[4 * 64 * 4];
+    const ring_frame::Grid grid = {uint8_t(rows), uint8_t(columns), uint8_t(targets), measured > 0};
+    for (unsigned i = 0; i < count * rows * columns * targets; i++) {
+      if (std::scanf("%u %u %u %u", &mm, &status, &sigma, &signal) != 4) return 1;
+      all[i] = {uint16_t(mm), uint8_t(status), uint16_t(sigma), uint16_t(signal)};
+    }
+    static uint8_t frame[ring_frame::length(4, {8, 8, 4, true})];
+    const size_t size = ring_frame::encode_zones(frame, 7, 1500000, all, uint8_t(count), grid);
+    if (size != ring_frame::length(uint8_t(count), grid)) return 2;
+    std::fwrite(frame, 1, size, stdout);
+  }
+}
+"""
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C++ compiler")
+def test_the_firmware_s_frames_of_zones_are_those_of_the_protocol(tmp_path):
+    (tmp_path / "main.cpp").write_text(ZONES)
+    warnings = ["-std=c++11", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+    subprocess.run(
+        [COMPILER, *warnings, "-I", FIRMWARE, "main.cpp", "-o", "main"], cwd=tmp_path, check=True
+    )
+    rng = np.random.default_rng(0)
+    told, wanted = list[str](), b""
+    for count, *grid, measured in ((1, 4, 4, 1, 0), (4, 8, 8, 4, 1), (3, 2, 5, 2, 1)):
+        shape = (count, *grid)
+        status = rng.integers(0, 4, shape)
+        distance = rng.integers(0, 65536, shape) / 1000
+        zones = Zones.of(distance, status)
+        sigma, signal = rng.integers(0, 400, shape), rng.integers(0, 65536, shape)
+        if measured:
+            zones = replace(zones, sigma_mm=sigma, signal=signal)
+        wanted += encode_zones(7, 1.5, zones)
+        mm = np.rint(1000 * distance).astype(int)
+        numbers = np.stack([mm, status, sigma, signal], axis=-1)
+        told.append(" ".join(map(str, (count, *grid, measured, *numbers.ravel()))))
+    given = "\n".join(told).encode()
+    sent = subprocess.run([tmp_path / "main"], input=given, capture_output=True, check=True).stdout
+    assert sent == wanted
 
 
 def test_the_documented_check_is_the_one_used():

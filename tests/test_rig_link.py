@@ -2,7 +2,11 @@
 fault of its kind.
 """
 
+import os
+import socket
+import struct
 import sys
+import threading
 import time
 from dataclasses import replace
 
@@ -12,6 +16,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.robot.link import Link
+from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError
+from place_rings.rig.robot.protocol_version import PORT, refusal
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
@@ -110,7 +116,15 @@ def test_a_delay_that_creeps_in_ends_it_before_it_is_too_long():
     assert 0.1 * count / 125 == pytest.approx(STALE, abs=0.02)
 
 
-@pytest.mark.parametrize("bits", [1 << n for n in range(2, 11)] + [1 | 1 << 2, 1 | 1 << 7])
+@given(st.floats(1.05, 1000), st.floats(0, 1e6))
+def test_a_clock_that_runs_fast_ends_it_before_a_delay_can_hide(rate, start):
+    states = [replace(state(n), clock=start + rate * n / 125) for n in range(400)]
+    count, why = taken(states)
+    assert why == Ended.GARBLED
+    assert (rate - 1.02) * (count - 2) / 125 <= STALE
+
+
+@pytest.mark.parametrize("bits", [0] + [1 << n for n in range(2, 11)] + [1 | 1 << 2, 1 | 1 << 7])
 def test_a_safety_stop_ends_it(bits):
     assert taken([*good(), state(10, safety=bits)]) == (10, Ended.STOPPED)
     assert taken([*good(), state(10, safety=2)]) == (11, None)
@@ -223,6 +237,50 @@ def test_nobody_there_is_one_line():
     assert fault.value.why == Ended.REFUSED
 
 
+def answering(*answers):
+    """Serve a controller's packages at its port of a new loopback address; return the address."""
+    address, listening = f"127.{os.getpid() % 250 + 1}.7.{len(answers) + 1}", threading.Event()
+
+    def serve():
+        with socket.create_server((address, PORT)) as server:
+            listening.set()
+            client, _ = server.accept()
+            with client:
+                asked = client.recv(100)
+                assert asked == struct.pack(">HBH", 5, ord("V"), 2)
+                for kind, data in answers:
+                    client.sendall(struct.pack(">HB", 3 + len(data), ord(kind)) + data)
+
+    threading.Thread(target=serve, daemon=True).start()
+    assert listening.wait(20)
+    return address
+
+
+@pytest.mark.parametrize(
+    ("answers", "refused"),
+    [
+        ([("V", b"\1")], False),
+        ([("V", b"\0")], True),
+        ([("M", b"a message"), ("M", b"one more"), ("V", b"\0")], True),
+        ([], False),
+    ],
+)
+def test_a_controller_that_refuses_the_version_is_named(answers, refused):
+    said = refusal(answering(*answers), 20.0)
+    assert said == "its controller refuses version 2 of RTDE; update its software" * refused
+
+
+@pytest.mark.slow
+def test_a_refused_version_ends_the_link_before_it_begins():
+    pytest.importorskip("rtde_receive")
+    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig:
+        rig.do("refuse")
+        with Link(rig.address) as link:
+            with pytest.raises(LinkFaultError, match="refuses version 2 of RTDE") as fault:
+                link.wait()
+            assert fault.value.why == Ended.REFUSED
+
+
 FAULTS = {
     "close": Ended.CLOSED,
     "stall": Ended.STALE,
@@ -273,3 +331,25 @@ def test_a_robot_that_never_answers_is_given_up():
                 link.wait()
             assert link.fault.why == Ended.SILENT
             assert link.fault.time - started < 1.0 + WAKE
+
+
+WITHOUT_DASHBOARD = """
+from place_rings.rig.simulated import controller
+from place_rings.rig.simulated.__main__ import main
+controller.DASHBOARD_PORT = 29998  # nothing listens where a dashboard server would
+main()
+"""
+
+
+def test_a_robot_without_a_dashboard_server_is_read_and_not_moved():
+    """As one with PolyScope X."""
+    pytest.importorskip("rtde_control")
+    words = (("-c", WITHOUT_DASHBOARD), command(rings=1))
+    with SimulatedRig(words) as rig, Link(rig.address, patience=40.0) as link:
+        assert np.isfinite(link.wait(60.0).q).all()
+        limits = MotionLimits(np.tile([-6.0, 6.0], (6, 1)), 0.5, 1.0)
+        with pytest.raises(
+            MoveRefusedError, match=r"port 29999: .*PolyScope X has no dashboard server.*--move"
+        ):
+            Mover(rig.address, link, limits, patience=40.0)
+        assert link.fault is None

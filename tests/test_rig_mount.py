@@ -17,7 +17,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.rig.check.plan_files import MountPlanFile, mount_plan_of, write_mount_plan
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order, best_order, costs, mixed, reseated
-from place_rings.rig.mount.fit import RingFit, fit_mount
+from place_rings.rig.mount.fit import RingFit, fit_mount, median_error
 from place_rings.rig.mount.mounting_error_model import LIMITS, NAMES, moved, slopes
 from place_rings.rig.mount.solve import MountError, Read, solve
 from place_rings.rig.mount.stop_plan import MountPlan, planned
@@ -202,6 +202,12 @@ def test_a_search_ends_at_the_same_values_wherever_it_begins(plan, seed):
     read = Read(stops.joints, stops.distance, sigma)
     far, near = (solve(SCENE, ring, read, start) for start in (np.zeros(4), errors))
     assert np.all(np.abs(far.values - near.values) <= 0.1 * np.sqrt(np.diag(far.covariance)))
+
+
+@pytest.mark.parametrize("count", [*range(1, 13), 20, 21])
+def test_few_readings_are_weighed_by_the_error_of_their_median(count):
+    medians = np.median(np.random.default_rng(count).normal(size=(100_000, count)), axis=1)
+    assert median_error(np.array([count])) == pytest.approx(medians.std(), rel=0.02)
 
 
 def test_a_region_holds_the_truth_as_often_as_it_says():

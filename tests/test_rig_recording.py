@@ -16,9 +16,15 @@ from hypothesis import strategies as st
 from place_rings.formats.errors import UserError
 from place_rings.rig.recording.clocks import Lag, align
 from place_rings.rig.recording.recording import Recording, RecordingReader
-from place_rings.rig.recording.records import DamagedError, Kind, Record, RecordReader
+from place_rings.rig.recording.records import (
+    MOST_TIME,
+    DamagedError,
+    Kind,
+    Record,
+    RecordReader,
+)
 from place_rings.rig.rings.line_monitor import Event, Happened, Port
-from place_rings.rig.rings.protocol import encode
+from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.session.gathering import Gathered, replay
@@ -27,7 +33,7 @@ records = st.builds(
     Record,
     st.sampled_from(Kind),
     st.integers(0, 255),
-    st.floats(allow_nan=False),
+    st.floats(-MOST_TIME, MOST_TIME),
     st.binary(max_size=100),
 )
 
@@ -107,6 +113,20 @@ def test_what_is_no_recording_is_refused(tmp_path, data):
         RecordingReader(tmp_path / "nothing")
     with pytest.raises(UserError, match="cannot be recorded to"):
         Recording(tmp_path / "file", {})
+
+
+@pytest.mark.parametrize("time_", [float("nan"), float("inf"), -float("inf"), 1e300])
+@pytest.mark.parametrize("kind", [Kind.BYTES, Kind.STATE, Kind.EVENT, Kind.HAPPENED, Kind.OPENED])
+def test_a_record_without_a_possible_time_is_damage(tmp_path, kind, time_):
+    path, data = tmp_path / "file", encode(0, 1.0, np.ones(3), np.zeros(3, int))
+    with Recording(path, {}) as recording:
+        recording.put(Record(Kind.BYTES, 0, 1.0, data))
+        recording.put(Record(kind, 0, time_, data))
+        recording.put(Record(Kind.BYTES, 0, 2.0, data))
+    recorded = RecordingReader(path)
+    found = replay(recorded, [Port("", 3)])
+    assert len(found.frames) == 1
+    assert recorded.damage == f"a record with the time {time_:g} s"
 
 
 WRITER = """
@@ -241,6 +261,51 @@ def test_clocks_are_aligned_through_delays_and_outliers(seed, drift, rate, start
     np.testing.assert_allclose(found.host(clock), start + (1 + drift) * clock, atol=3e-3)
     assert found.low <= found.drift <= found.high
     assert align(time_[:9], clock[:9]) is None
+
+
+def delayed(rng, sent):
+    """Arrivals on a machine that pauses now and then for up to 0.3 s; none overtakes another."""
+    pause = np.where(rng.random(len(sent)) < 0.05, rng.uniform(0, 0.3, len(sent)), 0.0)
+    return np.maximum.accumulate(sent + 0.001 + pause)
+
+
+def timed(arrived, clock, sequence=None, era=None):
+    """The times of measurement of a ring's frames."""
+    n, none = len(arrived), np.zeros(1)
+    sequence = np.arange(n) if sequence is None else sequence
+    era = np.zeros(n) if era is None else era
+    gathered = Gathered()
+    gathered.frames = [
+        (0, Frame(t, c, int(s) % 65536, none, none.astype(int), int(e)))
+        for t, c, s, e in zip(arrived, clock, sequence, era, strict=True)
+    ]
+    states = np.arange(arrived[0] - 1, arrived[-1] + 1, 0.04)
+    gathered.states = [State(t, t, np.zeros(6), np.zeros(6)) for t in states]
+    return gathered.rows(1)[0]
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0, 65535))
+def test_a_frame_that_came_late_has_the_time_of_its_measurement_by_clock_or_by_number(seed, first):
+    rng, sent = np.random.default_rng(seed), 50 + np.arange(600) / 20
+    arrived, none = delayed(rng, sent), np.full(600, np.nan)
+    number = int(first) + np.arange(600)
+    for clock in (1.00004 * sent - 7, none):
+        some = np.ones(600, bool) if np.isnan(clock).all() else arrived - sent < 0.1  # as lines do
+        times = timed(arrived[some], clock[some], number[some])
+        np.testing.assert_allclose(np.sort(times), sent[some], atol=0.01)
+    uneven = np.cumsum(rng.uniform(0.02, 0.2, 600))  # its numbers are no clock
+    arrived = delayed(rng, uneven)
+    np.testing.assert_array_equal(timed(arrived, none, number), arrived)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-1e5, 1e5), st.integers(20, 380))
+def test_a_clock_that_jumps_moves_no_other_frame(seed, ahead, at):
+    rng, sent = np.random.default_rng(seed), 50 + np.arange(400) / 20
+    later = np.arange(400) >= at
+    arrived = delayed(rng, sent)
+    some = arrived - sent < 0.1
+    times = timed(arrived[some], (sent + ahead * later)[some], era=later[some])
+    np.testing.assert_allclose(np.sort(times), sent[some], atol=0.01)
 
 
 @given(st.floats(0.05, 5), st.floats(-1e-4, 1e-4))

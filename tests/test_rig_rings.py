@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.rig.recording.records import Kind
+from place_rings.rig.rings.identity import serial_text
 from place_rings.rig.rings.line_monitor import LATE, SILENT, Event, Happened, Line, Port
 from place_rings.rig.rings.ports import RingReaders
-from place_rings.rig.rings.protocol import Frame, encode
+from place_rings.rig.rings.protocol import Frame, encode, hello
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4
@@ -70,6 +71,92 @@ def test_lost_frames_and_a_restart_are_told():
     events, frames = judged(line, [(3 + n / 20, frame(n)) for n in range(10)])
     assert events == [Happened.RESTARTED]
     assert len(frames) == 10
+
+
+def stamped(n, clock, count=COUNT):
+    """The n-th frame, at ``clock`` s of its ring's clock."""
+    return encode(n, clock, np.full(count, 0.5), np.zeros(count, int))
+
+
+@given(st.floats(0.5, 1e6))
+def test_a_clock_that_jumps_ahead_is_told_once_and_frames_go_on(ahead):
+    steps = [(n / 20, stamped(n, n / 20 + ahead * (n >= 40))) for n in range(100)]
+    line = Line(0, Port("", COUNT), 0.0)
+    found = [each for now, data in steps for each in line.take(data, now)]
+    clock = [e for e in found if isinstance(e, Event) and e.what != Happened.BACK]
+    assert [(e.what, e.detail) for e in clock] == [(Happened.CLOCK, f"jumped by {ahead:.4g} s")]
+    frames = [f for f in found if isinstance(f, Frame)]
+    assert [f.sequence for f in frames] == list(range(100))
+    assert [f.era for f in frames] == [0] * 40 + [1] * 60
+
+
+@given(st.floats(1.2, 50))
+def test_a_clock_that_runs_fast_is_told_and_no_longer_used(rate):
+    events, frames = judged(
+        Line(0, Port("", COUNT), 0.0), [(n / 20, stamped(n, rate * n / 20)) for n in range(200)]
+    )
+    assert events.count(Happened.CLOCK) >= 1
+    assert len(frames) == 200
+    assert np.isnan(frames[-1].clock) or rate > 5  # each frame a jump
+
+
+def test_first_frames_that_waited_are_no_wrong_clock():
+    steps = [(0.6, stamped(n, n / 20)) for n in range(12)]
+    steps += [(n / 20, stamped(n, n / 20)) for n in range(12, 100)]
+    events, frames = judged(Line(0, Port("", COUNT), 0.0), steps)
+    assert [e for e in events if e != Happened.SILENT] == [Happened.BACK]
+    assert not np.isnan([f.clock for f in frames]).any()
+
+
+def test_two_rings_on_a_line_are_told_by_their_hellos():
+    line, steps = Line(0, Port("", COUNT), 0.0), []
+    for n in range(100):
+        steps.append((n / 20, frame(n)))
+        if n % 10 == 0:
+            steps.append((n / 20 + 0.01, hello(COUNT, 0xA0 + (n // 10) % 2)))
+    events, _ = judged(line, steps)
+    assert events[:3] == [Happened.BACK, Happened.OTHER, Happened.TWO]
+    assert set(line.counts.serials) == {serial_text(0xA0), serial_text(0xA1)}
+
+
+@given(st.floats(0, 1000), st.integers(0, 60000))
+def test_two_rings_without_hellos_are_told_by_their_clocks(since, sequence):
+    """Unless one starts less than 0.5 s after the other: then one ring's frames count as late."""
+    line, steps = Line(0, Port("", COUNT), 0.0), []
+    sequence = 0 if since < 0.5 else sequence  # else started as one
+    for n in range(100):
+        steps.append((10 + n / 20, stamped(n, n / 20)))
+        steps.append((10.02 + n / 20, stamped(n + sequence, n / 20 + since + 0.001)))
+    events, frames = judged(line, steps)
+    if sequence == 0 or (8 < sequence < 32000 and since > 1):
+        assert Happened.TWO in events
+        assert len(frames) < 30
+        assert events.count(Happened.TWO) == 1
+    else:
+        assert set(events) - {Happened.BACK}
+
+
+def test_another_board_at_the_port_is_told():
+    line = Line(0, Port("", COUNT), 0.0)
+    steps = [(0.0, hello(COUNT, 7)), *((n / 20, frame(n)) for n in range(10))]
+    assert judged(line, steps)[0] == [Happened.BACK]
+    line.opened(1.0)
+    steps = [(1.0, hello(COUNT, 8)), *((1 + n / 20, frame(n)) for n in range(10))]
+    events, frames = judged(line, [*steps, (1.5, hello(COUNT, 8))])
+    assert events == [Happened.OTHER]
+    assert len(frames) == 10
+
+
+def test_a_ring_of_another_size_is_told():
+    line = Line(0, Port("", COUNT), 0.0)
+    found = [
+        each
+        for n in range(20)
+        for each in line.take(stamped(n, n / 20, COUNT + 2), n / 20)
+        if isinstance(each, Event) and each.what == Happened.GARBLED
+    ]
+    assert found[0].detail == f"frames of {COUNT + 2} sensors arrive, not of {COUNT}"
+    assert line.counts.sizes == {COUNT + 2: 20}
 
 
 class Watch:

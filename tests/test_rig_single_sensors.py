@@ -10,14 +10,11 @@ from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
-from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.objectives.scene import Goal
 from place_rings.rig.check.actors import Helper, SimulatedHelper
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.findings import missing
-from place_rings.rig.check.models import AboutFile, PortModel
 from place_rings.rig.check.part_results import PartResults
-from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.check.planned_check import PlannedCheck, ring_names
 from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
 from place_rings.rig.check.report import page
@@ -29,8 +26,9 @@ from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import DEAD
 
+from .rig_about import about_file
 from .rig_cell import SCENE as CELL
-from .test_rig_check import Tape
+from .rig_tape import Tape
 
 SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)),))
 PAD = MountedSensor("forearm", (0.0, 0.12, 0.2), (0.0, 1.0, 0.0), name="pad")
@@ -48,24 +46,7 @@ def about(setup, mount):
         where=places(SCENE, SCENE.goals[0].target, Rod(), 0.1),
     )
     stops = planned(SCENE, setup, poses=10, frames=8, candidates=60) if mount else None
-    return AboutFile(
-        setup="singles.toml",
-        proposal=ProposalFile.of(setup, SCENE),
-        seed=3,
-        injected=True,
-        moved=True,
-        stale_s=0.08,
-        voxel=0.05,
-        ports=[
-            PortModel(name=f"port {i}", count=g.count, baud=460800)
-            for i, g in enumerate(setup.groups)
-        ],
-        seconds=1.0,
-        wave=True,
-        stops=mount_plan_model(stops) if stops else None,
-        trials=[rod_plan_model(plan)],
-        version="0",
-    )
+    return about_file("singles.toml", SCENE, setup, stops, [plan])
 
 
 def assessed(file, setup, mute=()):

@@ -1,7 +1,12 @@
 """The built-in robots, by name."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
+import numpy as np
+from jaxtyping import Float
+
+from .calibration import DhTable, dh_table, dh_table_of, measured_axes, tool_pose, with_kinematics
+from .kinematics import Chain
 from .library.seven_axis import FR3, IIWA14, PANDA
 from .library.ur import UR3, UR3E, UR5, UR5E, UR10E, UR16E
 from .library.ur10 import UR10, UR10_DH
@@ -34,3 +39,56 @@ def built_in(found: Robot) -> bool:
         all(getattr(found, name) is getattr(one, name) for name in names)
         for one in (known, known.with_links(True), known.with_links(False))
     )
+
+
+def calibrated_chain(chain: Chain, measured: Float[np.ndarray, "7 4 4"]) -> Chain:
+    """Return a chain with the joint axes and the flange that its controller states.
+
+    A tool beyond the flange stays as it is. Where the flange is, the built-in model of the same
+    lengths says; without one, it is at the TCP.
+
+    Args:
+        chain: the model's chain.
+        measured: as in ``with_kinematics``.
+
+    Raises:
+        ValueError: if the chain is no arm of Universal Robots, or differs too much.
+    """
+    return with_kinematics(chain, measured, _flange(chain))
+
+
+def controller_table(robot: Robot) -> DhTable:
+    """Return the Denavit-Hartenberg table that the controller of a robot states, with the robot's
+    calibration if it has one.
+
+    Raises:
+        ValueError: if the robot is no arm of Universal Robots.
+    """
+    model = robot.nominal.chain
+    flange = _flange(model)
+    table = dh_table(model)
+    table = replace(table, d=np.array([*table.d[:5], flange]))
+    if robot.calibration is None:
+        return table
+    return dh_table_of(measured_axes(robot.chain, model, flange), table)
+
+
+def T_flange_tcp(robot: Robot) -> Float[np.ndarray, "4 4"]:
+    """Return the TCP of an arm of Universal Robots in its controller's flange frame (4, 4) m, whose
+    z axis points out of the flange.
+
+    Raises:
+        ValueError: if the robot is none of them.
+    """
+    chain = robot.nominal.chain
+    return tool_pose(chain, _flange(chain))
+
+
+def _flange(chain: Chain) -> float:
+    """Return the distance of the flange from the axis of joint 4, m."""
+    table = dh_table(chain)
+    for one in (UR10, UR3, UR5, UR3E, UR5E, UR10E, UR16E):
+        known = dh_table(one.chain)
+        if np.allclose([*known.a, *known.d[:5]], [*table.a, *table.d[:5]], rtol=0, atol=1e-4):
+            return float(known.d[5])
+    return float(table.d[5])

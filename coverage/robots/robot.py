@@ -9,6 +9,7 @@ from jaxtyping import Float
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
 from .attached import Attached, CarriedPolyhedron
+from .calibration import Calibration
 from .kinematics import Chain
 
 _ROUNDING = 1e-8  # rad or m, by which a file's value may exceed its limit
@@ -125,6 +126,8 @@ class Robot:
     """The polyhedra of ``attached`` in the frames that carry them. Set by ``with_attached``."""
     unladen: "Robot | None" = None
     """The robot without ``attached``; None if nothing is attached."""
+    calibration: Calibration | None = None
+    """Source of the chain, if it is this arm's own and not the model's. Set by ``calibrated``."""
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)
@@ -189,6 +192,29 @@ class Robot:
             carried=tuple(carried),
             unladen=bare,
         )
+
+    def calibrated(self, chain: Chain, source: str) -> "Robot":
+        """Return the robot with a chain of its own, in place of the model's.
+
+        Args:
+            chain: the chain; the model's own changes nothing.
+            source: file or controller that states it.
+        """
+        model = self.nominal
+        if chain is model.chain:
+            return model
+        bare = model.unladen or model
+        own = replace(bare, chain=chain, calibration=Calibration(bare.chain, source))
+        return own.with_attached(self.attached)
+
+    @property
+    def nominal(self) -> "Robot":
+        """The robot with the chain of its model, without a calibration."""
+        bare = self.unladen or self
+        if bare.calibration is None:
+            return self
+        model = replace(bare, chain=bare.calibration.nominal, calibration=None)
+        return model.with_attached(self.attached)
 
     @property
     def carriers(self) -> dict[str, int]:

@@ -14,7 +14,6 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
-from ..rings.line_monitor import SILENT
 from ..robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from ..robot.state import State
 from ..robot.vetting import LinkFaultError
@@ -67,7 +66,8 @@ class MovedRobot:
             else limits
         )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
-        self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be this old
+        # a reading may be this old
+        self._within = STEP + motion.speed * scene.link.oldest_reading * session.patience
         # Readings of a simulated ring may be old and from another path, and two of its sensors may
         # be swapped. So the near stops of the whole route apply, in any order of a ring's wires.
         # On a real rig those of the current path apply, from the robot's actual position.
@@ -90,6 +90,7 @@ class MovedRobot:
             ),
             session.patience,
             alarm,
+            scene.link,
         )
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
@@ -144,6 +145,7 @@ class GuidedRobot:
                 return False
         while np.abs(self._state().speed).max() > _STILL:
             time.sleep(_LOOK)
+        time.sleep(_SETTLE)
         return True
 
     def _off(self, q: Float[np.ndarray, " J"]) -> float:

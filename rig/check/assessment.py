@@ -6,6 +6,8 @@ import time
 from dataclasses import dataclass
 from typing import Literal
 
+from ...formats.schema.result_models import CalibrationEffectModel
+from ...objectives.calibration_effect import calibration_effect
 from ...objectives.verify import Verifier
 from ..session.gathering import Gathered
 from .findings import differences, missing
@@ -49,7 +51,8 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
     verifier = Verifier(check.scene, about.voxel)
     mount = mount_of(check, len(done.stops), done.built, verifier)
     coverage = [coverage_of(check, rod, done.built) for rod in done.rods]
-    differs = differences(setup, done, mount, coverage)
+    lines = lines_of(setup, check.ports, gathered)
+    differs = differences(setup, done, mount, coverage, lines)
     lacks, too_much = missing(check.plans, setup, done, mount, coverage)
     ended = _ended(gathered)
     early = [f"ended early: {ended}"] if ended else []
@@ -59,6 +62,7 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
     result = CheckResult(
         setup=about.setup,
         simulated=about.injected,
+        faults=about.faults,
         seed=about.seed,
         recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(wall)),
         seconds=seconds_of(gathered),
@@ -66,11 +70,12 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
         reasons=[*early, *done.failures, *differs, *lacks],
         warnings=warnings_of(setup, gathered, damage),
         robot=link_of(gathered),
-        lines=lines_of(setup, check.ports, gathered),
+        lines=lines,
         events=events_of(gathered),
         self_check=self_check_of(done.self_check, done.waves),
         mount=mount,
         coverage=coverage,
+        calibration=CalibrationEffectModel.each(calibration_effect(verifier, setup)),
         version=about.version,
     )
     return Assessment(result, done, verifier)

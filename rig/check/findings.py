@@ -1,14 +1,18 @@
 """Text of the findings: differences from the proposal, and missing data."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ..mount.mounting_error_model import LIMITS, NAMES
-from .models import CoverageModel, MountCheckModel
+from .models import CoverageModel, LineModel, MountCheckModel
 from .part_results import PartResults
+from .planned_check import ring_names
 from .plans import Plans
+from .port_matching import text
+
+_NOT_BEGUN = "not finished before the check ended"
 
 
 def differences(
@@ -16,9 +20,22 @@ def differences(
     done: PartResults,
     mount: MountCheckModel | None,
     coverage: Sequence[CoverageModel],
+    ports: Sequence[LineModel],
 ) -> list[str]:
-    """List the differences between rig and proposal."""
+    """List the differences between rig and proposal; ``ports`` are the rings' lines as given."""
     lines, looks, built = list[str](), done.self_check, done.built
+    if done.ports:
+        lines.append(text(done.ports, ring_names(setup), [port.port for port in ports]))
+    lines += [
+        f"{setup.group_name(i)}: the board {port.serial} answers, the proposal names {ring.serial}"
+        for i, (ring, port) in enumerate(zip(setup.rings, ports, strict=False))
+        if i not in done.ports and ring.serial and port.serial not in (None, ring.serial)
+    ]
+    lines += [
+        f"{setup.group_name(i)}: its frames hold {found} zones of each sensor, not {wanted}: set"
+        " the resolution in the firmware, or name the sensor's mode in the proposal"
+        for i, (found, wanted) in done.grids.items()
+    ]
     if looks is not None:
         if len(looks.silent):
             lines.append(f"sensors that never answer: {', '.join(looks.named(looks.silent))}")
@@ -26,6 +43,12 @@ def differences(
             lines.append(
                 f"sensors that scatter more than expected: {', '.join(looks.named(looks.noisy))}"
             )
+        for words, zones in (
+            ("zones (row, column) that never answer", looks.silent_zones),
+            ("zones (row, column) that are blocked: clean or clear", looks.blocked_zones),
+        ):
+            if zones:
+                lines.append(f"{words}: {'; '.join(zones)}")
         if len(looks.surprising) and mount is None:
             lines.append(
                 "sensors that differ from the expected reading:"
@@ -84,11 +107,18 @@ def missing(
         for ring, w in waves.items()
         if w.missed
     ]
+    if done.cut_short is not None:
+        wanted = plans.seconds or 0.0
+        lines.append(f"self check: cut off after {done.cut_short:.1f} of {wanted:g} s")
     planned = 0 if plans.mount is None else len(plans.mount.joints)
     if stops < planned:
-        lines.append(f"mount check: {stops} of {planned} stops have readings")
+        why = _why(set(range(planned)) - set(done.stops), done.skipped_stops, "stop")
+        lines.append(f"mount check: {stops} of {planned} stops were read; {why}")
+    poses = f"; {_why(set(done.skipped_poses), done.skipped_poses, 'pose')}" * bool(
+        done.skipped_poses
+    )
     lines += [
-        f"coverage check: {one.trials} of {one.planned} trials in {one.named} were completed"
+        f"coverage check: {one.trials} of {one.planned} trials in {one.named} were completed{poses}"
         for one in coverage
         if one.trials < one.planned
     ]
@@ -100,3 +130,14 @@ def missing(
     )
     few = 2 * stops < planned
     return lines, nothing or few or any(2 * one.trials < one.planned for one in coverage)
+
+
+def _why(left: set[int], skipped: Mapping[int, str], what: str) -> str:
+    """Say why each of the numbers in ``left`` is missing, reason by reason."""
+    reasons: dict[str, list[int]] = {}
+    for number in sorted(left):
+        reasons.setdefault(skipped.get(number, _NOT_BEGUN), []).append(number)
+    return "; ".join(
+        f"{what}{'s' * (len(each) > 1)} {', '.join(map(str, each))}: {why}"
+        for why, each in reasons.items()
+    )

@@ -1,5 +1,6 @@
 """A check on a real or simulated rig: connect, move or guide the robot, and record."""
 
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
@@ -23,23 +24,31 @@ from ..rings.line_monitor import BAUD
 from ..robot.link import START
 from ..robot.motion import MoveRefusedError
 from ..robot.state import JOINTS
-from ..robot.vetting import STALE, LinkFaultError
+from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
 from ..session.gathering import Gathered
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
 from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper, hurried
+from .arm_calibration import ArmKinematics, arm_kinematics
 from .models import AboutFile, PortModel
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck
 from .plans import CheckOptions, Part, Plans
-from .preconditions import require_known_cell, require_near_stop, require_revolute
+from .preconditions import (
+    require_known_cell,
+    require_near_stop,
+    require_ports,
+    require_revolute,
+)
 from .procedure import run
+from .stopping import StopBound, bounds_of_route
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
 _FIRST = 3.0  # s for the first frames of all rings
+_HELLO, _LOOK = 2.5, 0.02  # s for the first hello of all rings; s between looks at it
 
 
 class LiveView(AbstractContextManager["LiveView"], Protocol):
@@ -74,6 +83,10 @@ class Attendant(Protocol):
 
     def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
         """Show how much of the near stop each ring keeps along the route."""
+        ...
+
+    def show_stopping(self, bounds: Sequence[StopBound], warning: str | None) -> None:
+        """Show how soon the robot stops after each kind of event, and how far it travels."""
         ...
 
     def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
@@ -123,16 +136,18 @@ class LiveCheck:
     """What to do."""
     host: str | None
     """Name or address of the robot's controller; None starts a simulated rig."""
+    warnings: tuple[str, ...] = ()
+    """Why the kinematics of the scene may not be those of the arm."""
 
     @staticmethod
     def of(
         name: str, setup: Setup, scene: CoreScene, options: CheckOptions, host: str | None
     ) -> "LiveCheck":
-        """Create a check and verify that it may run.
+        """Create a check and verify that it may run; read the calibration of a real arm.
 
         Raises:
             UserError: if ur-rtde does not support the robot, or the robot shall move in a cell that
-                is not completely described.
+                is not completely described, or the controller's arm is another robot.
         """
         scene = with_cell(scene) if host is None else scene
         require_revolute(scene.robot)
@@ -143,7 +158,9 @@ class LiveCheck:
             )
         if options.move and {"mount", "coverage"} & set(options.parts):
             require_known_cell(scene)
-        return LiveCheck(name, rounded(setup, scene.sensor), scene, options, host)
+        arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host)
+        setup = rounded(setup, scene.sensor)
+        return LiveCheck(name, setup, arm.scene, options, host, arm.warnings)
 
     @property
     def moved(self) -> bool:
@@ -169,7 +186,11 @@ class LiveCheck:
             check = PlannedCheck.read("about", about.model_dump(mode="json"))
             file = _free(folder)
             recording = Recording(file, {"check": about.model_dump(mode="json")})
-            session = Session(rig.address, check.ports, recording, patience=self._patience)
+            session = Session(
+                *(rig.address, check.ports, recording),
+                limits=self.scene.link,
+                patience=self._patience,
+            )
             try:
                 self._follow(session, check, rig, attendant)
             finally:
@@ -189,9 +210,7 @@ class LiveCheck:
             return
         with ExitStack() as stack:
             with attendant.working("starting the simulated rig"):
-                rig = stack.enter_context(
-                    _started(self.scene, self.setup, self.options.seed, folder)
-                )
+                rig = stack.enter_context(_started(self.scene, self.setup, self.options, folder))
             own = [
                 PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
                 for i, r in enumerate(self.setup.groups)
@@ -204,8 +223,9 @@ class LiveCheck:
             proposal=ProposalFile.of(self.setup, self.scene),
             seed=self.options.seed,
             injected=rig.simulated is not None,
+            faults=self.options.faults,
             moved=self.moved,
-            stale_s=STALE * self._patience,
+            stale_s=self.scene.link.state_stale * self._patience,
             voxel=self.options.voxel,
             ports=list(rig.ports),
             seconds=plans.seconds,
@@ -220,11 +240,15 @@ class LiveCheck:
     ) -> None:
         """Run the plans; raise UserError if they cannot start."""
         setup, plans = check.setup, check.plans
+        for warning in self.warnings:
+            session.say("warning", text=warning)
         try:
             start = session.link.wait((START + 1) * session.patience).q
         except LinkFaultError as fault:
             raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
         session.rings.wait(_FIRST * session.patience)
+        if rig.simulated is None:
+            self._require_ports(session, [port.name for port in rig.ports])
         moves = self.moved and bool(plans.poses)
         with ExitStack() as stack:
             view = attendant.view(session, setup)
@@ -240,6 +264,16 @@ class LiveCheck:
             )
             stack.enter_context(view)
             run(session, plans, RobotAndHelper(robot, helper, view.show))
+
+    def _require_ports(self, session: Session, devices: Sequence[str]) -> None:
+        """Raise UserError if ports are swapped, once the known boards had time to say hello."""
+        until = time.monotonic() + _HELLO
+        while time.monotonic() < until and any(
+            ring.serial and not c.serials
+            for ring, c in zip(self.setup.rings, session.rings.counts, strict=False)
+        ):
+            time.sleep(_LOOK)
+        require_ports(self.setup, session.rings.counts, devices)
 
     def _moved_robot(
         self,
@@ -264,6 +298,9 @@ class LiveCheck:
             itinerary = Itinerary(scene, setup, start, check.plans.poses, check.about.seed)
             stops = itinerary.near_stops()
         attendant.show_near_stops(stops, setup, scene)
+        bounds, warning = bounds_of_route(check.scene, setup, stops.joints, self.host is not None)
+        attendant.show_stopping(bounds, warning)
+        session.say("stopping", seconds=bounds[0].seconds, metres=bounds[0].metres)
         waived = self.options.reduced_near_stop
         if rig.simulated is None:
             require_near_stop(stops, scene, waived)
@@ -276,9 +313,9 @@ class LiveCheck:
             raise UserError(f"--move: {error}") from error
 
 
-def _started(scene: CoreScene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+def _started(scene: CoreScene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:
     try:
-        return simulated_rig(scene, setup, seed, folder)
+        return simulated_rig(scene, setup, options.seed, folder, options.faults)
     except SimulationError as error:
         raise UserError(f"--rig sim: {error}") from error
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.result_models import CalibrationEffectModel
 from ...formats.schema.robot_models import robot_of
 from .plan_files import MountPlanFile, RodPlanFile
 
@@ -36,15 +37,17 @@ class AboutFile(StrictModel):
     """Header of a recording: everything that a report needs beside the readings.
 
     ``stale_s`` is the maximum age of a robot's state, in seconds. ``injected`` says whether the rig
-    was simulated, with the faults that the seed injects. ``trials`` has one plan for each target.
+    was simulated, ``faults`` whether with the faults that the seed injects. ``trials`` has one plan
+    for each target.
     """
 
     setup: _Text
     proposal: ProposalFile
     seed: int = Field(ge=0)
     injected: bool
+    faults: Literal["random", "none"] = "random"
     moved: bool
-    stale_s: float = Field(gt=0, le=10)
+    stale_s: float = Field(gt=0, le=100)
     voxel: float = Field(gt=0, le=1)
     ports: list[PortModel] = Field(min_length=1, max_length=255)
     seconds: float | None = Field(default=None, gt=0, le=3600)
@@ -98,7 +101,7 @@ class LinkModel(StrictModel):
 
 class LineModel(StrictModel):
     """Line of a ring: frames used and frames spoiled by kind; the ring's clock relative to the
-    host's.
+    host's; the serial number of the board that said hello, null if none did.
     """
 
     ring: int
@@ -110,6 +113,7 @@ class LineModel(StrictModel):
     late: int
     corrupt: int
     restarts: int
+    serial: str | None = None
     drift_ppm: float | None = None
     jitter_ms: float | None = None
 
@@ -146,12 +150,16 @@ class WavingModel(StrictModel):
 
 
 class SelfModel(StrictModel):
+    """Result of the self check; zones are named ring:sensor (row, column)."""
+
     rings: list[LookModel]
     silent: list[str]
     noisy: list[str]
     lossy: list[str]
     on_robot: list[str]
     surprising: list[str]
+    silent_zones: list[str] = Field(default=[])
+    blocked_zones: list[str] = Field(default=[])
     waved: list[WavingModel] = Field(default=[])
 
 
@@ -234,11 +242,12 @@ class CheckResult(StrictModel):
     """Result of a check, as ``check --json`` prints it.
 
     ``verdict`` is ``as proposed``, ``differs`` or ``unfinished``. ``warnings`` lists reasons to
-    distrust it.
+    distrust it. ``faults`` says whether a simulated rig was given errors and faults.
     """
 
     setup: str
     simulated: bool
+    faults: Literal["random", "none"] = "random"
     seed: int
     recorded: str
     seconds: float
@@ -251,5 +260,8 @@ class CheckResult(StrictModel):
     self_check: SelfModel | None = None
     mount: MountCheckModel | None = None
     coverage: list[CoverageModel] = Field(default=[])
+    calibration: list[CalibrationEffectModel] = Field(
+        default=[], description="what the arm's calibration changes, for each target"
+    )
     version: str
     disclaimer: str = DISCLAIMER

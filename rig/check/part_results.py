@@ -1,20 +1,25 @@
 """Results of the parts of a check, from the readings of their steps."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
+from jaxtyping import Float
 
+from ...coverage.rings.ring import Setup
 from ..mount.as_built import AsBuilt
 from ..mount.fit import fit_mount
 from ..mount.hand_sweep import Waving, waved
 from ..rod.coverage_estimate import RodCheck, check_rod
-from ..sensing.readings import Readings, Stops, at_stops, joined
+from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_at_stops
+from ..sensing.zone_grid import zone_grid, zoned
 from ..session.gathering import Gathered
 from .planned_check import PlannedCheck
-from .procedure import Span, spans
+from .port_matching import Ports, by_lines, by_pattern, by_waving, exchanged
+from .procedure import Span, skipped, spans, unfinished
 from .self_check import SelfCheck, self_check
 
 _Result = TypeVar("_Result")
@@ -30,6 +35,17 @@ class PartResults:
     """Result of waving for each ring number that a hand passed over."""
     stops: Sequence[int] = ()
     """Numbers of the stops with readings."""
+    skipped_stops: Mapping[int, str] = field(default_factory=dict)
+    """Why stops were skipped, by their numbers."""
+    skipped_poses: Mapping[int, str] = field(default_factory=dict)
+    """Why poses of the coverage check were skipped, by their numbers."""
+    ports: Ports = field(default_factory=dict)
+    """Ports that belong to other rings than those they were given for."""
+    grids: Mapping[int, tuple[int, int]] = field(default_factory=dict)
+    """Numbers of zones of each sensor, in the frames and as proposed, of rings where they differ.
+    """
+    cut_short: float | None = None
+    """Duration of a self check that was cut off, s; None if it was completed, or never began."""
     read: Stops | None = None
     """Readings at these stops."""
     built: AsBuilt | None = None
@@ -43,7 +59,14 @@ class PartResults:
 def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
     """Evaluate all parts of a check."""
     plans, parts = check.plans, _Parts(check, gathered)
-    done = PartResults(stops=parts.stops)
+    done = PartResults(
+        stops=parts.stops,
+        skipped_stops=skipped(gathered.said, "mount"),
+        skipped_poses=skipped(gathered.said, "pose"),
+        ports=parts.ports,
+        grids=parts.grids(),
+        cut_short=parts.cut_short,
+    )
 
     def part(name: str, work: Callable[[], _Result]) -> _Result | None:
         try:
@@ -71,11 +94,52 @@ class _Parts:
 
     def __init__(self, check: PlannedCheck, gathered: Gathered) -> None:
         self._check = check
-        self._readings = Readings(*gathered.rows(len(check.setup.groups)))
+        self._readings = Readings(*gathered.rows_with_zones(len(check.setup.groups)))
         self._steps = spans(gathered.said)
+        self.cut_short = self._cut_short(gathered)
         stops = 0 if check.plans.mount is None else len(check.plans.mount.joints)
         self.stops = self._numbers("mount", stops)
         self.waved = self._numbers("wave", len(check.setup.groups) if check.plans.wave else 0)
+        self.ports = self._swapped(gathered)
+        self._readings = exchanged(self._readings, self.ports)
+        self.serials = [ring.serial for ring in check.setup.rings]
+        for port, c in enumerate(gathered.counts[: len(self.serials)]):
+            ring = self.ports.get(port, port)
+            if len(c.serials) == 1 and ring < len(self.serials):
+                self.serials[ring] = next(iter(c.serials))
+
+    def grids(self) -> dict[int, tuple[int, int]]:
+        """Return the numbers of zones in the frames and as proposed, where they differ."""
+        readings, setup, found = self._readings, self._check.setup, dict[int, tuple[int, int]]()
+        if readings.zone_status is None:
+            return found
+        for i, group in enumerate(setup.groups):
+            mine = readings.zone_status[readings.ring == i]
+            count = int((mine != ABSENT).sum(axis=1).max(initial=0))
+            wanted = math.prod(zone_grid(group.sensor))
+            if count not in (0, wanted):
+                found[i] = (count, wanted)
+        return found
+
+    def _swapped(self, gathered: Gathered) -> Ports:
+        """Return the ports that belong to other rings: by what their lines say, else by a hand,
+        else by what the sensors read at the stops.
+        """
+        scene, setup = self._check.scene, self._check.setup
+        waves = {ring: self._of("wave", ring) for ring in self.waved}
+        found = by_lines(setup, gathered.counts) or by_waving(waves, setup)
+        if found or (all(c.serials for c in gathered.counts if c.frames) and _named(setup)):
+            return found
+        read = self.read()
+        return {} if read is None else by_pattern(scene, setup, read)
+
+    def _cut_short(self, gathered: Gathered) -> float | None:
+        """Let a self check that was cut off end with its last reading; return its duration, s."""
+        begin, now = unfinished(gathered.said, "self"), self._readings.time
+        if begin is None or not (now >= begin).any():
+            return None
+        self._steps.append(Span("self", 0, begin, float(now.max())))
+        return float(now.max()) - begin
 
     def _numbers(self, what: str, count: int) -> list[int]:
         """Return the numbers below ``count`` of the completed steps ``what``."""
@@ -97,20 +161,29 @@ class _Parts:
     def waving(self, ring: int) -> Waving:
         return waved(self._of("wave", ring), self._check.setup, ring)
 
-    def read(self) -> Stops | None:
+    def _stops(self) -> tuple[Readings, Float[np.ndarray, "P J"]] | None:
+        """Return the readings at the stops that were read, and these stops."""
         plan = self._check.plans.mount
         if plan is None or not self.stops:
             return None
-        readings = joined([self._of("mount", n) for n in self.stops])
-        return at_stops(readings, self._check.setup, plan.joints[self.stops])
+        return joined([self._of("mount", n) for n in self.stops]), plan.joints[self.stops]
+
+    def read(self) -> Stops | None:
+        some = self._stops()
+        return None if some is None else at_stops(some[0], self._check.setup, some[1])
 
     def built(self, read: Stops | None) -> AsBuilt:
-        if read is None:
+        some = self._stops()
+        if read is None or some is None:
             raise ValueError("no stop has readings")
-        fits = fit_mount(self._check.scene, self._check.setup, read)
-        setup = self._check.setup
+        scene, setup = self._check.scene, self._check.setup
+        rings = tuple(replace(r, serial=self.serials[i]) for i, r in enumerate(setup.rings))
+        setup = replace(setup, rings=rings)
+        zones = {i: zones_at_stops(some[0], setup, i, some[1]) for i in zoned(setup)}
+        zones = {i: stops for i, stops in zones.items() if stops.total.any()}
+        fits = fit_mount(scene, setup, read, zones=zones)
         mute = (read.failed == read.total).all(axis=0)[setup.sensors - len(setup.singles) :]
-        return AsBuilt(self._check.scene, setup, fits, tuple(int(k) for k in np.flatnonzero(mute)))
+        return AsBuilt(scene, setup, fits, tuple(int(k) for k in np.flatnonzero(mute)))
 
     def rods(self) -> list[RodCheck]:
         done, first, checks = {s.number for s in self._steps if s.what == "trial"}, 0, []
@@ -121,3 +194,8 @@ class _Parts:
             trials = [self._of("trial", i) if i in done else None for i in numbers]
             checks.append(check_rod(plan, self._check.setup, self._of("before"), trials))
         return checks
+
+
+def _named(setup: Setup) -> bool:
+    """Whether the board of every ring is known."""
+    return all(ring.serial for ring in setup.rings)

@@ -50,12 +50,17 @@ class PlannedCheck:
     @property
     def ports(self) -> list[Port]:
         """Ports of the rings."""
-        return [Port(p.name, p.count, p.decoder, p.baud, p.patience) for p in self.about.ports]
+        limits = (self.scene.link.ring_silent, self.scene.link.ring_late)
+        return [
+            Port(p.name, p.count, p.decoder, p.baud, p.patience, *limits) for p in self.about.ports
+        ]
 
     @property
     def injected(self) -> Injected | None:
         """Errors and faults of a simulated rig; None for a real one."""
-        return injected(self.scene, self.setup, self.about.seed) if self.about.injected else None
+        if not self.about.injected:
+            return None
+        return injected(self.scene, self.setup, self.about.seed, self.about.faults)
 
 
 def ring_names(setup: Setup) -> list[str]:

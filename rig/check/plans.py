@@ -3,6 +3,7 @@ also written to files for a person to read and print.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -11,17 +12,28 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
+from ...coverage.targets import Target
 from ...formats.errors import UserError
+from ...formats.loader import read_model
 from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan, planned
 from ..poses.routes import Clearance
 from ..rod.rod import Rod
 from ..rod.trial_plan import RodPlan, plan_rod
 from ..rod.trial_sheets import write_rod_pages
-from .plan_files import write_mount_plan, write_rod_plan
+from ..simulated_cell.ground_truth import Faults
+from .plan_files import (
+    MountPlanFile,
+    RodPlanFile,
+    mount_plan_of,
+    rod_plan_of,
+    write_mount_plan,
+    write_rod_plan,
+)
 
 Part = Literal["self", "mount", "coverage"]
 PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
+STOPS = "stops.toml"
 
 
 @dataclass(frozen=True)
@@ -48,6 +60,8 @@ class CheckOptions:
     """Side of a voxel, m."""
     seed: int
     """Seed of all random draws."""
+    faults: Faults = "random"
+    """Errors and faults of a simulated rig."""
 
 
 @dataclass(frozen=True)
@@ -105,16 +119,68 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
     return Plans(seconds, mount, rods, options.wave)
 
 
+def trials_file(target: Target) -> str:
+    """Return the name of the file of the trials in a target."""
+    name, radius = target.key
+    name = re.sub(r"[^\w-]", "_", name) + ("" if radius is None else f"-{radius:g}")
+    return f"trials-{name}.toml"
+
+
+def read_plans(
+    scene: CoreScene, parts: Sequence[Part], folder: Path, required: bool = True
+) -> tuple[MountPlan | None, tuple[RodPlan, ...]]:
+    """Return the plans in a folder that ``write_plans`` wrote: of the stops, and of the trials in
+    each of the scene's targets.
+
+    Args:
+        scene: robot and targets.
+        parts: whose plans to read.
+        folder: the folder.
+        required: whether a plan that is missing is an error; if not, it is left out. At least one
+            must be there.
+
+    Raises:
+        UserError: if one is missing, or of another robot.
+    """
+    mount, rods = None, list[RodPlan]()
+    if not required:
+        files = {"mount": [STOPS], "coverage": [trials_file(g.target) for g in scene.goals]}
+        there = [
+            part for part, names in files.items() if all((folder / n).is_file() for n in names)
+        ]
+        if not there:
+            raise UserError(f"{folder}: found no plan, wanted: {STOPS}, as --plan-only writes it")
+        parts = [part for part in parts if part in there]
+    if "mount" in parts:
+        mount = mount_plan_of(read_model(folder / STOPS, MountPlanFile))
+        _require_joints(folder / STOPS, scene, mount.joints)
+    for goal in scene.goals if "coverage" in parts else ():
+        file = folder / trials_file(goal.target)
+        try:
+            rods.append(rod_plan_of(read_model(file, RodPlanFile), scene))
+        except ValueError as error:
+            raise UserError(f"{file}: {error}") from error
+        _require_joints(file, scene, rods[-1].joints)
+    return mount, tuple(rods)
+
+
+def _require_joints(file: Path, scene: CoreScene, joints: Float[np.ndarray, "P J"]) -> None:
+    wanted = len(scene.robot.chain)
+    if joints.shape[1] != wanted:
+        raise UserError(
+            f"{file}: found poses of {joints.shape[1]} joints, wanted: {wanted}, as"
+            f" {scene.robot.name} has"
+        )
+
+
 def write_plans(scene: CoreScene, plans: Plans, folder: Path) -> list[str]:
     """Write the plans into a folder; return the names of the files."""
     files = []
     if plans.mount is not None:
-        write_mount_plan(folder / "stops.toml", plans.mount)
-        files.append("stops.toml")
+        write_mount_plan(folder / STOPS, plans.mount)
+        files.append(STOPS)
     for plan in plans.rods:
-        name, radius = plan.target.key
-        name = re.sub(r"[^\w-]", "_", name) + ("" if radius is None else f"-{radius:g}")
-        files.append(f"trials-{name}.toml")
+        files.append(trials_file(plan.target))
         write_rod_plan(folder / files[-1], plan)
     if plans.rods:
         write_rod_pages(folder / "trials.pdf", scene, plans.rods)

@@ -2,11 +2,17 @@
 robot.
 """
 
+from collections.abc import Sequence
+
+from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
+from ..rings.protocol import Counts
+from .planned_check import ring_names
+from .port_matching import by_lines, text
 
 
 def require_revolute(robot: Robot) -> None:
@@ -60,3 +66,14 @@ def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
         f" stop; at least {100 * least:.0f} % are required (near_share under [motion]){hint};"
         " --allow-reduced-near-stop moves anyway"
     )
+
+
+def require_ports(setup: Setup, counts: Sequence[Counts], devices: Sequence[str]) -> None:
+    """Raise UserError if the lines say that ports were given for other rings than theirs."""
+    names, ports = ring_names(setup), by_lines(setup, counts)
+    if not ports:
+        return
+    right = " ".join(
+        f"--ring {names[ring]}={devices[port]}" for port, ring in sorted(ports.items())
+    )
+    raise UserError(f"--ring: {text(ports, names, devices)}; give {right}")

@@ -19,6 +19,8 @@ from .plans import Part, Plans
 _SLOWEST = 5.0  # frames a second, the slowest ring that is waited for
 _PATIENCE = 1.0  # s, in addition
 _LOOK = 0.02  # s
+_NO_WAY = "no way that keeps its distances leads there"
+_BY_PERSON = "skipped by the person at the rig"
 
 
 class EndedError(Exception):
@@ -94,10 +96,38 @@ def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
         match words:
             case {"what": "begin", "step": str(step), "number": int(number)}:
                 begun = (step, number, at)
+            case {
+                "what": "step",
+                "step": str(step),
+                "number": int(number),
+                "begin": float(begin),
+                "end": float(end),
+            }:
+                done.append(Span(step, number, begin, end))
             case {"what": "end"} if begun:
                 done.append(Span(*begun, at))
                 begun = None
     return done
+
+
+def skipped(said: Iterable[tuple[float, dict[str, Any]]], step: str) -> dict[int, str]:
+    """Return why each skipped step was skipped, by its number, from the notes of a session."""
+    found: dict[int, str] = {}
+    for _, words in said:
+        match words:
+            case {"what": "skipped", "step": str(what), "number": int(number), "why": str(why)}:
+                if what == step:
+                    found[number] = why
+    return found
+
+
+def unfinished(said: Sequence[tuple[float, dict[str, Any]]], step: str) -> float | None:
+    """Return when the last step ``step`` began, s, if it never ended; else None."""
+    begun: float | None = None
+    for at, words in said:
+        if words.get("what") in ("begin", "end"):
+            begun = at if words.get("step") == step and words["what"] == "begin" else None
+    return begun
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:
@@ -146,18 +176,29 @@ def _wave(session: Session, operator: Operator) -> None:
 
 def _mount(session: Session, plan: MountPlan, operator: Operator) -> None:
     order = operator.order(plan.joints)
+    _skip(session, "mount", set(range(len(plan.joints))) - set(order), _NO_WAY)
     for done, stop in enumerate(order):
         operator.show("mount", done, len(order))
         if operator.stand(plan.joints[stop], f"stop {stop} of the mount check"):
             _read(session, plan.frames, "mount", stop)
+        else:
+            _skip(session, "mount", {stop}, _BY_PERSON)
     operator.show("mount", len(order), len(order))
+
+
+def _skip(session: Session, step: str, numbers: set[int], why: str) -> None:
+    """Note why steps are skipped."""
+    for number in sorted(numbers):
+        session.say("skipped", step=step, number=int(number), why=why)
 
 
 def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None:
     joints, before = plans[0].joints, plans[0].detection.before
     first = np.cumsum([0, *(len(p.stratum) for p in plans)])
     done, total = 0, int(first[-1])
-    for pose in operator.order(joints):
+    order = operator.order(joints)
+    _skip(session, "pose", set(range(len(joints))) - set(order), _NO_WAY)
+    for pose in order:
         there = operator.stand(joints[pose], f"pose {pose} of the coverage check")
         if there and operator.put(None, f"pose {pose}: no rod, nobody in the sensors' reach"):
             _read(session, before, "before", pose)
@@ -174,6 +215,8 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
                     done += 1
         if there:
             operator.put(None, f"pose {pose} is done: rod away")
+        else:
+            _skip(session, "pose", {pose}, _BY_PERSON)
     operator.show("coverage", done, total)
 
 

@@ -82,6 +82,7 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
             key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
         }
         drift, jitter = _clock(clock)
+        counts["serial"] = next((s for s, _ in c.serials.most_common(1)), None)
         where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
         rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
     return rows
@@ -124,6 +125,7 @@ def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
             for share in shares
         ),
         *([f"the robot's link ended: {link}"] if link else []),
+        *(str(said.get("text")) for _, said in gathered.said if said.get("what") == "warning"),
         *([f"the recording is damaged: {damage}"] if damage else []),
         *dict.fromkeys(happened),
     ]
@@ -158,7 +160,11 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
         for i, w in waved.items()
     ]
     return SelfModel(
-        rings=rings, waved=hands, **{key: done.named(getattr(done, key)) for key in keys}
+        rings=rings,
+        waved=hands,
+        silent_zones=done.silent_zones,
+        blocked_zones=done.blocked_zones,
+        **{key: done.named(getattr(done, key)) for key in keys},
     )
 
 
@@ -180,7 +186,7 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         readings=fit.used,
         scale=round(fit.scale, _DIGITS),
         errors=errors,
-        faults=faults(fit),
+        faults=faults(fit, number),
         region_holds=None if truth is None else fit.holds(truth),
     )
 

@@ -95,7 +95,20 @@ def page(r: CheckResult) -> str:
     lines += [f"- {escaped(reason)}" for reason in r.reasons] + [""] * bool(r.reasons)
     if r.warnings:
         lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
+    lines += [*(escaped(note) for note in calibration_notes(r)), ""] * bool(r.calibration)
     return "\n".join([*lines, *_self(r), *_mount(r), *_coverage(r), *_health(r)])
+
+
+def calibration_notes(r: CheckResult) -> list[str]:
+    """Return lines about what the arm's calibration changes; none without one."""
+    if not r.calibration:
+        return []
+    one = r.calibration[0]
+    changes = ", ".join(f"{e.nominal_percent:.2f} %" for e in r.calibration)
+    return [
+        f"Calibrated kinematics ({one.source}): they move a sensor by up to"
+        f" {one.largest_move_mm:.2f} mm; with the model's, ζ as proposed would be {changes}."
+    ]
 
 
 def _self(r: CheckResult) -> list[str]:
@@ -172,10 +185,13 @@ def _mount(r: CheckResult) -> list[str]:
             f"{what} {'found' if ok else 'NOT found'}"
             for what, ok in r.mount.injected_found.items()
         )
+        wrong = [what for what, ok in r.mount.injected_found.items() if not ok]
+        nothing = f"No error or fault was injected{'; reported all the same: ' * bool(wrong)}"
+        faults = f"Injected faults: {said}" if r.faults == "random" else nothing + ", ".join(wrong)
         lines += [
             "",
             (
-                f"Injected faults: {said}. The injected errors lie in the 95 % region of"
+                f"{faults}. The injected errors lie in the 95 % region of"
                 f" {sum(map(bool, held))} of {len(held)} rings (injected value after the slash)."
             ),
         ]
@@ -239,6 +255,7 @@ def _health(r: CheckResult) -> list[str]:
                     f"{one.ring} {one.link}",
                     "simulated" if r.simulated else one.port,
                     one.decoder,
+                    one.serial or "none",
                 )
             ),
             *(str(v) for v in (one.frames, one.lost, one.late, one.corrupt, one.restarts)),
@@ -250,6 +267,7 @@ def _health(r: CheckResult) -> list[str]:
         "ring",
         "port",
         "decoder",
+        "board",
         "frames",
         "lost",
         "late",

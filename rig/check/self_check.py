@@ -12,6 +12,8 @@ from ...objectives.scene import CoreScene
 from ..sensing.expected import ROBOT, expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Readings, at_stops
+from ..sensing.zone_grid import zoned
+from ..sensing.zone_state import ZoneState, zone_state
 
 _BODY = 0.05  # m between a robot's body and the capsules that model it
 _SURE = 5.0  # standard deviations
@@ -54,6 +56,22 @@ class SelfCheck:
     """The expected target, coded as in ``Expected``."""
     noise: Noise
     """Noise model of the sensors."""
+    zones: tuple[ZoneState, ...] = ()
+    """State of the zones of each ring that sends zones."""
+
+    @property
+    def silent_zones(self) -> list[str]:
+        """Zones that never answer, of sensors that do."""
+        return [name for z in self.zones for name in z.named(z.silent, self._name(z.ring))]
+
+    @property
+    def blocked_zones(self) -> list[str]:
+        """Zones that something right before the sensor blocks."""
+        return [name for z in self.zones for name in z.named(z.blocked, self._name(z.ring))]
+
+    def _name(self, group: int) -> str:
+        single = group >= len(self.setup.rings)
+        return self.setup.group_name(group) if single else str(group)
 
     @property
     def silent(self) -> Int[np.ndarray, " s"]:
@@ -119,6 +137,12 @@ class SelfCheck:
         ):
             if len(which):
                 lines.append(f"{words}: {', '.join(self.named(which))}")
+        for words, zones in (
+            ("zones (row, column) that never answer", self.silent_zones),
+            ("zones (row, column) that are blocked", self.blocked_zones),
+        ):
+            if zones:
+                lines.append(f"{words}: {'; '.join(zones)}")
         return lines
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
@@ -143,6 +167,7 @@ def self_check(
     q = np.median(readings.joints, axis=0)[None]
     stops, wanted = at_stops(readings, setup, q), expected(scene, setup, q)
     total = np.maximum(stops.total[0], 1)
+    states = [zone_state(scene, setup, i, readings, q) for i in zoned(setup)]
     rings = tuple(_health(readings.time[readings.ring == i]) for i in range(len(setup.groups)))
     return SelfCheck(
         setup,
@@ -154,6 +179,7 @@ def self_check(
         wanted.distance[0],
         wanted.what[0],
         noise or Noise(),
+        tuple(z for z in states if z is not None),
     )
 
 

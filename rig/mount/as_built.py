@@ -135,7 +135,7 @@ class AsBuilt:
                 f" {fit.scale:.2f} of the noise model"
             )
             lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
-            lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit)]
+            lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit, i)]
         first = len(self.proposed.rings)
         lines += [f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent]
         return lines
@@ -146,9 +146,11 @@ def _shown(name: str, value: float, margin: float) -> str:
     return f"{name} {factor * value:+.2f} ± {factor * margin:.2f} {unit}"
 
 
-def faults(fit: RingFit) -> list[str]:
-    """List the faults of a ring beside its mounting errors."""
+def faults(fit: RingFit, number: int) -> list[str]:
+    """List the faults of ring ``number`` beside its mounting errors."""
     found = told(fit.order, fit.mixed)
+    if fit.zones is not None:
+        found += fit.zones.faults(number, fit.nominal.link)
     if fit.dead:
         found.append(f"has dead sensors, by place in its frames: {', '.join(map(str, fit.dead))}")
     if fit.open:

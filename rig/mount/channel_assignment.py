@@ -14,8 +14,8 @@ from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 CAP = 25.0  # squares of standard deviations, of one reading
-_MISSED = 9.0  # cost of a reading where none is expected, and of a missing one
-_SURE = 40.0  # required advantage of another assignment: twice a log likelihood ratio
+MISSED = 9.0  # cost of a reading where none is expected, and of a missing one
+SURE = 40.0  # required advantage of another assignment: twice a log likelihood ratio
 _TIE = 0.02  # of the best cost: within this, the proposed order wins
 
 
@@ -54,7 +54,7 @@ def costs(
         with np.errstate(invalid="ignore"):
             z = (m[:, None] - w[None]) / s[None]
         both, one = r[:, None] & t[None], r[:, None] != t[None]
-        total += np.where(both, np.minimum(z * z, CAP), np.where(one, _MISSED, 0.0))
+        total += np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
     return total
 
 
@@ -73,7 +73,7 @@ def best_order(
                 order = Order(direction, shift, flipped)
                 found[order] = float(table[wires, order.seat(n)[wires]].sum())
     best, meant = min(found, key=lambda o: found[o]), Order()
-    return meant if found[meant] <= found[best] * (1 + _TIE) + _SURE else best
+    return meant if found[meant] <= found[best] * (1 + _TIE) + SURE else best
 
 
 def reseated(
@@ -92,7 +92,7 @@ def reseated(
     other[wire] = best
     found, holder = seat.copy(), np.argsort(seat)
     for cycle in _cycles(holder[other]):
-        if table[cycle, seat[cycle]].sum() - table[cycle, other[cycle]].sum() > _SURE:
+        if table[cycle, seat[cycle]].sum() - table[cycle, other[cycle]].sum() > SURE:
             found[cycle] = other[cycle]
     return found
 

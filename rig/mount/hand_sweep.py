@@ -5,7 +5,7 @@ first in the order of phase.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ..sensing.noise import Noise
@@ -64,7 +64,7 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     mine = readings.only(readings.ring == ring)
     if not len(mine):
         raise ValueError(f"no reading of {setup.group_name(ring)} while a hand passed it")
-    time = np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
+    time = passages(mine, setup, ring, noise)
     answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
     seen = np.flatnonzero(np.isfinite(time))
     seen = seen[np.argsort(time[seen])]
@@ -85,15 +85,34 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     )
 
 
+def passages(readings: Readings, setup: Setup, ring: int, noise: Noise) -> Float[np.ndarray, " n"]:
+    """Return when a hand passed each of the n sensors of a ring, s; nan where no hand was seen."""
+    mine = readings.only(readings.ring == ring)
+    count = setup.groups[ring].count
+    return np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
+
+
 def _passage(readings: Readings, noise: Noise) -> float:
-    """Return when the hand was nearest to one sensor, s; nan if no hand was seen."""
-    good = (readings.status == VALID) & np.isfinite(readings.distance)
-    usual = np.median(readings.distance[good]) if 2 * good.sum() > len(good) else np.inf
-    least = (
-        max(_LEAST, _SURE * float(noise.at(np.array([usual]))[0])) if np.isfinite(usual) else 0.0
-    )
-    hand = good & (readings.distance < usual - least)
+    """Return when the hand was nearest to one sensor, s; nan if no hand was seen.
+
+    Each zone has its own usual distance, so that a hand at the side of the beam is seen although
+    another zone sees something nearer.
+    """
+    distance, status = readings.by_zone()
+    good = (status == VALID) & np.isfinite(distance)
+    often = 2 * good.sum(axis=0) > len(good)
+    usual = np.where(often, _middle(distance, good), np.inf)
+    least = np.where(often, np.maximum(_LEAST, _SURE * noise.at(np.where(often, usual, 0.0))), 0.0)
+    hand = good & (distance < usual - least)
+    to_hand = np.where(hand, distance, np.inf).min(axis=1)
     if not hand.any():
         return np.nan
-    nearest = float(np.quantile(readings.distance[hand], _NEAREST))
-    return float(np.median(readings.time[hand & (readings.distance <= nearest + _LEAST)]))
+    nearest = float(np.quantile(to_hand[np.isfinite(to_hand)], _NEAREST))
+    return float(np.median(readings.time[to_hand <= nearest + _LEAST]))
+
+
+def _middle(distance: Float[np.ndarray, "n Z"], good: Bool[np.ndarray, "n Z"]) -> np.ndarray:
+    """Return the median of the good distances of each zone; 0 where there is none."""
+    return np.array(
+        [np.median(d[g]) if g.any() else 0.0 for d, g in zip(distance.T, good.T, strict=True)]
+    )

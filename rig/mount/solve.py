@@ -29,6 +29,10 @@ _FARTHEST = 8.0
 _WIDTHS = (10.0, 3.0, 3.0)  # standard deviations, beyond which the robust loss is linear, by stage
 _STEPS = 20  # maximum Gauss–Newton steps
 _SETTLED = 1e-3  # of ``LIMITS``, maximum change in the last step
+# on the covariance: the linear theory knows neither that readings are selected at the solution nor
+# how their derivatives change within the margins; without it 94 % of the 95 % regions held the
+# truth (500 regions of `python benchmarks rig_late`)
+_ALLOWANCE = 1.1
 
 
 class MountError(ValueError):
@@ -84,7 +88,7 @@ def solve(scene: CoreScene, ring: Ring, read: Read, values: Float[np.ndarray, " 
             break
     _, off, by = _counting(scene, ring, read, values, _OUT)
     scale = math.sqrt(float(off @ off) / (len(off) - len(some)))
-    return Solved(values, scale**2 * _inverse(by.T @ by), len(off), scale)
+    return Solved(values, _ALLOWANCE * scale**2 * _inverse(by.T @ by), len(off), scale)
 
 
 def _counting(

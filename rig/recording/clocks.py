@@ -7,6 +7,7 @@ from jaxtyping import Float
 from scipy.stats import theilslopes
 
 _DRIFT = 2e-4  # maximum relative drift of two quartz clocks
+_WRONG = 1e-2  # relative drift that no quartz clock has
 _BLOCKS = 300  # the line passes through the quickest arrival of each
 _FEWEST = 10
 
@@ -30,6 +31,28 @@ class Lag:
         return lag - least if np.isfinite(least) else 0.0
 
 
+class RateCheck:
+    """Checks that a sender's clock does not run faster than the host's.
+
+    A clock that runs slower needs no check of its own: its data seem to arrive later and later.
+    """
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None
+
+    def fault(self, time: float, clock: float, slack: float) -> str | None:
+        """Return what is wrong with the clock of data sent at ``clock`` s that arrived at ``time``
+        s, or None. The first data may have been up to ``slack`` s late.
+        """
+        if self._first is None:
+            self._first = time, clock
+        elapsed, gone = time - self._first[0], clock - self._first[1]
+        if gone - elapsed <= slack + _WRONG * elapsed:
+            return None
+        by = f", {gone:.3g} s in {elapsed:.3g} s" if elapsed > 0 else ""
+        return f"runs faster than this computer's{by}"
+
+
 @dataclass(frozen=True)
 class Alignment:
     """A sender's clock relative to the host's: host time = offset + (1 + drift) · (clock - origin),
@@ -51,6 +74,8 @@ class Alignment:
     """Upper end of the 95 % interval of the drift."""
     jitter: float
     """95 % of arrivals are at most this late relative to the line, s."""
+    spread: float
+    """90 % of the quickest arrivals are this close to the line, s."""
 
     def host(self, clock: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """Convert the sender's times to the host's."""
@@ -74,6 +99,6 @@ def align(time: Float[np.ndarray, " n"], clock: Float[np.ndarray, " n"]) -> Alig
     slope, _, low, high = theilslopes(lag[quickest], since[quickest])
     above = lag - slope * since
     offset = float(np.median(above[quickest]))
-    return Alignment(
-        origin, origin + offset, slope, low, high, float(np.quantile(above - offset, 0.95))
-    )
+    jitter = float(np.quantile(above - offset, 0.95))
+    spread = float(np.quantile(np.abs(above[quickest] - offset), 0.9))
+    return Alignment(origin, origin + offset, slope, low, high, jitter, spread)

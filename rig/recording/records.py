@@ -2,6 +2,7 @@
 bytes with a checksum, not pickles.
 """
 
+import math
 import struct
 import zlib
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from enum import IntEnum
 
 MAGIC = b"PR"
 MOST_BYTES = 1 << 20  # of one record's data
+MOST_TIME = 1e11  # s; no monotonic clock runs that long
 _HEAD = struct.Struct("<2sBBId")  # magic, kind, source, bytes of data, time
 _CHECK = struct.Struct("<I")
 
@@ -102,4 +104,6 @@ class RecordReader:
         body = bytes(self._buffer[at:end])
         if _CHECK.unpack_from(self._buffer, end)[0] != zlib.crc32(body):
             raise DamagedError("a record whose check is wrong")
+        if not math.fabs(time) <= MOST_TIME:  # nan too
+            raise DamagedError(f"a record with the time {time:g} s")
         return Record(Kind(kind), source, time, body[_HEAD.size :])

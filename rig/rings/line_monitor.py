@@ -3,22 +3,28 @@
 import json
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
-from ..recording.clocks import Lag
+from ...objectives.link_limits import USUAL_LIMITS
+from ..recording.clocks import Lag, RateCheck
 from ..recording.records import Kind, Record
 from .firmware_decoders import decoder
+from .identity import HelloReader
 from .protocol import Counts, Frame
 
 # s without a frame, after which a ring is silent. Rings send at least ten frames a second
-SILENT = 0.25
-LATE = 0.1  # s; frames with a longer delay are reported and not passed on
+SILENT = USUAL_LIMITS.ring_silent
+LATE = USUAL_LIMITS.ring_late  # s; frames with a longer delay are reported and not passed on
 BAUD = 460800
 _WINDOW = 3.0  # s; a line with _NOISY bad frames in this time is reported
 _NOISY = 3  # bad frames
+_JUMP = 0.2  # s, times patience; a clock that goes ahead by more in one frame has jumped
+_SETTLED = 1.0  # s of a ring's clock, before which its first frames may only have been late
+_SAME = 0.25  # s; clocks that agree so closely are one clock
+_PROOFS = 3  # in _WINDOW s, that frames come from two rings
 
 
 class Happened(Enum):
@@ -31,6 +37,9 @@ class Happened(Enum):
     NOISY = "frames are lost, late or corrupt"
     LATE = "frames arrived late"
     RESTARTED = "it restarted"
+    CLOCK = "its clock is wrong"
+    OTHER = "another board answers at its port"
+    TWO = "two rings send on its line"
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,11 @@ class Port:
     baud: int = BAUD
     """Speed, baud."""
     patience: float = 1.0
-    """Factor on ``SILENT`` and ``LATE``; a simulated ring on a busy machine needs more than 1."""
+    """Factor on the times below; a simulated ring on a busy machine needs more than 1."""
+    silent: float = SILENT
+    """Time without a frame, after which the ring is silent, s."""
+    late: float = LATE
+    """Delay of a frame, beyond which it is reported and not passed on, s."""
 
 
 class Line:
@@ -84,15 +97,29 @@ class Line:
         self._number, self._port, self.counts = number, port, Counts()
         self._state: Happened | None = None
         self._spoiled: deque[float] = deque([-np.inf] * _NOISY, maxlen=_NOISY)
-        self._bad, self._noisy = 0, False
+        self._bad, self._noisy, self._era = 0, False, -1
+        self._serials: list[str] = []
         self.opened(now)
 
     def opened(self, now: float) -> None:
         """Note that the port was opened at ``now`` s: the ring, and with it its clock, may have
         restarted.
         """
-        self._decoder, self._lag = decoder(self._port.decoder, self._port.count, self.counts), Lag()
+        self._decoder = decoder(self._port.decoder, self._port.count, self.counts)
+        speaks = self._port.decoder == "place-rings"
+        self._hellos = HelloReader(self._port.count, self.counts) if speaks else None
         self._heard, self._bytes, self._restarts = now, 0, self.counts.restarts
+        self._doubled, self._other_sizes = self.counts.doubled, self.counts.sizes.total()
+        self._serials = self._serials[-1:]
+        self._proofs: deque[float] = deque([-np.inf] * _PROOFS, maxlen=_PROOFS)
+        self._offsets: deque[float] = deque(maxlen=8)
+        self._next_era()
+
+    def _next_era(self) -> None:
+        """Begin with a clock that has nothing to do with the one before."""
+        self._era += 1
+        self._lag, self._rate_check, self._fast = Lag(), RateCheck(), False
+        self._since, self._offset = np.inf, np.nan
 
     def gone(self, now: float, why: str) -> Iterator[Event]:
         """Note that the port cannot be read."""
@@ -103,25 +130,91 @@ class Line:
         may be none.
         """
         self._bytes += len(data)
+        if data and self._hellos:
+            for serial in self._hellos.feed(data):
+                yield from self._hello(serial, now)
         for frame in self._decoder.feed(data, now) if data else ():
             yield from self._frame(frame)
-        if now - self._heard > self._port.patience * SILENT:
+        if self.counts.doubled > self._doubled:
+            self._doubled = self.counts.doubled
+            yield from self._prove(now)
+        if now - self._heard > self._port.patience * self._port.silent:
             yield from self._turn(
-                Happened.GARBLED if self._bytes else Happened.SILENT, now, f"{self._bytes} bytes"
+                Happened.GARBLED if self._bytes else Happened.SILENT, now, self._why_garbled()
             )
         yield from self._judge(now)
 
+    def _why_garbled(self) -> str:
+        sizes = self.counts.sizes
+        if sizes.total() > self._other_sizes:
+            size = sizes.most_common(1)[0][0]
+            return f"frames of {size} sensors arrive, not of {self._port.count}"
+        return f"{self._bytes} bytes"
+
+    def _hello(self, serial: str, now: float) -> Iterator[Event]:
+        """Take a hello: a board that answers again after another one shares the line with it."""
+        before = self._serials[-1:]
+        if serial in self._serials[:-1]:
+            self._proofs.extend([now] * _PROOFS)
+            yield from self._prove(now, f"{serial} and {before[0]}")
+        elif before and before != [serial] and not self._two(now):
+            yield Event(self._number, Happened.OTHER, now, f"{serial}, before {before[0]}")
+        if before != [serial]:
+            self._serials = [s for s in self._serials if s != serial] + [serial]
+
+    def _prove(self, now: float, detail: str = "") -> Iterator[Event]:
+        """Note a proof that two rings send; enough of them in a short time are an event."""
+        self._proofs.append(now)
+        if self._two(now):
+            yield from self._turn(Happened.TWO, now, detail or "their clocks or frames differ")
+
+    def _two(self, now: float) -> bool:
+        """Whether two rings send on the line, so that no frame can be assigned to one."""
+        return now - self._proofs[0] < _WINDOW
+
     def _frame(self, frame: Frame) -> Iterator[Frame | Event]:
-        self._heard, self._bytes = frame.time, 0
-        if self.counts.restarts > self._restarts:
-            self._restarts, self._lag = self.counts.restarts, Lag()
-            yield Event(self._number, Happened.RESTARTED, frame.time)
-        delay = 0.0 if np.isnan(frame.clock) else self._lag.delay(frame.time, frame.clock)
-        if delay > self._port.patience * LATE:
+        self._heard, self._bytes, clock = frame.time, 0, frame.clock
+        restarted, delay = self.counts.restarts > self._restarts, 0.0
+        if not np.isnan(clock):
+            delay = 0.0 if restarted else self._lag.delay(frame.time, clock)
+            jumped = delay < -_JUMP * self._port.patience and clock - self._since > _SETTLED
+            if restarted or jumped:
+                yield from self._new_clock(frame, -delay)
+                delay = self._lag.delay(frame.time, clock)
+            self._since, self._offset = min(self._since, clock), frame.time - clock
+            if delay < 0 and clock - self._since <= _SETTLED:
+                self._rate_check = RateCheck()  # the frames before were late
+            yield from self._rate(frame)
+        if self._two(frame.time):
+            return
+        if delay > self._port.patience * self._port.late:
             yield from self._turn(Happened.LATE, frame.time, f"{1000 * delay:.0f} ms")
         else:
             yield from self._turn(Happened.BACK, frame.time)
-            yield frame
+            yield replace(frame, clock=np.nan if self._fast else clock, era=self._era)
+
+    def _new_clock(self, frame: Frame, ahead: float) -> Iterator[Event]:
+        """Take a frame whose clock does not continue the one before: the ring restarted, its clock
+        jumped, or the frame is from another ring, if an earlier clock continues.
+        """
+        restarted = self.counts.restarts > self._restarts
+        offset, self._restarts = frame.time - frame.clock, self.counts.restarts
+        resumed = any(abs(offset - other) < _SAME for other in self._offsets)
+        self._offsets.append(self._offset)
+        self._next_era()
+        if resumed:
+            yield from self._prove(frame.time)
+        elif not self._two(frame.time):
+            what = Happened.RESTARTED if restarted else Happened.CLOCK
+            detail = "" if restarted else f"jumped by {ahead:.4g} s"
+            yield Event(self._number, what, frame.time, detail)
+
+    def _rate(self, frame: Frame) -> Iterator[Event]:
+        """Stop using a clock that runs too fast, which would hide every delay."""
+        slack = self._port.patience * self._port.late
+        if not self._fast and (fault := self._rate_check.fault(frame.time, frame.clock, slack)):
+            self._fast = True
+            yield Event(self._number, Happened.CLOCK, frame.time, fault)
 
     def _judge(self, now: float) -> Iterator[Event]:
         """Yield an event when the line begins to spoil frames."""

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from ..recording.records import Kind, Record
-from .line_monitor import SILENT, Event, Line, Port
+from .line_monitor import Event, Line, Port
 from .protocol import Counts, Frame
 
 _TICK = 0.02  # s, timeout of a read
@@ -17,9 +17,9 @@ _RETRY = 0.05  # s between attempts to open a port
 class RingReader:
     """Reads ring ``number`` at ``port`` and passes on its frames, its events and all its bytes.
 
-    It detects a lost port within 20 ms, silence or bytes without a valid frame within ``SILENT`` s
-    of the last frame, and a port that is back within 50 ms of its appearance; plus the time that
-    the machine takes to wake a thread.
+    It detects a lost port within 20 ms, silence or bytes without a valid frame within
+    ``port.silent`` s of the last frame, and a port that is back within 50 ms of its appearance;
+    plus the time that the machine takes to wake a thread.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class RingReader:
         frame = self._last
         return (
             frame
-            if frame and time.monotonic() - frame.time <= self._port.patience * SILENT
+            if frame and time.monotonic() - frame.time <= self._port.patience * self._port.silent
             else None
         )
 

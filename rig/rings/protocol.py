@@ -1,18 +1,23 @@
 """Frames of the ring protocol; docs/rig.md has the table of bytes."""
 
+import re
 import zlib
-from dataclasses import dataclass
-from enum import IntEnum
+from collections import Counter
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Integer
 
 from ...formats import ring_frame
+from .status import ABSENT as ABSENT
+from .status import DISTANT, known_status
+from .status import MOST_MM as MOST_MM
+from .status import Status as Status
+from .zones import Zones
 
 VERSION = 1
-MAGIC = b"\xa5\xc3"
+MAGIC, ZONE_MAGIC, HELLO_MAGIC = b"\xa5\xc3", b"\xa5\xc6", b"\xa5\xc5"
 MOST_SENSORS = 64
-MOST_MM = 0xFFFF
 _HEADER, _CHECK, _SENSORS = ring_frame.HEADER, ring_frame.CHECK, ring_frame.SENSORS
 _TURN = 1 << 16  # of the sequence number
 _LATE = (
@@ -20,23 +25,6 @@ _LATE = (
     # ring restarted
     8
 )
-
-
-class Status(IntEnum):
-    """Status of a sensor's distance."""
-
-    VALID = 0
-    NO_TARGET = 1
-    WEAK = 2
-    FAILED = 3
-
-
-_DISTANT = (Status.VALID, Status.WEAK)  # with a distance
-# status for any byte
-_STATUS = np.array(
-    [byte if byte in list(Status) else Status.FAILED for byte in range(256)], np.uint8
-)
-_HAS = np.isin(_STATUS, _DISTANT)
 
 
 @dataclass(frozen=True)
@@ -52,7 +40,12 @@ class Frame:
     distance: Float[np.ndarray, " n"]
     """m, in the order as wired; nan where there is none."""
     status: Integer[np.ndarray, " n"]
-    """Values of ``Status``."""
+    """Values of ``Status``, or ``ABSENT``."""
+    era: int = 0
+    """Number of restarts and jumps of the ring's clock before this frame."""
+    zones: Zones | None = None
+    """Readings of the sensors' zones, of which ``distance`` and ``status`` are the nearest; None
+    for sensors of one zone."""
 
 
 @dataclass
@@ -71,6 +64,12 @@ class Counts:
     """Bytes that belong to no frame."""
     restarts: int = 0
     """Restarts of the ring."""
+    doubled: int = 0
+    """Frames with the number of the frame before and another time: from another ring."""
+    serials: Counter[str] = field(default_factory=Counter)
+    """Number of hellos of each board, by its serial number; empty if none says hello."""
+    sizes: Counter[int] = field(default_factory=Counter)
+    """Number of intact frames with another number of sensors, by that number."""
 
 
 class SequenceTracker:
@@ -86,6 +85,7 @@ class SequenceTracker:
         ahead = (sequence - self._last) % self._turn if self._last >= 0 else 1
         if ahead == 0 or ahead >= self._turn - _LATE:
             self._counts.late += 1
+            self._counts.doubled += ahead == 0 and clock != self._clock and clock == clock
             self._counts.lost -= ahead != 0 and self._counts.lost > 0  # it had been counted as lost
             return False
         if clock < self._clock or ahead >= self._turn // 2:
@@ -116,14 +116,47 @@ def encode(
             f" {count} and {len(status)}"
         )
     sensors = np.zeros(count, _SENSORS)
-    there = np.isin(status, _DISTANT)
+    there = np.isin(status, DISTANT)
     mm = np.rint(1000 * np.where(there, distance, 0.0))
     if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
         raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
     sensors["mm"], sensors["status"] = mm, status
-    head = _HEADER.pack(MAGIC, VERSION, count, 255 - count, sequence % _TURN, round(1e6 * clock))
-    body = head + sensors.tobytes()
+    return _checked(_header(MAGIC, count, sequence, clock) + sensors.tobytes())
+
+
+def encode_zones(sequence: int, clock: float, zones: Zones) -> bytes:
+    """Encode a frame of sensors with zones.
+
+    Raises:
+        ValueError: if there are more sensors, zones or targets than a frame holds.
+    """
+    count, grid = len(zones.mm), zones.grid
+    if (
+        not 1 <= count <= MOST_SENSORS
+        or not 1 <= grid.zones <= ring_frame.MOST_ZONES
+        or not 1 <= grid.targets <= ring_frame.MOST_TARGETS
+    ):
+        raise ValueError(
+            f"a frame needs 1 to {MOST_SENSORS} sensors of 1 to {ring_frame.MOST_ZONES} zones with"
+            f" 1 to {ring_frame.MOST_TARGETS} targets; got {count}, {grid.zones}, {grid.targets}"
+        )
+    return _checked(_header(ZONE_MAGIC, count, sequence, clock) + grid.pack() + zones.pack())
+
+
+def _header(magic: bytes, count: int, sequence: int, clock: float) -> bytes:
+    numbers = (count, 255 - count, sequence % _TURN, round(1e6 * clock))
+    return _HEADER.pack(magic, VERSION, *numbers)
+
+
+def _checked(body: bytes) -> bytes:
     return body + _CHECK.pack(zlib.crc32(body))
+
+
+def hello(count: int, serial: int) -> bytes:
+    """Encode the hello of a ring of ``count`` sensors, whose board has the number ``serial``; 0 if
+    it has none.
+    """
+    return _checked(ring_frame.HELLO.pack(HELLO_MAGIC, VERSION, count, serial))
 
 
 class Arrivals:
@@ -152,17 +185,13 @@ class Arrivals:
 class Decoder:
     """Decodes the intact frames in a stream of arbitrary bytes.
 
-    A frame is intact if its magic, version, count (twice) and CRC-32 (ISO 3309, as in Ethernet and
-    zlib) are right, and its count is that of the ring. After anything else the search continues one
-    byte further, so that preceding garbage never costs an intact frame.
+    A frame is intact if its magic, version, count and zones (each twice) and CRC-32 (ISO 3309, as
+    in Ethernet and zlib) are right, and its count is that of the ring. After anything else the
+    search continues one byte further, so that preceding garbage never costs an intact frame.
     """
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
-        self.counts, self._count, self._length = (
-            counts or Counts(),
-            count,
-            ring_frame.frame_length(count),
-        )
+        self.counts, self._count = counts or Counts(), count
         self._arrivals, self._order = Arrivals(), SequenceTracker(self.counts)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -172,36 +201,39 @@ class Decoder:
         self._arrivals.add(data, time)
         buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
         while True:
-            start = buffer.find(MAGIC, at)
-            if start < 0:  # the last byte may be the first of a magic
+            match = _START.search(buffer, at)
+            if match is None:  # the last byte may be the first of a magic
                 start = len(buffer) - buffer.endswith(MAGIC[:1])
                 self.counts.skipped += max(start - at, 0)
                 at = max(start, at)
                 break
-            self.counts.skipped += start - at
-            at = start
-            if len(buffer) - at < _HEADER.size:
+            self.counts.skipped += match.start() - at
+            at = match.start()
+            length = frame_size(buffer, at, self._count)
+            if length is None or len(buffer) - at < length:
                 break
-            _, version, count, complement, sequence, micros = _HEADER.unpack_from(buffer, at)
-            if (version, count, complement) != (VERSION, self._count, 255 - self._count):
-                at = self._reject(at)
-            elif len(buffer) - at < self._length:
-                break
-            elif not self._right(memoryview(buffer)[at : at + self._length]):
+            if not length or not self._right(memoryview(buffer)[at : at + length]):
                 at = self._reject(at)
             else:
-                end = at + self._length
-                if self._order.take(sequence, 1e-6 * micros):
-                    sensors = np.frombuffer(
-                        bytes(buffer[at + _HEADER.size : end - _CHECK.size]), _SENSORS
-                    )
-                    values = measured(sensors["mm"], sensors["status"])
-                    frames.append(
-                        Frame(self._arrivals.time(end - 1), 1e-6 * micros, sequence, *values)
-                    )
-                at = end
+                body = bytes(buffer[at : at + length - _CHECK.size])
+                frames += self._frame(body, self._arrivals.time(at + length - 1))
+                at += length
         self._arrivals.drop(at)
         return frames
+
+    def _frame(self, body: bytes, time: float) -> list[Frame]:
+        """Return the frame of intact bytes, unless it comes too late."""
+        magic, _, count, _, sequence, micros = _HEADER.unpack_from(body)
+        if not self._order.take(sequence, 1e-6 * micros):
+            return []
+        if magic == MAGIC:
+            sensors = np.frombuffer(body, _SENSORS, count, _HEADER.size)
+            values = measured(sensors["mm"], sensors["status"])
+            return [Frame(time, 1e-6 * micros, sequence, *values)]
+        grid = ring_frame.Grid.read(body, _HEADER.size)
+        assert grid is not None
+        zones = Zones.read(body[_HEADER.size + ring_frame.GRID.size :], count, grid)
+        return [Frame(time, 1e-6 * micros, sequence, *zones.nearest(), zones=zones)]
 
     def _reject(self, at: int) -> int:
         self.counts.corrupt += 1
@@ -217,8 +249,31 @@ class Decoder:
             return right
 
 
+_START = re.compile(re.escape(MAGIC) + b"|" + re.escape(ZONE_MAGIC))
+
+
+def frame_size(buffer: bytes | bytearray, at: int, count: int | None = None) -> int | None:
+    """Return the length of the frame that begins at ``at`` with a magic; 0 if none can, None if
+    more bytes are needed to tell. ``count`` is its number of sensors, if known.
+    """
+    if len(buffer) - at < _HEADER.size:
+        return None
+    magic, version, n, complement, *_ = _HEADER.unpack_from(buffer, at)
+    if version != VERSION or n + complement != 255 or not 1 <= n <= MOST_SENSORS:
+        return 0
+    if count not in (None, n):
+        return 0
+    if magic == MAGIC:
+        return ring_frame.frame_length(n)
+    if len(buffer) - at < _HEADER.size + ring_frame.GRID.size:
+        return None
+    grid = ring_frame.Grid.read(buffer, at + _HEADER.size)
+    return 0 if grid is None else ring_frame.frame_length(n, grid)
+
+
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Convert millimetres and status bytes of a ring to distances (n,) m, nan where there is none,
     and statuses (n,). An unknown status byte counts as a failure.
     """
-    return np.where(_HAS[status], mm / 1000.0, np.nan), _STATUS[status]
+    known = known_status(status)
+    return np.where(np.isin(known, DISTANT), mm / 1000.0, np.nan), known

@@ -14,11 +14,11 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.records import DamagedError, Record, RecordReader
 from .state import State
 from .vetting import STALE, Ended, LinkFaultError, Vetting, between
 
-RATE = 125.0  # states a second: every controller has it
 # s until the first state: start of Python, and the client's handshake with the robot
 START = 10.0
 _MEMORY = 30.0  # s, of states
@@ -28,12 +28,13 @@ class Link:
     """Receives joint angles of the robot at ``host`` in a process of its own, which ends with the
     link.
 
-    A fault is final: later data is ignored. A fault is detected at most ``STALE`` s, times
-    ``patience``, after the last valid state, plus the time that the machine takes to wake a thread.
+    A fault is final: later data is ignored. A fault is detected at most ``limits.state_stale`` s,
+    times ``patience``, after the last valid state, plus the time that the machine takes to wake a
+    thread.
 
     Args:
         host: name or address.
-        rate: states per second.
+        limits: states per second, and their maximum age.
         on_state: receives each valid state, in the link's thread.
         record: receives each record, valid or not.
         on_fault: called once on a fault, in the link's thread.
@@ -48,7 +49,7 @@ class Link:
     def __init__(
         self,
         host: str,
-        rate: float = RATE,
+        limits: LinkLimits = USUAL_LIMITS,
         on_state: Callable[[State], None] = lambda state: None,
         record: Callable[[Record], None] = lambda record: None,
         on_fault: Callable[[LinkFaultError], None] = lambda fault: None,
@@ -58,13 +59,14 @@ class Link:
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
-        self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
+        self._states: deque[State] = deque(maxlen=int(_MEMORY * limits.rate))
         self._fault: LinkFaultError | None = None
         self._changed, self._closing = threading.Condition(), False
-        self._vetting = Vetting(STALE * patience, through_stops)
-        self._until, self._stale = time.monotonic() + start * patience, STALE * patience
+        self._stale = limits.state_stale * patience
+        self._vetting = Vetting(self._stale, through_stops)
+        self._until = time.monotonic() + start * patience
         self._process = subprocess.Popen(
-            [*command, host, str(rate), str(patience)],
+            [*command, host, str(limits.rate), str(patience)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -15,11 +15,13 @@ import time
 import numpy as np
 
 from ..recording.records import Kind, Record
+from .protocol_version import refusal
 from .state import VARIABLES, State, complaint
 
 _POLL = 0.0005  # s
 # s: Python cannot interrupt a constructor that hangs, so the kernel ends it, if nothing else does
 _HOPELESS = 10
+_ANSWER = 1.0  # s, for the version of the protocol
 
 
 def main() -> None:
@@ -35,6 +37,8 @@ def main() -> None:
     for ignored in (signal.SIGINT, signal.SIGHUP):  # handled by the check
         signal.signal(ignored, signal.SIG_IGN)
     try:
+        if why := refusal(host, _ANSWER):
+            raise ConnectionError(why)
         from rtde_receive import RTDEReceiveInterface
 
         client = RTDEReceiveInterface(host, rate, list(VARIABLES))

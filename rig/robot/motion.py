@@ -18,10 +18,11 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.records import Kind
 from .link import Link
 from .motion_control import MotionControl, NoAnswerError
-from .motion_process import DECELERATION, SIGN
+from .motion_process import DECELERATION
 from .noted_signals import noted_signals
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
@@ -32,7 +33,7 @@ _READY = 20.0  # s until the controller accepts the program
 _TOLD = 0.5  # s until an answer: the process confirms a motion at once
 _STILL = 0.3  # s until the robot is seen to stand still, in addition to its deceleration
 BOUND = 1.0  # s; a standstill after this time is reported as late
-_LOOK = 0.01  # s
+LOOK = 0.01  # s
 _STEP = math.radians(2)  # rad between checked poses of a path
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
 _FIRM = 0.1  # s of the robot's clock for which it must be seen to stand still
@@ -82,6 +83,7 @@ class Mover:
             hundred times a second.
         patience: factor on all time limits; 1 for a real robot.
         alarm: called at once if the robot is not seen to stand still.
+        signs: of life between this program, the process and the robot.
         command: starts the process; for tests.
 
     Raises:
@@ -97,12 +99,14 @@ class Mover:
         danger: Callable[[], str | None] = lambda: None,
         patience: float = 1.0,
         alarm: Callable[[str], None] = lambda text: None,
+        signs: LinkLimits = USUAL_LIMITS,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
     ) -> None:
         self._host, self._link, self._limits = host, link, limits
         self._fault_at, self._danger = fault_at, danger
-        self._patience, self._alarm = patience, alarm
-        self._control = MotionControl([*command, host, str(patience)])
+        self._patience, self._alarm, self._signs = patience, alarm, signs
+        times = map(str, (patience, signs.sign_of_life, signs.watchdog))
+        self._control = MotionControl([*command, host, *times])
         try:
             self._control.expect("ready", _READY * patience)
         except BaseException as error:
@@ -189,7 +193,7 @@ class Mover:
         stopped.
         """
         self._control.heard = turn = time.monotonic()
-        most = SIGN * self._patience
+        most = self._signs.sign_of_life * self._patience
         while True:
             before, turn = turn, time.monotonic()
             if turn - before > most:
@@ -205,7 +209,7 @@ class Mover:
             if turn > until:
                 raise MoveStoppedError("it did not arrive in time")
             self._control.tell(Kind.ALIVE)
-            self._control.hear(_LOOK)
+            self._control.hear(LOOK)
             if (silent := time.monotonic() - self._control.heard) > most:
                 raise MoveStoppedError(
                     f"the process that moves it gave no sign of life for {silent:.2f} s"
@@ -271,7 +275,7 @@ class Mover:
                     first = state
                 elif first and state.clock - first.clock >= _FIRM:
                     return True
-                time.sleep(_LOOK)
+                time.sleep(LOOK)
         return False
 
     def _stands_by_another_link(self) -> bool:

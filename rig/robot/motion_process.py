@@ -3,12 +3,12 @@
 The process never moves the robot without a command. Three time limits ensure that it stops, each
 multiplied by the requested patience:
 
-- The robot ends its program if this process gives no sign of life for ``WATCHDOG`` s.
-- This process stops the robot if the check gives no sign of life for ``SIGN`` s during a motion.
+- The robot ends its program if this process gives no sign of life for WATCHDOG s.
+- This process stops the robot if the check gives no sign of life for SIGN s during a motion.
 - The kernel ends this process if a call of the client takes longer than ``HANG`` s, and ``LEAVE`` s
 after the check is gone, whatever the controller answers.
 
-Run: python -m place_rings.rig.robot.motion_process HOST [PATIENCE]
+Run: python -m place_rings.rig.robot.motion_process HOST [PATIENCE [SIGN WATCHDOG]]
 
 The process reads records from stdin and writes records to stdout, until stdin ends.
 """
@@ -20,15 +20,18 @@ import sys
 import time
 from typing import Any
 
+from ...objectives.link_limits import USUAL_LIMITS
 from ..recording.records import Kind, Record, RecordReader
 from .state import complaint, unpack_move
 
-WATCHDOG = 0.2  # s without a sign of life of this process, after which the robot ends its program
-SIGN = 0.2  # s without a sign of life of the check during a motion; then the robot is stopped
+# s without a sign of life of this process, after which the robot ends its program
+WATCHDOG = USUAL_LIMITS.watchdog
+# s without a sign of life of the check during a motion; then the robot is stopped
+SIGN = USUAL_LIMITS.sign_of_life
 HANG = 2.0  # s, of one call of the client
 LEAVE = 3.0  # s for stopping the robot once the check is gone
 START = 15.0  # s for the client's constructor, which Python cannot interrupt while it hangs
-_TICK = 0.02  # s between two signs of life to the robot
+TICK = 0.02  # s between two signs of life to the robot
 DECELERATION = 2.0  # rad/s²
 
 
@@ -39,10 +42,20 @@ class MotionProcess:
         client: of ur-rtde, connected.
         out: file descriptor for records.
         patience: factor on all time limits; 1 for a real robot.
+        sign: longest silence of the check during a motion, s.
+        watchdog: longest silence of this process, s.
     """
 
-    def __init__(self, client: Any, out: int, patience: float) -> None:
+    def __init__(
+        self,
+        client: Any,
+        out: int,
+        patience: float,
+        sign: float = SIGN,
+        watchdog: float = WATCHDOG,
+    ) -> None:
         self._client, self._out, self._patience = client, out, patience
+        self._sign, self._watchdog = sign * patience, watchdog * patience
         self._moving = False
         self._heard = self._fed = time.monotonic()
 
@@ -51,13 +64,13 @@ class MotionProcess:
         program.
         """
         self._limit(HANG)
-        if not self._client.setWatchdog(1 / (WATCHDOG * self._patience)):
+        if not self._client.setWatchdog(1 / self._watchdog):
             raise RuntimeError("the robot took no watchdog")
         self.tell(Kind.DONE, "ready")
         reader = RecordReader()
         while True:
             self._limit(HANG)
-            if select.select([sys.stdin], [], [], _TICK)[0]:
+            if select.select([sys.stdin], [], [], TICK)[0]:
                 data = os.read(sys.stdin.fileno(), 1 << 12)
                 if not data:
                     return self._leave()
@@ -92,7 +105,7 @@ class MotionProcess:
         if not self._moving:
             return
         silent = time.monotonic() - self._heard
-        if silent > SIGN * self._patience:
+        if silent > self._sign:
             self._client.stopJ(DECELERATION, True)
             self._moving = False
             self.tell(
@@ -111,7 +124,7 @@ class MotionProcess:
 
     def _why_ended(self, since: float) -> str:
         """Return why the robot rejects a sign of life, ``since`` s after the last one."""
-        limit = WATCHDOG * self._patience
+        limit = self._watchdog
         if not self._client.isConnected():
             return "the robot's side closed the connection"
         if since > limit:
@@ -137,7 +150,7 @@ class MotionProcess:
 
 def main() -> None:
     """Connect, then serve the check."""
-    host, patience = sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
+    host, patience, *limits = sys.argv[1], *map(float, sys.argv[2:] or ["1"])
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
     # the check receives them too, and then commands a stop
@@ -147,7 +160,7 @@ def main() -> None:
     try:
         from rtde_control import RTDEControlInterface
 
-        MotionProcess(RTDEControlInterface(host), out, patience).serve()
+        MotionProcess(RTDEControlInterface(host), out, patience, *limits).serve()
     except BrokenPipeError:
         pass  # the check is gone; the watchdog stops the robot
     except Exception as error:  # the client may raise anything

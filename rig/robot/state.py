@@ -28,9 +28,9 @@ class State:
     """Arrival, s of the host's monotonic clock."""
     clock: float
     """s of the robot's clock."""
-    q: Float[np.ndarray, " 6"]
+    q: Float[np.ndarray, " J"]
     """Joint angles, rad."""
-    speed: Float[np.ndarray, " 6"]
+    speed: Float[np.ndarray, " J"]
     """Joint speeds, rad/s."""
     runtime: int = 1
     """Runtime state, as in RTDE."""
@@ -103,9 +103,18 @@ def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
 
 
 def complaint(error: Exception) -> str:
-    """Return an error of the client as one line; if ur-rtde is missing, how to install it."""
+    """Return an error of the client as one line; if ur-rtde is missing, how to install it; if the
+    robot has no dashboard server, what works without.
+    """
     if isinstance(error, ImportError):
         from ...formats.optional_dependencies import how_to_install  # loads pydantic
 
         return f"ur-rtde is not installed: {how_to_install('rig')}"
-    return " ".join(str(error).split()) or repr(error)
+    text = " ".join(str(error).split()) or repr(error)
+    if "dashboard server" in text:
+        return (
+            f"{text} The controller does not answer on port 29999: a robot with PolyScope X has no"
+            " dashboard server, so that ur-rtde reads its joints but does not move it; leave out"
+            " --move and guide it to its poses"
+        )
+    return text

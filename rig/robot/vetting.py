@@ -7,12 +7,14 @@ from enum import Enum
 import numpy as np
 from jaxtyping import Float
 
-from ..recording.clocks import Lag
+from ...objectives.link_limits import USUAL_LIMITS
+from ..recording.clocks import Lag, RateCheck
 from ..recording.records import Kind, Record
 from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
 
-STALE = 0.08  # s; older states are not used
+STALE = USUAL_LIMITS.state_stale  # s; older states are not used
 GAP = 0.05  # s; no interpolation between states farther apart
+_SAME = np.radians(0.1)  # rad; closer places are the same
 
 
 class Ended(Enum):
@@ -55,7 +57,7 @@ class Vetting:
     def __init__(self, stale: float = STALE, through_stops: bool = False) -> None:
         self._stale, self._through_stops = stale, through_stops
         self.last: State | None = None
-        self.count, self._lag = 0, Lag()
+        self.count, self._lag, self._rate_check, self._excused = 0, Lag(), RateCheck(), False
 
     def take(self, record: Record) -> State:
         """Return the state in a record.
@@ -63,7 +65,7 @@ class Vetting:
         Raises:
             LinkFaultError: if the record holds no state; if the state is impossible by itself or
                 after the previous one; if it arrived more than ``stale`` s later than measured; or
-                if the robot's safety functions stopped the robot.
+                if the robot's safety functions stopped the robot or do not say that it may move.
         """
         if record.kind == Kind.NOTE:
             raise LinkFaultError(Ended.REFUSED, record.data.decode(errors="replace"))
@@ -75,30 +77,42 @@ class Vetting:
             raise LinkFaultError(Ended.GARBLED, str(error)) from None
         if wrong := implausible(state) or (self.last and impossible(self.last, state)):
             raise LinkFaultError(Ended.GARBLED, wrong)
-        if state.safety & ~(NORMAL | REDUCED) and not self._through_stops:
+        allowed = NORMAL | REDUCED
+        if (state.safety & ~allowed or not state.safety & allowed) and not self._through_stops:
             raise LinkFaultError(Ended.STOPPED, f"safety status {state.safety:#x}")
         delay = self._lag.delay(state.time, state.clock)
         if delay > self._stale:
             raise LinkFaultError(Ended.LATE, f"{1000 * delay:.0f} ms")
-        if delay < -self._stale and self.count > 1:  # otherwise only the first was late
-            raise LinkFaultError(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
+        if delay < -self._stale:
+            if self.count > 1 or self._excused:  # otherwise only the first was late
+                raise LinkFaultError(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
+            self._excused, self._rate_check = True, RateCheck()
+        if fault := self._rate_check.fault(state.time, state.clock, self._stale):
+            raise LinkFaultError(Ended.GARBLED, f"the robot's clock {fault}")
         self.last, self.count = state, 1 if delay < -self._stale else self.count + 1
         return state
 
 
 def between(
-    states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = GAP
-) -> Float[np.ndarray, "n 6"]:
-    """Interpolate joint angles (n, 6) rad linearly at ``times`` (n,) s; nan where the surrounding
-    states are more than ``gap`` s apart or missing on one side.
+    states: Sequence[State],
+    times: Float[np.ndarray, " n"],
+    gap: float = GAP,
+    standing: float = 0.0,
+) -> Float[np.ndarray, "n J"]:
+    """Interpolate joint angles (n, J) rad linearly at ``times`` (n,) s; nan where the surrounding
+    states are more than ``gap`` s apart or missing on one side. A robot that is at the same place
+    before and after ``standing`` s or less stood there.
     """
-    found = np.full((len(times), JOINTS), np.nan)
+    joints = len(states[0].q) if states else JOINTS
+    found = np.full((len(times), joints), np.nan)
     if len(states) < 2:
         return found
     known, q = np.array([s.time for s in states]), np.array([s.q for s in states])
     after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)
     width = known[after] - known[after - 1]
-    good = (times >= known[0]) & (times <= known[-1]) & (width <= gap) & (width > 0)
+    moved = np.abs(q[after] - q[after - 1]).max(axis=1)
+    near = (width <= gap) | ((width <= standing) & (moved <= _SAME))
+    good = (times >= known[0]) & (times <= known[-1]) & near & (width > 0)
     share = np.where(good, (times - known[after - 1]) / np.where(width > 0, width, 1.0), 0.0)[
         :, None
     ]

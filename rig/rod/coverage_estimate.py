@@ -20,7 +20,8 @@ from jaxtyping import Bool, Int
 from scipy import stats
 
 from ...coverage.rings.ring import Setup
-from ..sensing.readings import Readings, Stops, at_stops
+from ..sensing.readings import Readings, Stops, ZoneStops, at_stops, zones_at_stops
+from ..sensing.zone_grid import zoned
 from .trial_plan import RodPlan, Stratum
 
 CONFIDENCE = 0.95
@@ -129,6 +130,7 @@ def check_rod(
     if len(trials) != len(plan.stratum):
         raise ValueError(f"{len(trials)} trials, but {len(plan.stratum)} are planned")
     empty = at_stops(before, setup, plan.joints)
+    zones = {i: zones_at_stops(before, setup, i, plan.joints) for i in zoned(setup)}
     told, tested = np.zeros((len(trials), setup.sensors), bool), np.zeros(len(trials), bool)
     for pose in range(len(plan.joints)):
         if not (empty.total[pose] > 0).any():
@@ -139,6 +141,10 @@ def check_rod(
                 now = at_stops(read, setup, plan.joints[[pose]])
                 tested[i] = (now.total > 0).any()
                 told[i] = nearer(plan, empty, pose, now)
+                for ring, was in zones.items():
+                    mine = setup.ring_of_sensor == ring
+                    zone = zones_at_stops(read, setup, ring, plan.joints[[pose]])
+                    told[i, mine] |= nearer(plan, was, pose, zone).any(axis=1)
     return RodCheck(
         plan,
         told,
@@ -152,8 +158,10 @@ def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:
     return np.asarray(told.any(axis=1))
 
 
-def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, " K"]:
-    """Return which sensors read an object that was not there before."""
+def nearer(
+    plan: RodPlan, empty: Stops | ZoneStops, pose: int, now: Stops | ZoneStops
+) -> Bool[np.ndarray, "*K"]:
+    """Return which sensors, or zones of sensors, read an object that was not there before."""
     was, read = empty.distance[pose], now.distance[0]
     with np.errstate(invalid="ignore"):
         closer = read < was - plan.detection.margin(was)

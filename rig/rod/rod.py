@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ...coverage.occlusion.ball_in_cone import ball_in_cone
 from ...coverage.rings.ring import Setup
@@ -22,6 +22,8 @@ from ...objectives.scene import CoreScene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
 from ..sensing.noise import Noise
+from ..sensing.zone_grid import zoned
+from ..sensing.zone_targets import expected_zones, zones_of_rods
 
 CLEAR = 0.03  # m between a rod and robot or cell
 
@@ -106,7 +108,8 @@ def seen(
     """Return whether any sensor detects the rod at each of N points at pose ``q`` (J,) rad.
 
     ``alive`` selects the sensors that answer; None means all. The ball in the rod's centre settles
-    most points; the others are tested with the whole rod.
+    most points; the others are tested with the whole rod. A zone sees the rod although another zone
+    sees something nearer.
     """
     beams, before = beams_at(scene, setup, q[None]), expected(scene, setup, q[None]).distance[0]
     limit = np.where(
@@ -144,4 +147,31 @@ def seen(
             np.full(len(n), rod.radius),
         )
         found[n[distance < limit[k]]] = True
+        inside = np.isfinite(distance) & ~found[n]
+        _by_zone(scene, setup, q, rod.at(points), (k[inside], n[inside]), detection, found)
     return found
+
+
+def _by_zone(
+    scene: CoreScene,
+    setup: Setup,
+    q: Float[np.ndarray, " J"],
+    rods: Capsules,
+    pairs: tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]],
+    detection: Detection,
+    found: Bool[np.ndarray, " N"],
+) -> None:
+    """Mark in ``found`` the rods that a zone sees, of pairs of a sensor and a rod in its beam."""
+    of = setup.ring_of_sensor
+    for ring in zoned(setup):
+        before = expected_zones(scene, setup, ring, q[None])[0, ..., 0]
+        there = np.isfinite(before)
+        margin = detection.margin(np.where(there, before, 0.0))
+        limit = np.where(there, before - margin, np.inf)
+        first = int(np.flatnonzero(of == ring)[0])
+        for k in np.unique(pairs[0][of[pairs[0]] == ring]):
+            some = pairs[1][pairs[0] == k]
+            some = some[~found[some]]
+            one = Capsules(rods.start[some], rods.end[some], rods.radius)
+            read = zones_of_rods(scene, setup, ring, int(k) - first, q, one)
+            found[some[(read < limit[k - first]).any(axis=(1, 2))]] = True

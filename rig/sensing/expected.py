@@ -122,7 +122,7 @@ def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
         corners = body.edges.reshape(-1, 3)
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
         near = np.flatnonzero(
-            _off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
+            outside(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
         )
     some = only(beams, near)
     square, distance = some.is_square(), np.full(len(near), np.inf)
@@ -158,7 +158,7 @@ def to_capsules(
             np.asarray(point_to_segment(np.asarray(beams.apex), a, b)) - thick < within
         )
         some, a, b = only(beams, near), a[near], b[near]
-        off = [_off(some, a + (i + 0.5) / _PIECES * (b - a)) for i in range(_PIECES)]
+        off = [outside(some, a + (i + 0.5) / _PIECES * (b - a)) for i in range(_PIECES)]
         pairs.append(near[np.min(off, axis=0) <= reach[of[near], m]])
     row, body = np.concatenate(pairs), np.repeat(np.arange(len(radius)), [len(p) for p in pairs])
     if len(row):
@@ -200,7 +200,7 @@ def _capsules(rows: Any, fixed: Any) -> Any:
     return capsule_in_beam(Beam(apex, axis, half, range_m), start, end, radius)[0]
 
 
-def _off(beams: MixedBeams, points: Any) -> Any:
+def outside(beams: MixedBeams, points: Any) -> Any:
     """Return a lower bound (m) on the distance of points (3,) or (R, 3) from the beams."""
     around = beams.around()
     points = np.array(np.broadcast_to(points, around.apex.shape))

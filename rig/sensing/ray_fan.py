@@ -52,7 +52,7 @@ def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
     enter, leave = np.zeros(direction.shape[:-1]), np.full(direction.shape[:-1], np.inf)
     for normal, offset in zip(body.normal, body.offset, strict=True):
         height, slope = dot(origin, normal) - offset, dot(direction, normal)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             t = -height / slope
         enter = np.where(slope < 0, np.maximum(enter, t), enter)
         leave = np.where(slope > 0, np.minimum(leave, t), leave)

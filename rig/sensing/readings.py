@@ -1,13 +1,17 @@
 """Readings of rings with times and joint angles, and their medians over the robot's stops."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
+from .zone_grid import zone_grid
 
 VALID, NO_TARGET, WEAK, FAILED = range(4)  # status of a reading
+ABSENT = 255  # status of a zone that a sensor does not have, or that sent nothing
+BLOCKED = 0.05  # m; a zone that always reads less is blocked: by dirt, a cable, its own ring
 WITHIN = np.radians(0.5)  # rad in every joint; closer than this, the robot is at a stop
 
 
@@ -21,13 +25,42 @@ class Readings:
     sensor: np.ndarray  # (n,) index of the sensor in its ring, as wired (position in the frame)
     distance: np.ndarray  # (n,) m; nan where no target
     status: np.ndarray  # (n,) 0 valid, 1 no target, 2 weak, 3 failed / no answer
+    zone_distance: np.ndarray | None = None  # (n, Z) m of each zone; None: all of one zone
+    zone_status: np.ndarray | None = None  # (n, Z) the same; ``ABSENT`` beyond a sensor's zones
 
     def __len__(self) -> int:
         return len(self.time)
 
     def only(self, some: np.ndarray) -> "Readings":
         """Select readings by a mask or by indices."""
-        return Readings(*(getattr(self, key)[some] for key in _KEYS))
+        each: Any = [getattr(self, key) for key in _KEYS]
+        chosen: Any = [None if value is None else value[some] for value in each]
+        return Readings(*chosen)
+
+    def by_zone(
+        self, zones: int | None = None
+    ) -> tuple[Float[np.ndarray, "n Z"], Int[np.ndarray, "n Z"]]:
+        """Return distance, m, and status of the zones of each reading. A sensor of one zone has
+        its own as the first and only one.
+
+        Args:
+            zones: return only as many, and as absent what is not a reading of so many; default:
+                all.
+        """
+        most = 1 if self.zone_status is None else self.zone_status.shape[1]
+        distance = np.full((len(self), max(zones or most, 1)), np.nan)
+        status = np.full(distance.shape, ABSENT, int)
+        plain = np.ones(len(self), bool)
+        if self.zone_status is not None and self.zone_distance is not None:
+            there = (self.zone_status != ABSENT).sum(axis=1)
+            plain = there == 0
+            some = there > 0 if zones is None else there == zones
+            width = min(most, distance.shape[1])
+            distance[some, :width] = self.zone_distance[some, :width]
+            status[some, :width] = self.zone_status[some, :width]
+        if zones in (None, 1):
+            distance[plain, 0], status[plain, 0] = self.distance[plain], self.status[plain]
+        return distance, status
 
     def wire(self, setup: Setup) -> Int[np.ndarray, " n"]:
         """Return the number of each reading's sensor among all of ``setup``, ring by ring, as
@@ -55,8 +88,10 @@ _KEYS = tuple(Readings.__dataclass_fields__)
 
 
 def joined(parts: list[Readings]) -> Readings:
-    """Concatenate readings."""
-    return Readings(*(np.concatenate([getattr(p, key) for p in parts]) for key in _KEYS))
+    """Concatenate readings of one rig."""
+    each = ([getattr(p, key) for p in parts] for key in _KEYS)
+    some: Any = [None if values[0] is None else np.concatenate(values) for values in each]
+    return Readings(*some)
 
 
 @dataclass(frozen=True)
@@ -82,6 +117,9 @@ def at_stops(
 ) -> Stops:
     """Group readings by stop; readings taken between stops are omitted.
 
+    The distance of a sensor with zones is the least of its zones' medians, because the least of
+    noisy distances would be too small. Zones that are blocked at all of several stops do not count.
+
     Args:
         readings: of the rings of ``setup``.
         setup: the rings.
@@ -92,15 +130,92 @@ def at_stops(
         ValueError: if a reading is of a sensor that the setup does not have, or the robot has
             another number of joints.
     """
+    stops = _at_stops(readings, readings.wire(setup), setup.sensors, joints, within)
+    if readings.zone_status is None:
+        return stops
+    distance = stops.distance.copy()
+    for ring, group in enumerate(setup.groups):
+        rows, columns = zone_grid(group.sensor)
+        if rows * columns > 1:
+            first = sum(g.count for g in setup.groups[:ring])
+            mine = slice(first, first + group.count)
+            zones = zones_at_stops(readings, setup, ring, joints, within).distance
+            least = np.where(np.isnan(zones) | _blocked(zones), np.inf, zones).min(axis=2)
+            known = np.isfinite(least) & np.isfinite(distance[:, mine])
+            distance[:, mine] = np.where(known, least, distance[:, mine])
+    return replace(stops, distance=distance)
+
+
+def _blocked(distance: Float[np.ndarray, "P n Z"]) -> Bool[np.ndarray, "1 n Z"]:
+    """Return which zones are blocked at all of several stops, of sensors with others."""
+    with np.errstate(invalid="ignore"):
+        near = np.asarray(distance < BLOCKED).all(axis=0, keepdims=True)
+    some = len(distance) > 1 and ~np.asarray(near).all(axis=2, keepdims=True)
+    return np.asarray(near & some)
+
+
+@dataclass(frozen=True)
+class ZoneStops:
+    """Readings of the Z zones of each of a ring's n sensors at P stops."""
+
+    distance: Float[np.ndarray, "P n Z"]
+    """Median of the valid readings, m; nan if fewer than half were valid."""
+    valid: Int[np.ndarray, "P n Z"]
+    """Number of valid readings."""
+    total: Int[np.ndarray, "P n Z"]
+    """Number of readings."""
+    failed: Int[np.ndarray, "P n Z"]
+    """Number of failures."""
+
+
+def zones_at_stops(
+    readings: Readings,
+    setup: Setup,
+    ring: int,
+    joints: Float[np.ndarray, "P J"],
+    within: float = WITHIN,
+) -> ZoneStops:
+    """Group the readings of the zones of one ring by stop. Readings with another number of zones
+    than the ring's sensor has are omitted.
+    """
+    group, mine = setup.groups[ring], readings.only(readings.ring == ring)
+    rows, columns = zone_grid(group.sensor)
+    zones = rows * columns
+    distance, status = mine.by_zone(zones)
+    there = status != ABSENT
+    reading, zone = np.nonzero(there)
+    each = Readings(
+        mine.time[reading],
+        mine.joints[reading],
+        mine.ring[reading],
+        mine.sensor[reading],
+        distance[there],
+        status[there],
+    )
+    number = each.sensor * zones + zone
+    stops = _at_stops(each, number, group.count * zones, joints, within)
+    shape = (len(joints), group.count, zones)
+    some = (stops.distance, stops.valid, stops.total, stops.failed)
+    return ZoneStops(*(a.reshape(shape) for a in some))
+
+
+def _at_stops(
+    readings: Readings,
+    wire: Int[np.ndarray, " n"],
+    wires: int,
+    joints: Float[np.ndarray, "P J"],
+    within: float,
+) -> Stops:
+    """Group readings, each of one of ``wires`` wires, by stop."""
     if readings.joints.shape[1] != joints.shape[1]:
         raise ValueError(
             f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
         )
-    wire, shape = readings.wire(setup), (len(joints), setup.sensors)
+    shape = (len(joints), wires)
     off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
     stop = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
     here = stop >= 0
-    group = stop * setup.sensors + wire
+    group = stop * wires + wire
     count = np.bincount(stop[here], minlength=len(joints))
     mean = np.stack(
         [

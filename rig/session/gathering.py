@@ -1,24 +1,28 @@
 """Data of a rig, collected live or from a recording: the same input gives the same readings."""
 
 import json
+import math
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.clocks import Alignment, align
 from ..recording.recording import RecordingReader
 from ..recording.records import Kind
-from ..rings.line_monitor import Event, Line, Port
-from ..rings.protocol import Counts, Frame
+from ..rings.line_monitor import LATE, Event, Line, Port
+from ..rings.protocol import ABSENT, Counts, Frame
 from ..robot.state import State
-from ..robot.vetting import GAP, STALE, LinkFaultError, Vetting, between
+from ..robot.vetting import GAP, LinkFaultError, Vetting, between
 
-_LONGEST = 0.05  # s; if clock and arrival of a frame differ by more, the arrival is used
+_TURN = 1 << 16  # of frame numbers
+# s; the quickest of a ring's frames keep to a steady rate so closely, if its firmware has one
+_STEADY = 0.01
 
 
 @dataclass
@@ -37,9 +41,14 @@ class Gathered:
     """Notes of the check: (time in s, content)."""
     counts: list[Counts] = field(default_factory=list)
     """Counts of each ring's line, set when the session closes."""
+    late: float = LATE
+    """Largest delay of a frame that is used, s."""
     patience: float = 1.0
     """Factor on the largest gap between states for interpolation, and on the largest accepted
     delay; 1 for a real rig.
+    """
+    standing: float = 0.0
+    """Gap between states, s, over which a robot at the same place before and after it stood still.
     """
     lock: threading.Lock = field(default_factory=threading.Lock)
     """Guards all lists."""
@@ -55,42 +64,73 @@ class Gathered:
                 self.events.append(piece)
 
     def clocks(self, rings: int) -> list[Alignment | None]:
-        """Align each ring's clock with the host's; None if it sends no clock or too few frames."""
-        alignments = list[Alignment | None]()
+        """Align each ring's clock with the host's, in its longest time without a restart or jump;
+        None if it sends no clock or too few frames.
+        """
+        longest = list[Alignment | None]()
+        groups = {key: some for key, some in _eras(self.frames).items() if key.clock}
         for ring in range(rings):
-            frames = [f for at, f in self.frames if at == ring and not np.isnan(f.clock)]
-            alignments.append(
-                align(np.array([f.time for f in frames]), np.array([f.clock for f in frames]))
-            )
-        return alignments
+            mine = [(len(some), key) for key, some in groups.items() if key.ring == ring]
+            frames = [self.frames[i][1] for i in groups[max(mine)[1]]] if mine else []
+            times, clocks = ([getattr(f, name) for f in frames] for name in ("time", "clock"))
+            longest.append(align(np.array(times), np.array(clocks)))
+        return longest
 
     def clock(self) -> Alignment | None:
-        """Align the robot's clock with the host's."""
-        return align(
-            np.array([s.time for s in self.states]), np.array([s.clock for s in self.states])
-        )
+        """Align the robot's clock with the host's; None if it sends no clock or too few states."""
+        states = [s for s in self.states if not np.isnan(s.clock)]
+        return align(np.array([s.time for s in states]), np.array([s.clock for s in states]))
 
     def rows(
         self, rings: int, since: float = -np.inf, until: float = np.inf
     ) -> tuple[np.ndarray, ...]:
         """Return the readings of frames that arrived from ``since`` to ``until`` s.
 
-        A frame's time is its ring's clock converted to the host's clock, or its arrival if the ring
-        sends no clock. Frames without a robot state shortly before and after them are omitted.
+        A frame's time is its ring's clock converted to the host's clock. For a ring that sends no
+        clock, the numbers of its frames are its clock if they come at a steady rate; else a frame's
+        time is its arrival. Frames without a robot state shortly before and after them are omitted.
 
         Returns:
-            time (n,) s, joints (n, 6) rad, ring (n,), sensor (n,), distance (n,) m, status (n,).
+            time (n,) s, joints (n, J) rad, ring (n,), sensor (n,), distance (n,) m, status (n,).
         """
-        some = [(ring, frame) for ring, frame in self.frames if since <= frame.time < until]
-        some.sort(key=lambda pair: (pair[1].time, pair[0]))  # the order of threads is random
-        times = _times(some, self.clocks(rings), _LONGEST * self.patience)
-        joints = between(self.states, times, GAP * self.patience)
+        return self._rows(since, until)[0]
+
+    def rows_with_zones(self, rings: int) -> tuple[Any, ...]:
+        """Return the same of all frames, and the distance (n, Z) m and status (n, Z) of each
+        sensor's zones: ``ABSENT`` beyond its own; None and None if no ring sends zones.
+        """
+        rows, frames = self._rows()
+        most = max((f.zones.grid.zones for f, _ in frames if f.zones), default=0)
+        if not most:
+            return *rows, None, None
+        size = sum(len(k) for _, k in frames)
+        distance = np.full((size, most), np.nan, np.float32)
+        status = np.full((size, most), ABSENT, np.uint8)
+        at = 0
+        for frame, k in frames:
+            if frame.zones is not None:
+                here = (slice(at, at + len(k)), slice(frame.zones.grid.zones))
+                distance[here], status[here] = (a[k] for a in frame.zones.first())
+            at += len(k)
+        return *rows, distance, status
+
+    def _rows(
+        self, since: float = -np.inf, until: float = np.inf
+    ) -> tuple[tuple[np.ndarray, ...], list[tuple[Frame, np.ndarray]]]:
+        """Return the rows, and the frames that they come from with the sensors in each."""
+        every = _times(self.frames, self.late * self.patience)
+        order = [i for i, (_, frame) in enumerate(self.frames) if since <= frame.time < until]
+        # the order of threads is random
+        order.sort(key=lambda i: (self.frames[i][1].time, self.frames[i][0]))
+        some, times = [self.frames[i] for i in order], every[order]
+        joints = between(self.states, times, GAP * self.patience, self.standing)
         sure = np.isfinite(joints).all(axis=1)
         kept = [pair for pair, good in zip(some, sure, strict=True) if good]
-        count = np.array([len(frame.distance) for _, frame in kept], int)
+        there = [np.flatnonzero(frame.status != ABSENT) for _, frame in kept]
+        count = np.array([len(some) for some in there], int)
         parts = [
-            (np.full(len(f.distance), ring), np.arange(len(f.distance)), f.distance, f.status)
-            for ring, f in kept
+            (np.full(len(k), ring), k, f.distance[k], f.status[k])
+            for (ring, f), k in zip(kept, there, strict=True)
         ]
         empty = (np.zeros(0, int), np.zeros(0, int), np.zeros(0), np.zeros(0, int))
         ring, sensor, distance, status = (
@@ -103,31 +143,58 @@ class Gathered:
             sensor,
             distance,
             status,
-        )
+        ), [(frame, k) for (_, frame), k in zip(kept, there, strict=True)]
 
 
-def _times(
-    some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None], longest: float
-) -> Float[np.ndarray, " n"]:
+class _Era(NamedTuple):
+    """Frames of a ring that share a clock."""
+
+    ring: int
+    number: int
+    clock: bool
+
+
+def _eras(frames: Sequence[tuple[int, Frame]]) -> dict[_Era, list[int]]:
+    """Return the indices of the frames of each ring in each of its eras."""
+    eras: dict[_Era, list[int]] = {}
+    for i, (ring, frame) in enumerate(frames):
+        eras.setdefault(_Era(ring, frame.era, not math.isnan(frame.clock)), []).append(i)
+    return eras
+
+
+def _times(frames: Sequence[tuple[int, Frame]], longest: float) -> Float[np.ndarray, " n"]:
     """Return when the rings' frames were measured, s of the host's monotonic clock.
 
-    If a ring's clock and a frame's arrival differ by more than ``longest`` s plus four times the
-    jitter, the arrival is used.
+    Each ring's clock is aligned anew in each era. If a clock and a frame's arrival differ by more
+    than ``longest`` s plus four times the jitter, the arrival is used. Frames without a clock are
+    aligned by their numbers, if they come at a steady rate.
     """
-    ring = np.array([number for number, _ in some], int)
-    arrival, clock = np.array([(f.time, f.clock) for _, f in some], float).reshape(-1, 2).T
-    times = arrival.copy()
-    for number, alignment in enumerate(clocks):
-        if alignment:
-            here = (ring == number) & np.isfinite(clock)
-            host = alignment.host(clock[here])
-            # otherwise the ring had restarted
-            sure = np.abs(host - arrival[here]) <= longest + 4 * alignment.jitter
-            times[here] = np.where(sure, host, arrival[here])
+    times = np.array([frame.time for _, frame in frames], float)
+    for era, index in _eras(frames).items():
+        mine, arrival = [frames[i][1] for i in index], times[index]
+        clock = np.array([frame.clock for frame in mine]) if era.clock else _counted(mine)
+        alignment = align(arrival, clock)
+        if alignment and (era.clock or alignment.spread <= _STEADY):
+            host = alignment.host(clock)
+            sure = np.abs(host - arrival) <= longest + 4 * alignment.jitter
+            times[index] = np.where(sure | (not era.clock), host, arrival)
     return times
 
 
-def replay(recorded: RecordingReader, ports: Sequence[Port], stale: float = STALE) -> Gathered:
+def _counted(frames: Sequence[Frame]) -> Float[np.ndarray, " n"]:
+    """Return the number of each frame times their mean period, s."""
+    step = np.diff([frame.sequence for frame in frames], prepend=frames[0].sequence)
+    number = np.cumsum(step % _TURN).astype(float)
+    counted: np.ndarray = number * (frames[-1].time - frames[0].time) / max(number[-1], 1.0)
+    return counted
+
+
+def replay(
+    recorded: RecordingReader,
+    ports: Sequence[Port],
+    stale: float | None = None,
+    limits: LinkLimits = USUAL_LIMITS,
+) -> Gathered:
     """Collect the data of a recording: all bytes and states pass through the same code again.
 
     Events come from the recording, because silence leaves no bytes to replay. Unreadable records
@@ -136,9 +203,12 @@ def replay(recorded: RecordingReader, ports: Sequence[Port], stale: float = STAL
     Args:
         recorded: the recording.
         ports: of the rings, in the setup's order.
-        stale: maximum age of a robot's state, s.
+        stale: maximum age of a robot's state, s; by default that of the limits.
+        limits: of the links, as the scene states them.
     """
-    gathered, vetting, lines = Gathered(patience=stale / STALE), Vetting(stale), dict[int, Line]()
+    stale = limits.state_stale if stale is None else stale
+    gathered = Gathered(late=limits.ring_late, patience=stale / limits.state_stale)
+    vetting, lines = Vetting(stale), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
             case Kind.STATE | Kind.NOTE | Kind.CLOSED if gathered.fault is None:

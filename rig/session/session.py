@@ -7,12 +7,13 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
 
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.recording import Recording
 from ..recording.records import Kind, Record
 from ..rings.line_monitor import Event, Port
 from ..rings.ports import RingReaders
 from ..rings.protocol import Frame
-from ..robot.link import RATE, START, Link
+from ..robot.link import START, Link
 from ..robot.vetting import LinkFaultError
 from .gathering import Gathered
 
@@ -27,7 +28,7 @@ class Session:
         ports: of its rings, in the setup's order.
         recording: stores everything; the session closes it.
         on_event: receives each event of a ring's line, in that line's thread.
-        rate: states per second of the link.
+        limits: of the links.
         start: time limit for the first state, s.
         patience: factor on all time limits; 1 for a real rig.
     """
@@ -38,23 +39,20 @@ class Session:
         ports: Sequence[Port],
         recording: Recording | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
-        rate: float = RATE,
+        limits: LinkLimits = USUAL_LIMITS,
         start: float = START,
         patience: float = 1.0,
     ) -> None:
         self.patience = patience
-        self.gathered, self._recording, self._on_event = (
-            Gathered(patience=patience),
-            recording,
-            on_event,
-        )
+        self.gathered = Gathered(patience=patience, late=limits.ring_late)
+        self._recording, self._on_event = recording, on_event
         with ExitStack() as stack:
             if recording:
                 stack.enter_context(recording)
             self.link = stack.enter_context(
                 Link(
                     host,
-                    rate,
+                    limits,
                     self.gathered.take,
                     self._record,
                     self._fault,

@@ -1,5 +1,5 @@
 """Simulated controller of the robot: RTDE, dashboard and script ports on loopback, as ur-rtde's
-clients use them.
+clients use them, and the primary interface, which states the arm's kinematics.
 """
 
 import asyncio
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..robot import primary_interface as primary
 from . import rtde
 from .arm import Arm
 
@@ -19,6 +20,7 @@ RTDE_PORT, DASHBOARD_PORT, SCRIPT_PORT = 30004, 29999, 30003
 PERIOD = 0.008  # s, time step of the arm and period of the fastest stream
 _MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
 _READY, _DONE = 1, 2
+_MESSAGE, _MODE, _PRIMARY = 20, 0, 0.1  # kinds of package and part; s between states
 _NORMAL = 1  # safety status bits
 SAFETY_STOPS = {
     "protective": 1 | 1 << 2,
@@ -39,6 +41,11 @@ _ANSWERS = {
 Server = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Coroutine[Any, Any, None]]
 
 
+def _framed(kind: int, data: bytes) -> bytes:
+    """Return a package of the primary interface, or a part of one, with its header."""
+    return primary.HEAD.pack(primary.HEAD.size + len(data), kind) + data
+
+
 class Client:
     """A client connected to the RTDE port."""
 
@@ -53,21 +60,28 @@ class Controller:
 
     Attributes for fault injection: each function in ``spoil`` changes the bytes of a data package
     before they are sent; ``mute`` suppresses answers, ``frozen`` suppresses sending, ``deaf``
-    ignores all input; ``stubborn`` moves on whatever should stop it, ``unwilling`` whatever its
-    program should do.
+    ignores all input; ``refusing`` refuses the version of the protocol but serves it; ``stubborn``
+    moves on whatever should stop it, ``unwilling`` whatever its program should do.
 
     Args:
         arm: the arm to move.
         address: of loopback.
         clock_start: start of the robot's own clock, s.
         clock_rate: its rate relative to the host's clock.
+        kinematics: what it states about its arm; None: the primary interface states nothing.
     """
 
     def __init__(
-        self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6
+        self,
+        arm: Arm,
+        address: str,
+        clock_start: float = 1000.0,
+        clock_rate: float = 1 + 30e-6,
+        kinematics: primary.KinematicsInfo | None = None,
     ) -> None:
-        self.arm, self.address = arm, address
+        self.arm, self.address, self._kinematics = arm, address, kinematics
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
+        self.refusing = False
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety = _NORMAL
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
@@ -80,11 +94,12 @@ class Controller:
         self._watchdog, self._fed = 0.0, 0.0
 
     async def open(self) -> None:
-        """Listen on the three ports."""
+        """Listen on all ports."""
         ports = (
             (RTDE_PORT, self._rtde),
             (DASHBOARD_PORT, self._dashboard),
             (SCRIPT_PORT, self._script),
+            (primary.PORT, self._primary),
         )
         for port, serve in ports:
             self._servers.append(await asyncio.start_server(self._kept(serve), self.address, port))
@@ -125,6 +140,7 @@ class Controller:
         """Remove all injected faults."""
         self.close()
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
+        self.refusing = False
         self.spoil, self.safety = None, _NORMAL
         self.stop()
         await self.open()
@@ -195,7 +211,7 @@ class Controller:
     def _answer(self, client: Client, kind: int, data: bytes) -> bytes | None:
         match kind:
             case rtde.VERSION:
-                return b"\1"
+                return b"\0" if self.refusing else b"\1"
             case rtde.CONTROLLER:
                 return struct.pack(">4I", 5, 11, 0, 0)
             case rtde.OUTPUTS:
@@ -264,6 +280,19 @@ class Controller:
                     ).encode()
                     + b"\n"
                 )
+
+    async def _primary(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Send a message of another kind, then states until the client leaves; the first states
+        the kinematics, after a part that the client does not know."""
+        writer.write(_framed(_MESSAGE, b"simulated"))
+        known = b"" if self._kinematics is None else self._kinematics.pack()
+        parts = _framed(_MODE, bytes(8)) + (_framed(primary.KINEMATICS, known) if known else b"")
+        while not reader.at_eof():
+            if not self.mute:
+                writer.write(_framed(primary.STATE, parts))
+                parts = _framed(_MODE, bytes(8))
+            await writer.drain()
+            await asyncio.sleep(_PRIMARY)
 
     async def _script(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         script = b""

@@ -9,8 +9,8 @@ from jaxtyping import Float, Int
 
 from ..rings.protocol import Status
 
-# distances in m, nan without a target; statuses
-Measured = tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]
+# distances in m, nan without a target, of sensors (n,) or their zones (n, r, c, t); statuses
+Measured = tuple[Float[np.ndarray, "*grid"], Int[np.ndarray, "*grid"]]
 _NOISE = 0.003  # m
 
 

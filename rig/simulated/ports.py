@@ -11,9 +11,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..rings.protocol import Status, encode
+from ..rings.protocol import Status, encode, encode_zones, hello
+from ..rings.zones import Zones
 
 _TURN = 1 << 16
+_HELLO_EVERY = 16  # frames
+
+
+def _frame(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
+    if distance.ndim > 1:
+        return encode_zones(sequence, clock, Zones.of(distance, status))
+    return encode(sequence, clock, distance, status)
 
 
 def _esp32(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
@@ -35,7 +43,7 @@ def _mm(distance: np.ndarray) -> list[int]:
 
 
 ENCODERS: dict[str, Callable[[int, float, np.ndarray, np.ndarray], bytes]] = {
-    "place-rings": encode,
+    "place-rings": _frame,
     "esp32": _esp32,
     "text": _text,
 }
@@ -43,7 +51,7 @@ ENCODERS: dict[str, Callable[[int, float, np.ndarray, np.ndarray], bytes]] = {
 
 class SimulatedRing:
     """Electronics of a ring at ``path``, a link to a pseudo-terminal that exists while the ring is
-    plugged in.
+    plugged in. ``serial`` is the serial number of its board, 0 if it has none.
 
     Attributes for fault injection: ``silent`` sends nothing; ``corrupt`` is the share of changed
     bytes; ``disorder`` the share of frames that are held back until after the next one; ``garble``
@@ -51,11 +59,15 @@ class SimulatedRing:
     report failure or repeat their last distance; ``near`` is the distance of the first sensor, m.
     """
 
-    def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
+    def __init__(
+        self, path: Path, encoding: str, rng: np.random.Generator, serial: int = 0
+    ) -> None:
         self.path, self._encode, self._rng = path, ENCODERS[encoding], rng
+        self.serial = serial if encoding == "place-rings" else 0
         self._last: tuple[np.ndarray, np.ndarray] | None = None
         self.sent, self.dropped, self._held = 0, 0, b""
         self._ends: tuple[int, ...] = ()
+        self._left = b""
         self.cure()
 
     def cure(self) -> None:
@@ -81,13 +93,29 @@ class SimulatedRing:
         self.path.unlink(missing_ok=True)
         for end in self._ends:
             os.close(end)
-        self._ends = ()
+        self._ends, self._left = (), b""
+
+    def flush(self) -> bool:
+        """Send what the port did not take at once; return whether anything is left. A port takes
+        less than a large frame at a time.
+        """
+        with suppress(BlockingIOError):
+            while self._left and self._ends:
+                self._left = self._left[os.write(self._ends[0], self._left) :]
+        return bool(self._left)
 
     def send(
-        self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
+        self,
+        clock: float,
+        distance: Float[np.ndarray, "*grid"],
+        status: Int[np.ndarray, "*grid"],
     ) -> None:
-        """Send a frame with the injected faults; it is dropped if nobody reads."""
+        """Send a frame with the injected faults; it is dropped if nobody reads. Only the protocol
+        of this toolkit has zones: other encodings send the nearest.
+        """
         sequence, self.sent = self.sent, self.sent + 1
+        if distance.ndim > 1 and self._encode is not _frame:
+            distance, status = Zones.of(distance, status).nearest()
         distance, status = self._measured(distance, status)
         if self.silent or not self._ends:
             return
@@ -96,6 +124,8 @@ class SimulatedRing:
             if self.garble
             else self._encode(sequence, clock, distance, status)
         )
+        if self.serial and sequence % _HELLO_EVERY == 0 and not self.garble:
+            data = hello(len(distance), self.serial) + data
         if self.disorder and not self._held and self._rng.random() < self.disorder:
             self._held = data
             return
@@ -105,16 +135,17 @@ class SimulatedRing:
             where = self._rng.random(len(changed)) < self.corrupt
             changed[where] ^= self._rng.integers(1, 256, where.sum(), dtype=np.uint8)
             data = changed.tobytes()
-        with suppress(BlockingIOError):
-            os.write(self._ends[0], data)
+        if self.flush():
+            self.dropped += 1
             return
-        self.dropped += 1
+        self._left = data
+        self.flush()
 
     def _measured(
-        self, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
-    ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        self, distance: Float[np.ndarray, "*grid"], status: Int[np.ndarray, "*grid"]
+    ) -> tuple[Float[np.ndarray, "*grid"], Int[np.ndarray, "*grid"]]:
         """Apply the injected faults of the sensors, beginning with the first sensor."""
-        number = np.arange(len(distance))
+        number = np.arange(len(distance)).reshape(-1, *[1] * (distance.ndim - 1))
         if self._last is not None:
             kept = number < round(self.frozen * len(distance))
             distance, status = (

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..robot.primary_interface import KinematicsInfo
 from .arm import Arm
 from .controller import PERIOD, Controller
 from .environment import Environment
@@ -21,6 +22,8 @@ from .packet_faults import SPOILERS
 from .ports import SimulatedRing
 
 _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
+_FLUSH = 0.002  # s between attempts to send the rest of a frame
+_SERIAL = 0x51D0 << 48  # serial number of the first ring's board
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Rig:
     """Encoding of each ring's firmware; a single one applies to all."""
     seed: int = 0
     """Seed of noise and faults."""
+    kinematics: KinematicsInfo | None = None
+    """What the controller states about its arm; None: nothing."""
 
 
 class Simulation:
@@ -51,12 +56,13 @@ class Simulation:
     def __init__(self, rig: Rig) -> None:
         self._rig, rng = rig, np.random.default_rng(rig.seed)
         self._arm = Arm(rig.q, PERIOD)
-        self._controller = Controller(self._arm, rig.address)
+        self._controller = Controller(self._arm, rig.address, kinematics=rig.kinematics)
         counts = rig.world.counts
         encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
         self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
         self._rings = [
-            SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))
+            SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i], _SERIAL + i)
+            for i in range(len(counts))
         ]
         self._start, self._told, self._seen = time.monotonic(), False, asyncio.Event()
 
@@ -89,6 +95,8 @@ class Simulation:
         looking: asyncio.Future[Any] | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
+            while True in {ring.flush() for ring in self._rings} and time.monotonic() < due:
+                await asyncio.sleep(_FLUSH)
             await asyncio.sleep(due - time.monotonic())
             if looking is None and (self._told or known is None or (self._arm.q != known).any()):
                 self._told, at = False, self._arm.q
@@ -130,6 +138,7 @@ class Simulation:
             "heal": controller.heal,
             "stall": lambda: setattr(controller, "frozen", True),
             "mute": lambda: setattr(controller, "mute", True),
+            "refuse": lambda: setattr(controller, "refusing", True),
             "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
             "zero": lambda: controller.send_all(b"\0\0U"),
             "stop": lambda: controller.stop(message.get("how", "protective")),

@@ -1,7 +1,7 @@
 """Simulated rig in the cell of a proposal: the robot's true geometry, rings with mounting errors, a
 test rod.
 
-Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [RATE]
+Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [FAULTS] [RATE]
 
 The process reads messages as JSON from stdin.
 """
@@ -15,22 +15,26 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.built_in import controller_table
+from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from ...formats.loader import read_proposal
 from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
 from ...objectives.scene import CoreScene
+from ..robot.primary_interface import KinematicsInfo
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.environment import Measured
 from ..simulated.process import SimulatedRig
 from ..simulated.serve import Rig, serve
-from .ground_truth import injected
+from .ground_truth import Faults, injected
 from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
+_LINEARISED = 2
 _HAND, _AWAY, _DEEP = (
     0.04,
     0.14,
@@ -50,20 +54,19 @@ class SimulatedCell:
     _rod: Capsules | None
     _hand: int | None
 
-    def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
-        """Return the true distances, m, as wired: infinite without a target, nan for dead
-        sensors.
+    def see(self, q: Float[np.ndarray, " 6"]) -> list[Float[np.ndarray, "*grid"]]:
+        """Return the true distances of each ring's sensors (n,), or of their zones (n, r, c, t),
+        m, as wired: infinite without a target, nan for dead sensors.
         """
         joints = np.asarray(q, float)[None]
         rod = self._rod if self._hand is None else self._before(joints, self._hand)
-        distance: np.ndarray = self._world.distances(joints, rod)[0]
-        return distance
+        return [ring[0] for ring in self._world.seen(joints, rod)]
 
-    def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
+    def measure(
+        self, seen: list[Float[np.ndarray, "*grid"]], rng: np.random.Generator
+    ) -> list[Measured]:
         """Add noise."""
-        distance, status = self._world.told(rng, seen)
-        ends = np.cumsum(self.counts)[:-1]
-        return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
+        return [self._world.told(rng, true) for true in seen]
 
     def tell(self, message: dict[str, Any]) -> None:
         """Place or remove a rod or a hand. ``rod`` is the rod's centre, three m in the base frame,
@@ -105,16 +108,28 @@ _CELL: tuple[dict[str, Any], ...] = (
 )
 
 
-def simulated_rig(scene: CoreScene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
-    """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``; leave the file
-    of its world in ``folder``.
+def simulated_rig(
+    scene: CoreScene, setup: Setup, seed: int, folder: Path, faults: Faults = "random"
+) -> SimulatedRig:
+    """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``, or none; leave
+    the file of its world in ``folder``.
     """
     file = folder / FILE
     write_text(
         file,
         to_toml(ProposalFile.of(setup, scene)),
     )
-    return SimulatedRig((("-m", __name__), (str(file), str(seed))))
+    return SimulatedRig((("-m", __name__), (str(file), str(seed), faults)))
+
+
+def kinematics_of(robot: Robot) -> KinematicsInfo | None:
+    """Return what a simulated controller states about a robot; None if the robot is no arm of
+    Universal Robots."""
+    try:
+        table = controller_table(robot)
+    except ValueError:
+        return None
+    return KinematicsInfo(table, tuple(range(1, 7)), _LINEARISED)
 
 
 def main() -> None:
@@ -122,13 +137,18 @@ def main() -> None:
     connect, because compilation would delay the controller.
     """
     folder, address, file, seed = sys.argv[1:5]
+    faults: Faults = "none" if sys.argv[5:6] == ["none"] else "random"
     setup, scene, _ = read_proposal(Path(file))
-    cell, q = SimulatedCell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    cell, q = (
+        SimulatedCell(injected(scene, setup, int(seed), faults).world(scene)),
+        scene.poses[0].q,
+    )
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)
-    rate = float(sys.argv[5]) if len(sys.argv) > 5 else RATE
-    serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed)))
+    rate = float(sys.argv[6]) if len(sys.argv) > 6 else RATE
+    own = kinematics_of(scene.robot)
+    serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed), kinematics=own))
 
 
 if __name__ == "__main__":

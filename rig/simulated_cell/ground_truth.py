@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -10,6 +11,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from ..mount.fit import RingFit
 from ..mount.mounting_error_model import LIMITS, free, moved
+from ..sensing.zone_grid import GridTurn, every_turn, zone_grid
 from .world import DEAD, World
 
 # minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation
@@ -19,7 +21,7 @@ _FEWEST = 4
 @dataclass(frozen=True)
 class Injected:
     """Errors and faults of a simulated rig with R rings and K sensors. A fault is None if no ring
-    is large enough for it. Single sensors have neither.
+    is large enough for it, or none was wanted. Single sensors have neither.
     """
 
     setup: Setup
@@ -38,6 +40,8 @@ class Injected:
     """Sensor of a ring that never answers, counted over all rings as wired."""
     seat: Int[np.ndarray, " K"]
     """As in ``World``."""
+    turns_deg: Int[np.ndarray, " K"]
+    """As in ``World``: one sensor with zones is turned about its own axis."""
 
     def world(self, scene: CoreScene) -> World:
         """Return the rig with all errors and faults."""
@@ -48,7 +52,11 @@ class Injected:
             )
         built = tuple(moved(scene, r, e) for r, e in zip(rings, self.errors, strict=True))
         offset = np.pad(self.errors[:, 3], (0, len(self.setup.singles)))  # of rings only
-        return World(scene, replace(self.setup, rings=built), self.seat, offset)
+        turns = self.turns_deg.copy()
+        if self.flipped:  # what is upside down has its pictures upside down
+            turns[self.setup.ring_of_sensor == self.reversed_ring] += 180
+        mounted = replace(self.setup, rings=built)
+        return World(scene, mounted, self.seat, offset, turns_deg=turns % 360)
 
     @property
     def alive(self) -> Bool[np.ndarray, " K"]:
@@ -70,17 +78,39 @@ class Injected:
             wanted[self.reversed_ring] = (-1, self.flipped, 0)
         pairs = [(self.pair,) if i == self.swapped_in else () for i in range(len(fits))]
         dead = [(int(self.dead - first[at]),) if i == at else () for i in range(len(fits))]
-        return {
+        found = {
             "reversed ring": orders == wanted,
             "swapped pair": [f.mixed for f in fits] == pairs,
             "dead sensor": [f.dead for f in fits] == dead,
         }
+        if self.turns_deg.any():
+            right = [
+                f.zones is None
+                or (
+                    f.zones.turn == f.zones.stated
+                    and f.zones.turned
+                    == {
+                        k: GridTurn(int(t)) for k, t in enumerate(self.turns_deg[ring_of == i]) if t
+                    }
+                )
+                for i, f in enumerate(fits)
+            ]
+            found["turned sensor"] = all(right)
+        return found
 
 
-def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
+Faults = Literal["random", "none"]
+"""What a simulated rig is given: random errors and faults, or none."""
+
+
+def injected(scene: CoreScene, setup: Setup, seed: int, faults: Faults = "random") -> Injected:
     """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
-    swapped, one sensor dead.
+    swapped, one sensor dead, one with zones turned about its axis; or none at all.
     """
+    if faults == "none":
+        nothing = np.zeros((len(setup.rings), 4))
+        none = np.zeros(setup.sensors, int)
+        return Injected(setup, nothing, None, False, None, (), None, np.arange(setup.sensors), none)
     rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.groups]
     errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS
     for i, ring in enumerate(setup.rings):
@@ -103,4 +133,18 @@ def injected(scene: CoreScene, setup: Setup, seed: int) -> Injected:
     seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
     if dead is not None:
         seat[dead] = DEAD
-    return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat)
+    turns = _turned(rng, setup, dead)
+    return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat, turns)
+
+
+def _turned(rng: np.random.Generator, setup: Setup, dead: int | None) -> Int[np.ndarray, " K"]:
+    """Draw the sensor with zones that is turned, and by which angle; one that answers."""
+    turns = np.zeros(setup.sensors, int)
+    zoned = [zone_grid(ring.sensor) != (1, 1) for ring in setup.rings]
+    some = [k for k, (i, _) in enumerate(setup.labels) if i < len(zoned) and zoned[i] and k != dead]
+    if some:
+        k = some[int(rng.integers(len(some)))]
+        every = every_turn(*zone_grid(setup.groups[setup.labels[k][0]].sensor))
+        angles = [turn.turn_deg for turn in every if turn.turn_deg and not turn.mirrored]
+        turns[k] = angles[int(rng.integers(len(angles)))]
+    return turns

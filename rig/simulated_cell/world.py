@@ -13,8 +13,11 @@ from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, Readings
+from ..sensing.zone_grid import GridTurn, stated_turn, zoned
+from ..sensing.zone_targets import expected_zones
 
 DEAD = -1  # the seat of a sensor that never answers
+TARGETS = 2  # of a zone
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,30 @@ class World:
     """Noise of each reading."""
     rate: float = 20.0
     """Frames per second."""
+    turns_deg: Int[np.ndarray, " K"] | None = None
+    """Angle by which the sensor at each place in the frames is turned about its own axis: 0, 90,
+    180 or 270. None: as its ring states.
+    """
+
+    def zones(
+        self, ring: int, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+    ) -> Float[np.ndarray, "T n r c t"]:
+        """Return the noise-free distances of the zones at each place in the frames of a ring, m:
+        infinite without a target, nan for dead sensors.
+        """
+        group = self.mounted.groups[ring]
+        first = sum(g.count for g in self.mounted.groups[:ring])
+        places = np.arange(first, first + group.count)
+        seat = places if self.seat is None else self.seat[places]
+        found = expected_zones(self.scene, self.mounted, ring, joints, rod, TARGETS)
+        found += 0.0 if self.offset is None else self.offset[ring]
+        arrived = np.full(found.shape, np.nan)
+        for k in np.flatnonzero(seat != DEAD):
+            extra = 0 if self.turns_deg is None else int(self.turns_deg[places[k]])
+            turn = stated_turn(group).after(GridTurn(extra))
+            grid = np.moveaxis(found[:, seat[k] - first], -1, 1)  # (T, t, r, c)
+            arrived[:, k] = np.moveaxis(turn.arrives(grid), 1, -1)
+        return arrived
 
     def distances(
         self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
@@ -51,6 +78,19 @@ class World:
         if self.seat is not None:
             found = np.where(self.seat == DEAD, np.nan, found[:, self.seat])
         return found
+
+    def seen(
+        self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+    ) -> list[Float[np.ndarray, "T n *grid"]]:
+        """Return the noise-free distances of each ring's sensors (T, n), or of their zones
+        (T, n, r, c, t), at each place in the frames, m.
+        """
+        zones = {ring: self.zones(ring, joints, rod) for ring in zoned(self.mounted)}
+        counts = [group.count for group in self.mounted.groups]
+        if len(zones) == len(counts):
+            return list(zones.values())
+        each = np.split(self.distances(joints, rod), np.cumsum(counts)[:-1], axis=1)
+        return [zones.get(ring, plain) for ring, plain in enumerate(each)]
 
     def told(
         self, rng: np.random.Generator, true: Float[np.ndarray, "*n"]

@@ -1,0 +1,69 @@
+"""The calibration of the arm that a check talks to: read from its controller, or compared with the
+file that the user gave.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...coverage.robots.calibration import dh_table
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.robot import Robot
+from ...formats.robots.calibration_files import calibrated_by
+from ...objectives.scene import CoreScene
+from ..robot.primary_interface import CalibrationUnreadError, read_kinematics
+
+_SECONDS = 3.0  # s to connect and to receive the first state
+_EQUAL = 1e-4  # m at the TCP, by which a file may differ from its controller
+
+
+@dataclass(frozen=True)
+class ArmKinematics:
+    """The scene of a check with the kinematics of its arm."""
+
+    scene: CoreScene
+    """The scene."""
+    warnings: tuple[str, ...] = ()
+    """Why the kinematics may not be those of the arm."""
+
+
+def arm_kinematics(scene: CoreScene, host: str) -> ArmKinematics:
+    """Return a scene with the calibration that the controller at ``host`` states.
+
+    A calibration that the scene has already stays, and a warning says if the controller states
+    another one.
+
+    Raises:
+        UserError: if the controller's arm is another robot than the scene's.
+    """
+    robot, given = scene.robot, scene.robot.calibration
+    try:
+        dh_table(robot.nominal.chain)
+    except ValueError as error:
+        reason = f"the controller's calibration is not used: {error}"
+        return ArmKinematics(scene, () if given else (reason,))
+    try:
+        info = read_kinematics(host, _SECONDS)
+    except CalibrationUnreadError as error:
+        reason = (
+            f"the controller's calibration was not read ({error}), so the kinematics are those of"
+            " the model, which may be off by some millimetres; give --calibration FILE"
+        )
+        return ArmKinematics(scene, () if given else (reason,))
+    own = calibrated_by(robot, info.table.origin, f"controller {host}")
+    if given is None:
+        return ArmKinematics(replace(scene, robot=own))
+    if (apart := _apart(scene, own)) <= _EQUAL:
+        return ArmKinematics(scene)
+    reason = (
+        f"{given.source} differs from the calibration in the controller by up to"
+        f" {1000 * apart:.1f} mm at the TCP; {given.source} is used"
+    )
+    return ArmKinematics(scene, (reason,))
+
+
+def _apart(scene: CoreScene, other: Robot) -> float:
+    """Return the largest distance of the TCPs of two robots at the scene's poses, m."""
+    q = np.array([pose.q for pose in scene.poses], float)
+    one, two = (forward(r.chain, q)[:, -1, :3, 3] for r in (scene.robot, other))
+    return float(np.linalg.norm(one - two, axis=-1).max())

@@ -1,0 +1,112 @@
+"""Calibrated kinematics of a controller of Universal Robots, from its primary interface.
+
+A controller sends packages on this port to each client. The first of its states holds what
+rtde_receive does not offer: the Denavit-Hartenberg parameters of this arm, in full and not as
+differences.
+"""
+
+import socket
+import struct
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...coverage.robots.calibration import DhTable
+
+PORT = 30001
+HEAD = struct.Struct(">iB")  # size including this header, kind; of packages and of their parts
+STATE, KINEMATICS = 16, 5
+INFO = struct.Struct(">6I24dI")  # checksums, theta, a, d, alpha, status of the calibration
+_MOST = 1 << 20  # bytes of a package
+_FARTHEST = 1e5  # rad or m
+
+
+class CalibrationUnreadError(Exception):
+    """Raised if a controller does not state its kinematics; the text says why."""
+
+
+@dataclass(frozen=True)
+class KinematicsInfo:
+    """What a controller states about its arm."""
+
+    table: DhTable
+    """Parameters of this arm."""
+    checksum: tuple[int, ...]
+    """Checksum of each joint's calibration."""
+    status: int
+    """Status of the calibration: 0 not initialized, 1 not linearised, 2 linearised."""
+
+    def pack(self) -> bytes:
+        """Return the part of a state package, without its header."""
+        t = self.table
+        return INFO.pack(*self.checksum, *t.theta, *t.a, *t.d, *t.alpha, self.status)
+
+    @staticmethod
+    def unpack(data: bytes) -> "KinematicsInfo":
+        """Read the part of a state package, without its header.
+
+        Raises:
+            CalibrationUnreadError: if its values cannot be true.
+        """
+        if len(data) < INFO.size:
+            raise CalibrationUnreadError(f"its kinematics have {len(data)} bytes, not {INFO.size}")
+        values = INFO.unpack(data[: INFO.size])
+        rows = np.array(values[6:30]).reshape(4, 6)
+        if not (np.abs(rows) <= _FARTHEST).all():
+            raise CalibrationUnreadError("its kinematics are no finite numbers")
+        return KinematicsInfo(DhTable(*rows), values[:6], values[30])
+
+
+def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
+    """Return what the controller at ``host`` states about its arm; nothing is sent.
+
+    Args:
+        host: name or address.
+        seconds: time limit.
+
+    Raises:
+        CalibrationUnreadError: if it cannot be reached, or does not state it in time.
+    """
+    until = time.monotonic() + seconds
+    try:
+        with socket.create_connection((host, PORT), seconds) as line:
+            for kind, data in _packages(line, until):
+                if kind != STATE:
+                    continue
+                for part, content in _parts(data):
+                    if part == KINEMATICS:
+                        return KinematicsInfo.unpack(content)
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or "no answer"
+        raise CalibrationUnreadError(f"port {PORT}: {reason}") from error
+    raise CalibrationUnreadError(f"port {PORT}: closed before its kinematics")
+
+
+def _packages(line: socket.socket, until: float) -> Iterator[tuple[int, bytes]]:
+    while True:
+        head = _read(line, HEAD.size, until)
+        size, kind = HEAD.unpack(head)
+        if not HEAD.size <= size <= _MOST:
+            raise CalibrationUnreadError(f"port {PORT}: a package of {size} bytes")
+        yield kind, _read(line, size - HEAD.size, until)
+
+
+def _parts(data: bytes) -> Iterator[tuple[int, bytes]]:
+    while len(data) >= HEAD.size:
+        size, kind = HEAD.unpack_from(data)
+        if not HEAD.size <= size <= len(data):
+            raise CalibrationUnreadError(f"port {PORT}: a part of {size} bytes")
+        yield kind, data[HEAD.size : size]
+        data = data[size:]
+
+
+def _read(line: socket.socket, size: int, until: float) -> bytes:
+    data = b""
+    while len(data) < size:
+        line.settimeout(max(until - time.monotonic(), 1e-3))
+        if not (piece := line.recv(size - len(data))):
+            raise ConnectionError("closed before its kinematics")
+        data += piece
+    return data

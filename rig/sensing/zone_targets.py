@@ -1,0 +1,186 @@
+"""Expected readings of the zones of a ring's sensors: the nearest body in each zone, and what a
+zone that straddles its edge sees behind it.
+
+A zone is a part of the sensor's pyramid, from the apex on. A fan of 5 by 5 rays, border included,
+measures each: its first target is the nearest ray, as the first return of a whole beam is. Bodies
+are at ``SEPARATION`` at least, or count as one target.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.arrays import dot
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
+from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.sensor_beams import MixedBeams
+from ...objectives.scene import CoreScene
+from .expected import beams_at, only, outside
+from .ray_fan import ray_to_capsule, ray_to_polyhedron
+from .zone_grid import zone_grid
+
+SEPARATION = 0.6  # m between two targets of a zone (ST, UM2884, for the VL53L5CX)
+_STEPS = 4  # between the rays of a zone, along a side
+_AT_ONCE = 1 << 7  # beams
+_NEAR = 1e-6  # m
+
+# rows of beams, their origins (B, 1, 3) and unit rays (B, N, 3), to distances (B, N) m
+_Hit = Callable[[Any, Any, Any], Any]
+
+
+def expected_zones(
+    scene: CoreScene,
+    setup: Setup,
+    ring: int,
+    joints: Float[np.ndarray, "T J"],
+    rod: Capsules | None = None,
+    targets: int = 1,
+) -> Float[np.ndarray, "T n r c t"]:
+    """Return the noise-free readings of the zones of one ring's sensors.
+
+    Args:
+        scene: as in ``expected``.
+        setup: the rings.
+        ring: number of the ring.
+        joints: (T, J) rad.
+        rod: as in ``expected``.
+        targets: number of targets of a zone.
+
+    Returns:
+        Distances, m, along each target's ray, nearest first; infinite where there is none.
+    """
+    group, alone = setup.groups[ring], _alone(setup, ring)
+    poses, which = np.unique(joints, axis=0, return_inverse=True)
+    if rod is not None:
+        poses, which = joints, np.arange(len(joints))
+    beams = beams_at(scene, alone, poses)
+    rows, columns = zone_grid(group.sensor)
+    shape = (len(poses), group.count, rows, columns, targets)
+    found = np.empty((len(beams), rows, columns, targets))
+    for first in range(0, len(beams), _AT_ONCE):
+        some = np.arange(first, min(first + _AT_ONCE, len(beams)))
+        part, of = only(beams, some), some // group.count
+        rays = _rays(part, rows, columns)
+        nearest = np.full(rays.shape[:2], np.inf)
+        for middle, size, hit in _bodies(scene, poses, of, rod):
+            near = np.flatnonzero(outside(part, middle) <= size + _NEAR)
+            if len(near):
+                origin = np.asarray(part.apex)[near, None]
+                distance = hit(near, origin, rays[near])
+                nearest[near] = np.minimum(nearest[near], distance)
+        found[some] = _targets(_within(part, rays, nearest), rows, columns, targets)
+    return found.reshape(shape)[which.ravel()]
+
+
+def zones_of_rods(
+    scene: CoreScene,
+    setup: Setup,
+    ring: int,
+    sensor: int,
+    q: Float[np.ndarray, " J"],
+    rods: Capsules,
+) -> Float[np.ndarray, "N r c"]:
+    """Return the distances (N, r, c) m of N rods, each alone, in the zones of one sensor at ``q``
+    (J,) rad; infinite where a rod is not in the zone.
+    """
+    rows, columns = zone_grid(setup.groups[ring].sensor)
+    beam = only(beams_at(scene, _alone(setup, ring), q[None]), [sensor])
+    rays, origin = _rays(beam, rows, columns), np.asarray(beam.apex)[:, None]
+    start, end, radius = (np.asarray(a) for a in rods.arrays())
+    found = np.empty((len(start), rows, columns))
+    for first in range(0, len(start), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        distance = ray_to_capsule(origin, rays, start[some], end[some], radius[0])
+        found[some] = _targets(_within(beam, rays, distance), rows, columns, 1)[..., 0]
+    return found
+
+
+def _alone(setup: Setup, ring: int) -> Setup:
+    """Return a setup of one of the rings or single sensors."""
+    rings = setup.rings[ring : ring + 1]
+    return Setup(rings) if rings else Setup((), setup.singles[ring - len(setup.rings) :][:1])
+
+
+def _rays(beams: MixedBeams, rows: int, columns: int) -> Float[np.ndarray, "B N 3"]:
+    """Return unit rays, from the upper left of each picture on, row by row."""
+    up = np.linspace(1, -1, _STEPS * rows + 1)
+    left = np.linspace(1, -1, _STEPS * columns + 1)  # along up x axis, which points left
+    at = np.stack(np.meshgrid(left, up), axis=-1).reshape(1, -1, 2)
+    way = beams.pyramids().ways(np.arange(len(beams)), np.repeat(at, len(beams), axis=0))
+    unit: np.ndarray = way / np.sqrt(dot(way, way))[..., None]
+    return unit
+
+
+def _within(
+    beams: MixedBeams, rays: Float[np.ndarray, "#B N 3"], distance: Float[np.ndarray, "B N"]
+) -> Float[np.ndarray, "B N"]:
+    """Return the distances of hits in the beams' range, infinite for others; one beam serves for
+    all hits.
+    """
+    along = distance * dot(rays, np.asarray(beams.axis)[:, None])
+    return np.where(along <= np.asarray(beams.range_m)[:, None], distance, np.inf)
+
+
+def _targets(
+    distance: Float[np.ndarray, "B N"], rows: int, columns: int, targets: int
+) -> Float[np.ndarray, "B r c t"]:
+    """Return the targets of each zone, from the distances of its rays; neighbours share the rays
+    of their common border.
+    """
+    picture = distance.reshape(len(distance), _STEPS * rows + 1, _STEPS * columns + 1)
+    windows = np.lib.stride_tricks.sliding_window_view(picture, (_STEPS + 1,) * 2, axis=(1, 2))
+    left = windows[:, ::_STEPS, ::_STEPS].reshape(len(distance), rows, columns, -1)
+    each = []
+    for _ in range(targets):
+        each.append(left.min(axis=-1))
+        left = np.where(left > each[-1][..., None] + SEPARATION, left, np.inf)
+    return np.stack(each, axis=-1)
+
+
+def _bodies(
+    scene: CoreScene, poses: Float[np.ndarray, "T J"], of: np.ndarray, rod: Capsules | None
+) -> Iterator[tuple[Any, Any, _Hit]]:
+    """Yield the bodies at the pose ``of`` (B,) each beam: centre (3,) or (B, 3) m and radius () or
+    (B,) m of a ball around it, and its test.
+    """
+    for obstacle in scene.obstacles:
+        yield _polyhedron(obstacle.body)
+    carried = [] if rod is None else [rod]
+    if scene.robot.bodies:
+        carried.append(robot_capsules(scene.robot, forward(scene.robot.chain, poses)))
+    for some in carried:
+        start, end, radius = (np.asarray(a) for a in some.arrays())
+        for m, thick in enumerate(radius):
+            yield _capsule(start[of, m], end[of, m], float(thick))
+    if scene.robot.carried:
+        for pose in np.unique(of):
+            for body in carried_polyhedra(scene.robot, poses[pose]):
+                middle, size, hit = _polyhedron(body)
+                yield middle, np.where(of == pose, size, -np.inf), hit
+
+
+def _capsule(
+    start: Float[np.ndarray, "B 3"], end: Float[np.ndarray, "B 3"], radius: float
+) -> tuple[Any, Any, _Hit]:
+    size = np.linalg.norm(end - start, axis=1) / 2 + radius
+
+    def hit(row: Any, origin: Any, way: Any) -> Any:
+        return ray_to_capsule(origin, way, start[row, None], end[row, None], radius)
+
+    return (start + end) / 2, size, hit
+
+
+def _polyhedron(body: Polyhedron) -> tuple[Any, Any, _Hit]:
+    def hit(row: Any, origin: Any, way: Any) -> Any:
+        return ray_to_polyhedron(origin, way, body)
+
+    if not len(body.edges):
+        return np.zeros(3), np.inf, hit
+    corners = body.edges.reshape(-1, 3)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return middle, float(np.linalg.norm(corners - middle, axis=1).max()), hit

@@ -1,0 +1,160 @@
+"""Decode the ROS 2 messages of a rig.
+
+The message definitions are those of the ROS packages std_msgs and sensor_msgs, reduced to the
+fields. They are stated here, so that no definition in a file is ever compiled.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...formats.ring_frame import MOST_ZONES as MOST_OF_FRAME
+from ..rings.protocol import Status
+from .messages import FARTHEST, JointMessage, Message, RangeMessage, StepMessage, ranged
+
+JOINTS, RANGE, POINTS, TEXT = (
+    "sensor_msgs/msg/JointState",
+    "sensor_msgs/msg/Range",
+    "sensor_msgs/msg/PointCloud2",
+    "std_msgs/msg/String",
+)
+_VARIANCE = "place_rings/msg/RangeWithVariance"  # as ROS 2 Iron and later send a Range
+_RANGE = (
+    "std_msgs/Header header\nuint8 radiation_type\nfloat32 field_of_view\nfloat32 min_range\n"
+    "float32 max_range\nfloat32 range\n"
+)
+_FIELDS = {
+    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec\n",
+    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
+    TEXT: "string data\n",
+    JOINTS: (
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
+        "float64[] effort\n"
+    ),
+    RANGE: _RANGE,
+    _VARIANCE: _RANGE + "float32 variance\n",
+    "sensor_msgs/msg/PointField": "string name\nuint32 offset\nuint8 datatype\nuint32 count\n",
+    POINTS: (
+        "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+        "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
+    ),
+}
+MOST_ZONES = 4096  # of one sensor
+_SQUARE = {16: (4, 4), 64: (8, 8)}  # zones of clouds of one row
+_FLOAT32 = 7  # code of a PointField's type
+
+
+class BadMessageError(ValueError):
+    """A message is damaged; the text says what was found and what is wanted."""
+
+
+@cache
+def _types() -> Any:
+    """Return the types of all messages of a rig, compiled by rosbags."""
+    from rosbags.typesys import get_types_from_msg
+    from rosbags.typesys.store import Typestore
+
+    store = Typestore()
+    for name, fields in _FIELDS.items():
+        store.register(get_types_from_msg(fields, name))
+    return store
+
+
+def _decoded(data: bytes, kind: str) -> Any:
+    """Return a message in CDR; raise BadMessageError if it is none."""
+    from rosbags.serde import SerdeError
+
+    try:
+        return _types().deserialize_cdr(data, kind)
+    except (SerdeError, ValueError, IndexError, MemoryError, OverflowError) as error:
+        raise BadMessageError(
+            f"found {len(data)} bytes that are no such message, wanted: {kind} in CDR"
+            + ("; decompress the bag" if data[:4] == b"\x28\xb5\x2f\xfd" else "")
+        ) from error
+
+
+def _stamp(header: Any) -> float:
+    """Return a header's time stamp, s; nan if it is 0."""
+    seconds = header.stamp.sec + 1e-9 * header.stamp.nanosec
+    return seconds if seconds > 0 else math.nan
+
+
+def _joint_state(topic: str, time: float, data: bytes) -> JointMessage:
+    message = _decoded(data, JOINTS)
+    names, position = tuple(message.name), np.array(message.position, float)
+    if len(names) != len(position):
+        raise BadMessageError(
+            f"found {len(names)} names and {len(position)} positions, wanted: as many of each"
+        )
+    return JointMessage(topic, time, _stamp(message.header), names, position)
+
+
+def _range(topic: str, time: float, data: bytes) -> RangeMessage:
+    try:
+        message = _decoded(data, RANGE)
+    except BadMessageError:
+        message = _decoded(data, _VARIANCE)
+    low = message.min_range if math.isfinite(message.min_range) else 0.0
+    high = message.max_range if math.isfinite(message.max_range) else 0.0
+    read = ranged(message.range, low, high)
+    return RangeMessage(topic, message.header.frame_id, time, _stamp(message.header), *read)
+
+
+def _zones(topic: str, time: float, data: bytes) -> RangeMessage:
+    """Return a sensor's zones, and the nearest: the first return in its field of view."""
+    message = _decoded(data, POINTS)
+    count = message.height * message.width
+    if count > MOST_ZONES:
+        raise BadMessageError(
+            f"found a cloud of {count} points, wanted: at most {MOST_ZONES}, the zones of one"
+            " sensor"
+        )
+    distance = np.linalg.norm(_xyz(message), axis=1)
+    some = np.isfinite(distance) & (distance > 0) & (distance <= FARTHEST)
+    seen = distance[some]
+    read = (float(seen.min()), Status.VALID) if len(seen) else (math.nan, Status.NO_TARGET)
+    shape = _SQUARE.get(count) if message.height == 1 else (message.height, message.width)
+    zones = None
+    if shape is not None and 1 < count <= MOST_OF_FRAME:
+        zones = np.where(some, distance, np.nan).reshape(shape)
+    return RangeMessage(topic, message.header.frame_id, time, _stamp(message.header), *read, zones)
+
+
+def _xyz(message: Any) -> Float[np.ndarray, "n 3"]:
+    """Return the points (n, 3) of a cloud, m."""
+    fields = {field.name: field for field in message.fields}
+    if not {"x", "y", "z"} <= set(fields):
+        raise BadMessageError(
+            f"found the fields {', '.join(sorted(fields)) or 'none'}, wanted: x, y and z"
+        )
+    if message.height * message.width == 0:
+        return np.zeros((0, 3))
+    step, row, data = message.point_step, message.row_step, message.data
+    order = ">f4" if message.is_bigendian else "<f4"
+    offsets = [fields[axis].offset for axis in "xyz"]
+    if any(fields[axis].datatype != _FLOAT32 for axis in "xyz"):
+        raise BadMessageError("found coordinates of another type, wanted: FLOAT32")
+    if max(offsets) + 4 > step or message.width * step > row or message.height * row > len(data):
+        raise BadMessageError(
+            f"found {len(data)} bytes, wanted: {message.height} rows of {row} bytes with"
+            f" {message.width} points of {step} bytes"
+        )
+    shape, strides = (message.height, message.width), (row, step)
+    axes = [np.ndarray(shape, order, data, at, strides).ravel() for at in offsets]
+    return np.stack(axes, axis=1).astype(float)
+
+
+def _text(topic: str, time: float, data: bytes) -> StepMessage:
+    return StepMessage(topic, time, str(_decoded(data, TEXT).data))
+
+
+DECODERS: dict[str, Callable[[str, float, bytes], Message]] = {
+    JOINTS: _joint_state,
+    RANGE: _range,
+    POINTS: _zones,
+    TEXT: _text,
+}

@@ -1,0 +1,111 @@
+"""Joint states, readings and steps in CSV."""
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TextIO
+
+from ...coverage.robots.robot import Robot
+from ...formats.errors import UserError, shown
+from ...formats.recorded_motion import MOST_ROWS, TIMES, read_record
+from .messages import JointMessage, RangeMessage, StepMessage, checked_time, ranged, refuse
+
+_LONGEST = 1 << 12  # characters of a line
+
+
+class JointTable:
+    """Joint angles: a column of times and one for each joint, as ``place-rings task`` reads them.
+
+    Args:
+        path: the file.
+        robot: whose joints it states.
+    """
+
+    def __init__(self, path: Path, robot: Robot) -> None:
+        self.name, self._path, self._robot = str(path), path, robot
+
+    def messages(self) -> Iterator[JointMessage]:
+        """Yield the rows."""
+        record, names = read_record(self._path, self._robot), self._robot.chain.joints
+        for time, q in zip(record.time_s, record.q, strict=True):
+            at = checked_time(self.name, "column of times", float(time))
+            yield JointMessage(self.name, at, math.nan, names, q)
+
+
+class RangeTable:
+    """Readings, one a row: a column of times, ``sensor`` (name of its frame) and ``range_m``:
+    ``inf`` without a target, ``nan`` or nothing where the sensor failed.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.name, self._path = str(path), path
+
+    def messages(self) -> Iterator[RangeMessage]:
+        """Yield the rows."""
+        for line, time, (sensor, text) in _rows(self._path, ("sensor", "range_m")):
+            distance = _number(self.name, line, "range_m", text or "nan")
+            yield RangeMessage(self.name, sensor, time, math.nan, *ranged(distance, 0.0, 0.0))
+
+
+class StepTable:
+    """Steps of the check: a column of times and ``step``, such as ``mount 3`` or ``end``."""
+
+    def __init__(self, path: Path) -> None:
+        self.name, self._path = str(path), path
+
+    def messages(self) -> Iterator[StepMessage]:
+        """Yield the rows."""
+        for _, time, (text,) in _rows(self._path, ("step",)):
+            yield StepMessage(self.name, time, text)
+
+
+def _rows(path: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, float, list[str]]]:
+    """Yield the number of each line that is not blank, its time in s, and the fields of
+    ``columns``; raise UserError if the file is no such table.
+    """
+    name = str(path)
+    try:
+        if path.exists() and not path.is_file():
+            raise UserError(f"{path}: not a regular file; give a CSV file, a bag or an MCAP file")
+        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+            reader = csv.reader(_lines(name, file))
+            header = [field.strip().lower() for field in next(reader, [])]
+            times = [field for field in header if field in TIMES]
+            if len(times) != 1 or any(header.count(column) != 1 for column in columns):
+                found = ", ".join(shown(field)[1:-1] for field in header[:12]) or "nothing"
+                wanted = f"one of {', '.join(TIMES)}, and {', '.join(columns)}"
+                raise refuse(name, "line 1", f"the columns {found}", wanted)
+            places = [header.index(column) for column in (*times, *columns)]
+            for fields in reader:
+                if not fields:
+                    continue
+                line = reader.line_num
+                if len(fields) != len(header):
+                    found, wanted = f"{len(fields)} columns", f"{len(header)}, as line 1 names"
+                    raise refuse(name, f"line {line}", found, wanted)
+                time, *values = (fields[place].strip() for place in places)
+                at = _number(name, line, times[0], time)
+                yield line, checked_time(name, f"line {line}, column {times[0]}", at), values
+    except (OSError, csv.Error) as error:
+        text = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"{path}: cannot be read: {text}") from error
+
+
+def _lines(name: str, file: TextIO) -> Iterator[str]:
+    number = 0
+    while line := file.readline(_LONGEST + 1):
+        number += 1
+        if len(line) > _LONGEST:
+            found = f"more than {_LONGEST} characters"
+            raise refuse(name, f"line {number}", found, "fewer")
+        if number > MOST_ROWS:
+            raise refuse(name, f"line {number}", f"more than {MOST_ROWS} rows", "fewer")
+        yield line
+
+
+def _number(name: str, line: int, column: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise refuse(name, f"line {line}, column {column}", shown(text), "a number") from None
