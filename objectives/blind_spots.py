@@ -1,7 +1,8 @@
-"""Blind spots: connected regions of a target that no sensor covers, with their size and position
-relative to the robot.
+"""Blind spots: the largest balls of a target that no sensor covers, and where they lie relative to
+the robot.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,59 +12,53 @@ from jaxtyping import Float
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
-from ..coverage.solids.capsules import gap_to_capsules
-from ..coverage.solids.segments import from_segment, point_to_segment
+from ..coverage.robots.robot import Body, Robot
+from ..coverage.solids.segments import from_segment
 from ..coverage.targets import Target
-from ..coverage.voxels.connected_components import Pieces, pieces
+from ..coverage.voxels.inscribed_balls import InscribedBall, largest_balls
 from ..coverage.voxels.octree import voxels
-from ..coverage.voxels.voxel_set import VoxelSet
+from ..coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from .occlusion import setup_sight
 from .verify import Verifier
 
 MOST = 8  # default maximum number of blind spots
-# least share of a piece that must be uncovered at another pose to count as the same blind spot
-_SAME = 0.5
+LEAST = 0.05  # m, default radius of the smallest blind spot
+_NEAR = 0.1  # m, a tool that is nearer to the base's axis gives no front
 
 
 @dataclass(frozen=True)
 class Beside:
     """Where a blind spot lies relative to the robot."""
 
-    gap: float
-    """Distance from the nearest voxel centre to the robot's surface, m; negative inside."""
     body: str
-    """The robot body, or attached tool, to which most of the blind spot is nearest; a polyhedron
+    """The part of the robot, or attached tool, nearest to the blind spot's centre; a polyhedron
     counts by a capsule that contains it."""
-    share: float
-    """Share of the blind spot that is nearest to ``body``."""
+    gap: float
+    """Distance of the blind spot's centre from that body's surface, m; negative inside."""
     way: Float[np.ndarray, " 3"]
-    """Mean of the unit vectors from the body's axis, base frame: length 1 if the whole blind spot
-    lies on one side, short if it surrounds the body."""
+    """Unit vector from the body's axis to the blind spot's centre: to the front, to the left, up.
+    ``front`` says what the front is."""
 
 
 @dataclass(frozen=True)
 class BlindSpot:
-    """A connected region of a target that no sensor covers."""
+    """A ball of a target that no sensor covers."""
 
     pose: int
-    """The pose at which the region was extracted."""
+    """The pose at which it was found."""
     poses: tuple[int, ...]
-    """The examined poses at which at least half of the region is uncovered, ``pose`` included."""
-    voxels: VoxelSet
-    """The voxels of the region."""
+    """The examined poses at which its centre is uncovered, ``pose`` included."""
     centre: Float[np.ndarray, " 3"]
-    """Centroid, m, base frame."""
-    low: Float[np.ndarray, " 3"]
-    """Lower corner of the bounding box, m, base frame."""
-    high: Float[np.ndarray, " 3"]
-    """Upper corner of the bounding box, m, base frame."""
-    beside: Beside | None
-    """Position relative to the robot; None for a robot without bodies."""
+    """Centre, m, base frame."""
+    radius: float
+    """Radius, m."""
+    beside: Beside
+    """Position relative to the robot."""
 
     @property
-    def volume(self) -> float:
-        """Volume of the region, m³."""
-        return self.voxels.volume
+    def height(self) -> tuple[float, float]:
+        """Lowest and highest point above the base frame's origin, m."""
+        return float(self.centre[2]) - self.radius, float(self.centre[2]) + self.radius
 
 
 @dataclass(frozen=True)
@@ -78,10 +73,10 @@ class Blind:
     """The examined poses."""
     volume: tuple[float, ...]
     """Uncovered volume at each pose, m³."""
-    pieces: tuple[int, ...]
-    """Number of connected regions at each pose."""
     spots: tuple[BlindSpot, ...]
-    """The largest distinct regions, largest first."""
+    """The largest distinct balls, largest first."""
+    uncovered: VoxelSet
+    """The uncovered voxels at the pose of the largest ball, or at the first examined pose."""
 
 
 def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> VoxelSet:
@@ -103,66 +98,94 @@ def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> Vo
     return unseen
 
 
-def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside | None:
-    """Return where a blind spot lies relative to the robot at a pose."""
-    robot, mine = verifier.scene.robot.enclosed(), found.piece == number
-    if not robot.bodies:
-        return None
-    bodies = robot_capsules(robot, forward(robot.chain, verifier.scene.poses[pose].q))
-    middle, size = found.middle[mine], found.size[mine]
-    gap = np.stack(
-        [
-            point_to_segment(middle, a, b) - r
-            for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True)
-        ]
+def front(tool: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
+    """Return the robot's front (3,): the horizontal direction from its base to its tool at ``tool``
+    (3,) m, or +x if the tool is above the base."""
+    flat = np.array([tool[0], tool[1], 0.0])
+    length = float(np.linalg.norm(flat))
+    return flat / length if length > _NEAR else np.array([1.0, 0.0, 0.0])
+
+
+def _part(robot: Robot, body: Body) -> str:
+    """Return the name of the link part that a body belongs to: without the number that tells
+    several bodies of one part apart."""
+    stem, _, number = body.name.rpartition("_")
+    several = sum(
+        other.frame == body.frame and other.name.rpartition("_")[0] == stem
+        for other in robot.bodies
     )
-    # a cell's voxel centres lie within this distance of its middle
-    within = np.sqrt(3) / 2 * (found.side[mine] - 1) * found.voxel
-    open_ = gap.min(axis=0) - within <= (gap.min(axis=0) + within).min()
-    near = VoxelSet.of_cells(found.voxel, found.key[mine][open_], size[open_]).centres()
-    least = gap_to_capsules(near, bodies.start, bodies.end, bodies.radius).min()
-    by_body = np.bincount(gap.argmin(axis=0), size, len(gap))
-    body = int(np.argmax(by_body))
-    off = from_segment(middle, bodies.start[body], bodies.end[body])
-    off = off / np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
-    return Beside(
-        float(least),
-        robot.bodies[body].name,
-        float(by_body[body] / size.sum()),
-        size @ off / size.sum(),
-    )
+    return stem if number.isdecimal() and several > 1 else body.name
+
+
+def beside(verifier: Verifier, pose: int, centre: Float[np.ndarray, " 3"]) -> Beside:
+    """Return where a point (3,) m of the base frame lies relative to the robot at a pose.
+
+    A robot without bodies counts as the segments between its joints.
+    """
+    robot = verifier.scene.robot.enclosed()
+    frames = np.asarray(forward(robot.chain, verifier.scene.poses[pose].q))
+    if robot.bodies:
+        bodies, names = robot_capsules(robot, frames), [_part(robot, body) for body in robot.bodies]
+        start, end, radius = bodies.start, bodies.end, bodies.radius
+    else:
+        origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
+        start, end, radius = origins[:-1], origins[1:], np.zeros(len(origins) - 1)
+        names = ["base", *robot.chain.joints]
+    away = np.stack([from_segment(centre[None], a, b)[0] for a, b in zip(start, end, strict=True)])
+    gap = np.linalg.norm(away, axis=1) - radius
+    nearest = int(np.argmin(gap))
+    ahead = front(frames[-1, :3, 3])
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    way = np.stack([ahead, left, [0.0, 0.0, 1.0]]) @ away[nearest]
+    way = way / max(float(np.linalg.norm(way)), 1e-12)
+    return Beside(names[nearest], float(gap[nearest]), way)
+
+
+def _holds(some: VoxelSet, point: Float[np.ndarray, " 3"]) -> bool:
+    """Return whether a point belongs to a set of voxels; a ball's centre may be a voxel's corner,
+    which counts as the voxel beyond it."""
+    number = np.floor(point / some.voxel + 1e-6).astype(np.int64)[None]
+    return bool(some.count_in(encode(number + OFFSET), 1)[0])
 
 
 def blind_spots(
-    verifier: Verifier, setup: Setup, target: Target, poses: Sequence[int], most: int = MOST
+    verifier: Verifier,
+    setup: Setup,
+    target: Target,
+    poses: Sequence[int],
+    most: int = MOST,
+    least: float = LEAST,
 ) -> Blind:
-    """Return the largest blind spots of ``setup`` in ``target`` over ``poses``, without duplicates.
+    """Return the largest blind spots of ``setup`` in ``target`` over ``poses``.
+
+    A ball whose centre lies in a larger ball of another pose is left out.
+
+    Args:
+        verifier: counts voxels of the scene by the rule ``centre``.
+        setup: the setup.
+        target: the target.
+        poses: the poses to examine.
+        most: largest number of blind spots.
+        least: smallest radius, m.
 
     Raises:
         ValueError, TooFineError, BodilessError: as ``uncovered`` does.
     """
     unseen = {pose: uncovered(verifier, setup, target, pose) for pose in poses}
-    split = {pose: pieces(one) for pose, one in unseen.items()}
-    rank = sorted(
-        (-int(parts.voxels[i]), pose, i)
-        for pose, parts in split.items()
-        for i in range(min(most, len(parts)))
-    )
-    spots: list[BlindSpot] = []
-    for _, pose, i in rank:
-        parts = split[pose]
-        mine = parts.voxel_set(i)
+    rank: list[tuple[int, InscribedBall]] = [
+        (pose, ball) for pose, some in unseen.items() for ball in largest_balls(some, most, least)
+    ]
+    rank.sort(key=lambda one: -one[1].radius)
+    spots = list[BlindSpot]()
+    for pose, ball in rank:
         if any(
-            2 * len(mine & spot.voxels) >= len(mine)
+            pose != spot.pose and math.dist(ball.centre, spot.centre) < spot.radius
             for spot in spots
-            if pose in spot.poses and pose != spot.pose
         ):
             continue
-        also = tuple(
-            p for p, one in unseen.items() if p == pose or len(mine & one) >= _SAME * len(mine)
-        )
-        where = (parts.centre[i], parts.low[i], parts.high[i], beside(verifier, pose, parts, i))
-        spots.append(BlindSpot(pose, also, mine, *where))
+        also = tuple(p for p, some in unseen.items() if p == pose or _holds(some, ball.centre))
+        where = beside(verifier, pose, ball.centre)
+        spots.append(BlindSpot(pose, also, ball.centre, ball.radius, where))
         if len(spots) == most:
             break
     return Blind(
@@ -170,6 +193,6 @@ def blind_spots(
         verifier.centre_voxel,
         tuple(poses),
         tuple(one.volume for one in unseen.values()),
-        tuple(len(parts) for parts in split.values()),
         tuple(spots),
+        unseen[spots[0].pose if spots else poses[0]],
     )

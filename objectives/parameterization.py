@@ -85,32 +85,42 @@ def stretch(
 
 
 class _Chain(NamedTuple):
-    """The rings of each segment from proximal to distal, and the range of each ring's position."""
+    """R rings, segment by segment and on each from proximal to distal; all fields are in this
+    order, which sorting gives: the work grows as R log R."""
 
-    upto: Bool[np.ndarray, "*batch R R"]
-    """Whether ring j is ring k or below it on the same segment, [k, j]."""
-    previous: Bool[np.ndarray, "*batch R R"]
-    """Whether ring j is the next ring below ring k, [k, j]."""
+    order: Int[np.ndarray, "*batch R"]
+    """Index of each ring."""
+    parts: tuple[slice, ...]
+    """The rings of each segment that holds several."""
     binding: Bool[np.ndarray, "*batch R"]
     """Whether the envelopes, not the rules, set the spacing of a ring from the next one below."""
     offset: Float[np.ndarray, "*batch R"]
     """Sum of the spacings from the lowest ring of the segment up to each ring."""
-    lowest: Float[np.ndarray, "*batch R R"]
-    """Lower end of ring j less its offset where ring j is ring k or below it, [k, j]."""
-    highest: Float[np.ndarray, "*batch R R"]
-    """Upper end of ring j less its offset where ring j is ring k or above it, [k, j]."""
-
-    @property
-    def low(self) -> Float[np.ndarray, "*batch R"]:
-        """Lowest position of each ring less its offset."""
-        low: np.ndarray = self.lowest.max(axis=-1)
-        return low
+    low: Float[np.ndarray, "*batch R"]
+    """Lowest position of each ring less its offset, as it and the rings below it allow."""
+    high: Float[np.ndarray, "*batch R"]
+    """Highest position of each ring less its offset, as it and the rings above it allow."""
+    own_low: Float[np.ndarray, "*batch R"]
+    """Lower end of each ring's segment less the ring's offset."""
+    own_high: Float[np.ndarray, "*batch R"]
+    """Upper end of each ring's segment less the ring's offset."""
 
     @property
     def free(self) -> Float[np.ndarray, "*batch R"]:
         """Length of the range of each ring's position."""
-        free: np.ndarray = np.maximum(self.highest.min(axis=-1) - self.low, 0.0)
+        free: np.ndarray = np.maximum(self.high - self.low, 0.0)
         return free
+
+    def sorted(self, values: Float[np.ndarray, "*batch R"]) -> Float[np.ndarray, "*batch R"]:
+        """Return values of the rings in this order."""
+        there: np.ndarray = np.take_along_axis(values, self.order, axis=-1)
+        return there
+
+    def back(self, values: Float[np.ndarray, "*batch R"]) -> Float[np.ndarray, "*batch R"]:
+        """Return values in this order by the rings' indices."""
+        each = np.empty_like(values)
+        np.put_along_axis(each, self.order, values, axis=-1)
+        return each
 
 
 def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]:
@@ -121,31 +131,65 @@ def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]
     return cell, at - cell
 
 
-def _chain(
-    where: Interval,
-    below: Bool[np.ndarray, "*batch R R"],
+def at_tilt(
+    tables: Float[np.ndarray, "S 4 T"],
+    index: Int[np.ndarray, "*batch R"],
     tilt: Float[np.ndarray, "*batch R"],
-) -> _Chain:
-    """Return the chains of rings of which each is preceded by the rings ``below`` [k, j]."""
-    each = np.arange(tilt.shape[-1])
+) -> Float[np.ndarray, "*batch R 4"]:
+    """Return rows of segments' tables at tilts; see ``Segment``.
+
+    Args:
+        tables: tables of S segments.
+        index: the segment of each row.
+        tilt: the tilt of each row, rad.
+    """
     cell, place = _cells(tilt)
-    table = where.by_tilt[each, :, cell]  # (*batch, R, 4)
-    table = table + place[..., None] * (where.by_tilt[each, :, cell + 1] - table)
-    below = below & (where.segment[:, None] == where.segment)
-    rank = below.sum(axis=-1)
-    previous = below & (rank[..., None, :] == (rank - 1)[..., None])
-    envelopes = (previous @ table[..., ABOVE, None])[..., 0] + table[..., BELOW]
-    spacing = np.maximum(envelopes, where.least) * (rank > 0)
-    upto = below | (each[:, None] == each)
-    offset = (upto @ spacing[..., None])[..., 0]
-    low, high = (table[..., LOW] - offset), (table[..., HIGH] - offset)
+    before = tables[index, :, cell]
+    row: np.ndarray = before + place[..., None] * (tables[index, :, cell + 1] - before)
+    return row
+
+
+def _running(
+    f: np.ufunc, values: Float[np.ndarray, "*batch R"], parts: Sequence[slice], down: bool = False
+) -> Float[np.ndarray, "*batch R"]:
+    """Return ``f`` accumulated over the rings of each segment, from the lowest up or from the
+    highest down."""
+    running: np.ndarray = values.copy()
+    for part in parts:
+        some = values[..., part]
+        running[..., part] = (
+            f.accumulate(some[..., ::-1], axis=-1)[..., ::-1] if down else f.accumulate(some, -1)
+        )
+    return running
+
+
+def _chain(
+    where: Interval, rank: Float[np.ndarray, "*batch R"], tilt: Float[np.ndarray, "*batch R"]
+) -> _Chain:
+    """Return the chains of rings that are ordered by ``rank`` on each segment; of equal ranks the
+    first ring comes first."""
+    segment = np.asarray(where.segment)
+    order = np.lexsort((rank, np.broadcast_to(segment, rank.shape)), axis=-1)
+    sizes = np.unique(segment, return_counts=True)[1]
+    first = np.cumsum(sizes) - sizes
+    parts = tuple(slice(a, a + n) for a, n in zip(first, sizes, strict=True) if n > 1)
+    ordered = np.take_along_axis(tilt, order, axis=-1)
+    table = at_tilt(np.asarray(where.by_tilt), order, ordered)  # (*batch, R, 4)
+    least = np.asarray(where.least)[order]
+    envelopes = table[..., BELOW].copy()
+    envelopes[..., 1:] += table[..., :-1, ABOVE]
+    envelopes[..., first], least[..., first] = 0.0, 0.0
+    offset = _running(np.add, np.maximum(envelopes, least), parts)
+    low, high = table[..., LOW] - offset, table[..., HIGH] - offset
     return _Chain(
-        upto,
-        previous,
-        (rank > 0) & (envelopes > where.least),
+        order,
+        parts,
+        envelopes > least,
         offset,
-        np.where(upto, low[..., None, :], -np.inf),
-        np.where(np.swapaxes(upto, -1, -2), high[..., None, :], np.inf),
+        _running(np.maximum, low, parts),
+        _running(np.minimum, high, parts, down=True),
+        low,
+        high,
     )
 
 
@@ -158,16 +202,8 @@ def positions(
     tilt and the spacings from the rings below and above it leave, and ``along`` is its place there.
     All rings thus keep the spacing for any values.
     """
-    chain = _chain(where, _ranked(along), tilt)
-    position: np.ndarray = chain.offset + chain.low + along * chain.free
-    return position
-
-
-def _ranked(along: Float[np.ndarray, "*batch R"]) -> Bool[np.ndarray, "*batch R R"]:
-    """Return whether ring j comes before ring k, [k, j]; of equal values the first one does."""
-    one, other, each = along[..., :, None], along[..., None, :], np.arange(along.shape[-1])
-    ranked: np.ndarray = (other < one) | ((other == one) & (each < each[:, None]))
-    return ranked
+    chain = _chain(where, along, tilt)
+    return chain.back(chain.offset + chain.low + chain.sorted(along) * chain.free)
 
 
 def _tilts(where: Interval, values: Float[np.ndarray, "3 R"]) -> Float[np.ndarray, " R"]:
@@ -197,21 +233,40 @@ def value_slopes(
         tilt: gradient (R,) by the tilts.
         phase: gradient (R,) by the phases.
     """
-    along, own, n = values[0], _tilts(where, values), len(tilt)
-    chain = _chain(where, _ranked(along), own)
+    own, n = _tilts(where, values), len(tilt)
+    chain = _chain(where, values[0], own)
+    along, slope = chain.sorted(values[0]), chain.sorted(position)
     # position = offset + (1 - along) (low - offset) of one ring + along (high - offset) of another
-    by_low = np.bincount(chain.lowest.argmax(axis=1), (1 - along) * position, n)
-    by_high = np.bincount(chain.highest.argmin(axis=1), along * position, n)
-    by_spacing = chain.binding * ((position - by_low - by_high) @ chain.upto)
+    lowest, highest = _first_at(chain.low, chain.own_low), _last_at(chain.high, chain.own_high)
+    by_low = np.bincount(lowest, (1 - along) * slope, n)
+    by_high = np.bincount(highest, along * slope, n)
+    above = _running(np.add, slope - by_low - by_high, chain.parts, down=True)
     by_row = np.zeros((n, 4))
     by_row[:, LOW], by_row[:, HIGH] = by_low, by_high
-    by_row[:, ABOVE], by_row[:, BELOW] = by_spacing @ chain.previous, by_spacing
-    each, (cell, _) = np.arange(n), _cells(own)
-    change = (where.by_tilt[each, :, cell + 1] - where.by_tilt[each, :, cell]) / _STEP
-    by_tilt = tilt + (by_row * change).sum(axis=1)
-    return np.stack(
-        [position * chain.free, np.bincount(where.tilt_of, where.sign * by_tilt, n), phase]
-    )
+    by_row[:, BELOW] = chain.binding * above
+    by_row[:-1, ABOVE] = by_row[1:, BELOW]  # 0 for the first ring of a segment
+    cell, _ = _cells(own)
+    cell = cell[chain.order]
+    change = where.by_tilt[chain.order, :, cell + 1] - where.by_tilt[chain.order, :, cell]
+    by_tilt = tilt + chain.back((by_row * change / _STEP).sum(axis=1))
+    by_along = chain.back(slope * chain.free)
+    return np.stack([by_along, np.bincount(where.tilt_of, where.sign * by_tilt, n), phase])
+
+
+def _first_at(
+    running: Float[np.ndarray, " R"], own: Float[np.ndarray, " R"]
+) -> Int[np.ndarray, " R"]:
+    """Return the last ring up to each ring that set the running value."""
+    each = np.arange(len(own))
+    first: np.ndarray = np.maximum.accumulate(np.where(own == running, each, 0))
+    return first
+
+
+def _last_at(
+    running: Float[np.ndarray, " R"], own: Float[np.ndarray, " R"]
+) -> Int[np.ndarray, " R"]:
+    """Return the first ring from each ring on that set the running value, from the highest down."""
+    return len(own) - 1 - _first_at(running[::-1], own[::-1])[::-1]
 
 
 def encode(
@@ -219,10 +274,9 @@ def encode(
 ) -> Float[np.ndarray, " R"]:
     """Return the first row of the values whose positions are nearest to ``position``, where the
     other rows are those of ``values``."""
-    chain = _chain(where, _ranked(position), _tilts(where, values))
+    chain = _chain(where, position, _tilts(where, values))
     free = chain.free
-    along = (position - chain.offset - chain.low) / np.where(free > 0, free, 1.0)
+    along = (chain.sorted(position) - chain.offset - chain.low) / np.where(free > 0, free, 1.0)
     along = np.clip(np.where(free > 0, along, 0.0), 0.0, 1.0)
     # rings of a segment keep their order
-    kept: np.ndarray = np.where(chain.upto, along, 0.0).max(axis=1)
-    return kept
+    return chain.back(_running(np.maximum, along, chain.parts))

@@ -21,6 +21,7 @@ from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
+from .link_limits import LinkLimits
 from .motion_limits import Motion
 from .mount_rules import Limits, Rules
 from .poses import Pose, Recorded
@@ -99,6 +100,8 @@ class CoreScene:
     """Terms of the separation distances of V_P."""
     motion: Motion = field(default_factory=Motion)
     """How a real robot may move during a check."""
+    link: LinkLimits = field(default_factory=LinkLimits)
+    """Limits of a check's links to the robot and its rings."""
     radius_stated: bool = False
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)

@@ -46,9 +46,9 @@ def test_the_task_returns_the_bound_with_its_parts(monkeypatch):
     fixed = CoverageBound(0.5, (TermBound(0, 0, 0.5, 1.0),), 1.0)
     monkeypatch.setattr("place_rings.studies.gap.tasks.upper_bound", lambda *_: fixed)
     row = bound({"targets": [{"name": "V_OT"}]}, 48)
+    assert row.pop("seconds") < 60
     assert row == {
         "bound_percent": 50.0,
         "volume_percent": 50.0,
         "prices_percent": 100.0,
-        "seconds": 1.0,
     }

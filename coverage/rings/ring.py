@@ -14,6 +14,7 @@ from ..sensors.sensor import PAPER_SENSOR, Sensor
 from .mounted_sensor import MountedSensor
 
 RING_RADIUS = 0.08  # m, in the paper's setups
+SERIAL = "[0-9A-F]{16}"  # of a board
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,13 @@ class Ring:
     """Radius of the circle of sensors, m."""
     sensor: Sensor = field(default=PAPER_SENSOR)
     """The sensor model."""
+    serial: str | None = field(default=None, compare=False)
+    """Serial number of the ring's board, 16 hexadecimal digits; None if unknown."""
+    zone_turn_deg: int = field(default=0, compare=False)
+    """Angle by which its sensors are turned about their axes on their boards, counter-clockwise as
+    seen along the axis: 0, 90, 180 or 270; of sensors with zones."""
+    zone_mirrored: bool = field(default=False, compare=False)
+    """Whether the columns of its sensors' zones are sent in the opposite order."""
 
     def __post_init__(self) -> None:
         """Reject values outside their range with a ``ValueError``."""
@@ -42,6 +50,15 @@ class Ring:
         if not isinstance(self.sensor, Sensor):
             raise ValueError(
                 f"Ring: sensor: found {self.sensor!r}, allowed: a Sensor, as a catalogue has them"
+            )
+        if self.serial is not None and not re.fullmatch(SERIAL, self.serial):
+            raise ValueError(
+                f"Ring: serial: found {self.serial!r}, allowed: 16 hexadecimal digits, 0 to 9 and"
+                " A to F"
+            )
+        if self.zone_turn_deg not in (0, 90, 180, 270):
+            raise ValueError(
+                f"Ring: zone_turn_deg: found {self.zone_turn_deg!r}, allowed: 0, 90, 180 or 270"
             )
         if not isinstance(self.count, Integral):
             raise ValueError(f"Ring: count: found {self.count!r}, allowed: an integer")

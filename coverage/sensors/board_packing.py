@@ -13,6 +13,7 @@ pocket's ``floor``.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -40,6 +41,8 @@ class Printing:
     """Nominal diameter of the two bolts that close a ring (M3 to M5), m."""
     nut: bool = True
     """Whether each nut has a hexagonal trap; otherwise a through hole."""
+    fastening: Literal["nut", "insert"] = "nut"
+    """What the bolts are screwed into: nuts, or heat-set inserts."""
     gap: float = 0.001
     """Gap between the halves before the bolts are tightened, m."""
     channel: float = 0.004
@@ -48,6 +51,12 @@ class Printing:
     """Minimum thickness that may be measured anywhere, m."""
     overhang: float = 0.05
     """Maximum share of the surface that may overhang by more than 45 degrees without support."""
+    bed: tuple[float, float, float] | None = None
+    """Width, depth and height that the printer can print, m; None: any."""
+    lettering: bool = True
+    """Whether each part is engraved with its number, its link and an arrow to the wrist."""
+    ties: bool = True
+    """Whether each part has a bridge to which a cable tie holds the cables."""
 
 
 @dataclass(frozen=True)

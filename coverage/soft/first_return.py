@@ -36,7 +36,17 @@ def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
     beside = jnp.maximum(cone_gap(beam, centre), 0.0)
     within = jnp.minimum(beside, radius)
     stop = root(dot(v, v)) - radius + within * within / radius + GRAZE * (beside - within)
-    return jnp.maximum(stop, 0.0).min(axis=(1, 2))
+    return _least(jnp.maximum(stop, 0.0).reshape(len(stop), -1))
+
+
+def _least(values: Array) -> Any:
+    """Return the least value (K,) of each row (K, N); only the first of equal ones has a slope.
+
+    The slope of ``min`` divides by the number of values that equal the least. If the compiler
+    computes the values twice and rounds differently, none does.
+    """
+    least = jax.lax.stop_gradient(values).argmin(axis=1)[:, None]
+    return jnp.take_along_axis(values, least, axis=1)[:, 0]
 
 
 def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:

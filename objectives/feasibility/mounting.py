@@ -2,7 +2,6 @@
 that lie in a body, an obstacle or another ring.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from jaxtyping import Int
 
 from ...coverage.rings.envelope_clearance import least_distance, surface_points
 from ...coverage.rings.ring import Ring
+from ...coverage.rings.ring_envelope import Envelope
 from ...coverage.robots.ring_section import axes_of
 from .clearance import MountClearance
 from .ring_envelopes import envelope
@@ -76,35 +76,67 @@ def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
     too near always.
     """
     violations = []
-    for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
-        if a.link != b.link:
-            poses = _near(clear, a, b)
-            if len(poses):
-                text = (
-                    f"ring {i} ({a.link}) lies in or too near to ring {j} ({b.link}) at pose"
-                    f" {poses[0]}"
-                )
-                violations.append(Standing((i, j), "mount", text))
+    envelopes = [envelope(clear.scene, ring) for ring in rings]
+    for (i, j), poses in _close(clear, rings, envelopes).items():
+        poses = _near(clear, rings[i], rings[j], (envelopes[i], envelopes[j]), poses)
+        if len(poses):
+            text = (
+                f"ring {i} ({rings[i].link}) lies in or too near to ring {j} ({rings[j].link}) at"
+                f" pose {poses[0]}"
+            )
+            violations.append(Standing((i, j), "mount", text))
     return violations
 
 
-def _near(clear: MountClearance, one: Ring, other: Ring) -> Int[np.ndarray, " P"]:
-    """Return the poses at which two rings are not proven to keep the clearance.
+def _close(
+    clear: MountClearance, rings: Sequence[Ring], envelopes: Sequence[Envelope]
+) -> dict[tuple[int, int], Int[np.ndarray, " P"]]:
+    """Return the pairs of rings on different links whose balls come too near to each other, with
+    the poses at which they do.
+
+    Each ring lies in a ball about the middle of its circle of lenses. One ring is compared with all
+    others at once, so that memory grows with rings and not with pairs of rings.
+    """
+    mounts = [clear.scene.robot.mount(ring.link) for ring in rings]
+    middles = np.array(
+        [
+            clear.frames[:, m.frame, :3, :3] @ (m.start + r.position * m.length * m.axis)
+            + clear.frames[:, m.frame, :3, 3]
+            for r, m in zip(rings, mounts, strict=True)
+        ]
+    ).reshape(len(rings), len(clear.frames), 3)  # (R, P, 3), base frame
+    reach = np.array([math.hypot(max(-e.low, e.high), e.outer) for e in envelopes])
+    links = np.array([ring.link for ring in rings])
+    close = {}
+    for i in range(len(rings)):
+        others = i + 1 + np.flatnonzero(links[i + 1 :] != links[i])
+        least = reach[others] + reach[i] + clear.scene.rules.clearance
+        near = np.linalg.norm(middles[others] - middles[i], axis=2) < least[:, None]  # (N, P)
+        for k in np.flatnonzero(near.any(axis=1)):
+            close[i, int(others[k])] = np.flatnonzero(near[k])
+    return close
+
+
+def _near(
+    clear: MountClearance,
+    one: Ring,
+    other: Ring,
+    envelopes: tuple[Envelope, Envelope],
+    poses: Int[np.ndarray, " P"],
+) -> Int[np.ndarray, " N"]:
+    """Return at which of the ``poses`` two rings are not proven to keep the clearance.
 
     A point on the outside of one ring is within the spacing of a sampled one.
     """
-    here, there = (envelope(clear.scene, ring) for ring in (one, other))
+    here, there = envelopes
     mount, against = (clear.scene.robot.mount(ring.link) for ring in (one, other))
     at = other.position * against.length
-    T = np.linalg.inv(clear.frames[:, against.frame]) @ clear.frames[:, mount.frame]
+    T = np.linalg.inv(clear.frames[poses, against.frame]) @ clear.frames[poses, mount.frame]
     middle = mount.start + one.position * mount.length * mount.axis
-    # each ring lies in a ball about the middle of its circle of lenses
-    reach = sum(math.hypot(max(-e.low, e.high), e.outer) for e in (here, there))
-    apart = T[:, :3, :3] @ middle + T[:, :3, 3] - against.start - at * against.axis
-    poses = np.flatnonzero(np.linalg.norm(apart, axis=1) < reach + clear.scene.rules.clearance)
+    kept = np.arange(len(poses))
     for spacing in _SPACINGS:
         points = surface_points(here, spacing) @ axes_of(mount) + middle
-        seen = ((points @ T[p, :3, :3].T + T[p, :3, 3] - against.start) for p in poses)
+        seen = ((points @ T[k, :3, :3].T + T[k, :3, 3] - against.start) for k in kept)
         distance = least_distance(there, (v @ axes_of(against).T for v in seen), at)
-        poses = poses[np.array(distance) < clear.scene.rules.clearance + spacing]
-    return poses
+        kept = kept[np.array(distance) < clear.scene.rules.clearance + spacing]
+    return poses[kept]

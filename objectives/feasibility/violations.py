@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_envelope import Envelope
 from ..scene import CoreScene
 from .board_fit import unfit
 from .clearance import MountClearance
@@ -80,9 +81,10 @@ def faults(
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
     broken = [f for i in own for f in _alone(scene, i, rings[i])]
+    envelopes = [envelope(scene, ring) for ring in rings] if scene.real else []
     for i, j in itertools.combinations(range(len(rings)), 2):
         same = rings[i].link == rings[j].link and not {i, j} <= fixed
-        if same and (text := _too_near(scene, rings[i], rings[j])):
+        if same and (text := _too_near(scene, rings, i, j, envelopes)):
             broken.append(Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {text}"))
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
@@ -128,16 +130,21 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.1f}°"
 
 
-def _too_near(scene: CoreScene, one: Ring, other: Ring) -> str:
-    """Return a message if two rings on one link are too near to each other, or ""."""
-    length = scene.robot.mount(one.link).length
+def _too_near(
+    scene: CoreScene, rings: Sequence[Ring], i: int, j: int, envelopes: Sequence[Envelope]
+) -> str:
+    """Return a message if two rings on one link are too near to each other, or "".
+
+    The envelopes of all rings are given where rings have bodies.
+    """
+    length = scene.robot.mount(rings[i].link).length
     if length == 0:
         return "are on a link that takes only one ring"
-    proximal, distal = sorted((one, other), key=lambda ring: ring.position)
-    apart = (distal.position - proximal.position) * length
+    proximal, distal = sorted((i, j), key=lambda k: rings[k].position)
+    apart = (rings[distal].position - rings[proximal].position) * length
     allowed = scene.rules.spacing
     if scene.real:
-        allowed = spacing(scene, *(envelope(scene, ring) for ring in (proximal, distal)))
+        allowed = spacing(scene, envelopes[proximal], envelopes[distal])
     if apart >= allowed - _PLACE:
         return ""
     return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * allowed:.1f} mm or more"

@@ -29,7 +29,9 @@ TAIL = 5.0
 SMALL = 2e-6
 """Shares below this count as this."""
 _STEPS = 64  # steps of the table per standard deviation
-_NODES = 160  # of the quadrature along the axis
+_NODES = 160  # least number of nodes of the quadrature along the axis
+_PER_SIGMA = 4  # least number of nodes per standard deviation
+_MOST = 2000  # most nodes
 # bilinear interpolation errs by at most (step^2 / 8) (|f_dd| + |f_rr|), and each of these second
 # derivatives is at most 0.25 / sigma^2; plus 32-bit rounding
 _MARGIN = 0.5 / 8 / _STEPS**2 + 1e-6
@@ -51,14 +53,19 @@ class Profile:
     """Radius of the body at each node, m."""
 
     @staticmethod
-    def of(sensor: Sensor) -> "Profile":
-        """Return the smallest body of revolution known to hold the beam of ``sensor``."""
+    def of(sensor: Sensor, sigma: float = math.inf) -> "Profile":
+        """Return the smallest body of revolution known to hold the beam of ``sensor``.
+
+        Its nodes resolve Gaussians of standard deviation ``sigma``, if ``resolves`` is true.
+        """
         reach, slope = sensor.range_m, math.tan(sensor.circumscribed_half_angle)
         low, high = sensor.near_m, reach
         if sensor.shape != "beam":
             reach = sensor.farthest
             low, high = min(0.0, reach * math.cos(min(sensor.half_angle, math.pi))), reach
-        node, weight = np.polynomial.legendre.leggauss(_NODES)
+        node, weight = np.polynomial.legendre.leggauss(
+            min(max(_NODES, math.ceil(_PER_SIGMA * (high - low) / sigma)), _MOST)
+        )
         along = low + (high - low) * (node + 1) / 2
         radius = along * slope
         if sensor.shape != "beam":
@@ -67,10 +74,30 @@ class Profile:
             radius = np.minimum(ball, along * math.tan(sensor.half_angle)) if narrow else ball
         return Profile(along, weight * (high - low) / 2, np.maximum(radius, 0.0))
 
+    def resolves(self, sigma: float) -> bool:
+        """Return whether the nodes resolve Gaussians of standard deviation ``sigma`` m."""
+        return len(self.along) * sigma >= _PER_SIGMA * float(self.weight.sum())
+
     @cached_property
     def volume(self) -> float:
         """Volume of the body, m^3."""
         return float(math.pi * (self.weight * self.radius**2).sum())
+
+    @cached_property
+    def cloud(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (M, 3) m in the body and their volumes (M,) m^3; the axis of the body is z."""
+        some = np.linspace(0, len(self.along) - 1, 49)
+        ends = np.interp(some, np.arange(len(self.along)), self.along)
+        middle, thick = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
+        radius = np.interp(middle, self.along, self.radius)
+        turn = np.arange(40) * (math.pi * (3 - math.sqrt(5)))  # a sunflower's seeds
+        out = np.sqrt((np.arange(40) + 0.5) / 40)
+        disc = np.stack([out * np.cos(turn), out * np.sin(turn)], axis=1)
+        points = np.empty((48, 40, 3))
+        points[..., :2] = radius[:, None, None] * disc
+        points[..., 2] = middle[:, None]
+        volumes = np.repeat(math.pi * radius**2 * thick / 40, 40)
+        return points.reshape(-1, 3), volumes * (self.volume / volumes.sum())
 
     @cached_property
     def surface(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -105,7 +132,7 @@ class BlurredBeam:
 
     def __init__(self, sensor: Sensor, sigma: float) -> None:
         """Tabulate the share for Gaussians of standard deviation ``sigma`` m."""
-        self.profile, self.sigma = Profile.of(sensor), sigma
+        self.profile, self.sigma = Profile.of(sensor, sigma), sigma
         p, step = self.profile, sigma / _STEPS
         wide, margin = float(p.radius.max()), TAIL * sigma
         self._low, self._step = float(p.along[0]) - margin, step
@@ -170,17 +197,25 @@ class BlurredBeam:
         p, n, area = self.profile.surface
         most = np.zeros(3)
         for tilt in tilts:
-            # columns: mount axis, radial, tangent in the beam's frame, whose z is the axis
-            c, s = math.cos(tilt), math.sin(tilt)
-            mount, radial = np.array([c, 0.0, s]), np.array([-s, 0.0, c])
-            fields = (
-                np.broadcast_to(mount, p.shape),
-                np.cross(np.array([0.0, 1.0, 0.0]), p),
-                np.cross(mount, p + radius * radial),
-            )
-            each = [
-                (np.linalg.norm(v, axis=1) * np.abs((v * n).sum(axis=1)) * area).sum()
-                for v in fields
-            ]
-            most = np.maximum(most, each)
+            each = sweeps(p, n, float(tilt), radius)
+            most = np.maximum(most, [(v * area).sum() for v in each])
         return most * (1.02 * STEEPEST / self.sigma)
+
+
+def sweeps(
+    points: Float[np.ndarray, "M 3"],
+    normals: Float[np.ndarray, "M 3"],
+    tilt: float,
+    radius: float,
+) -> Float[np.ndarray, "3 M"]:
+    """Return |v| |v . n| at points of a beam's surface that moves by its ring's position (without
+    unit), tilt and azimuth (m^2/rad^2); in the beam's frame, whose z is its axis."""
+    # columns: mount axis, radial, tangent
+    c, s = math.cos(tilt), math.sin(tilt)
+    mount, radial = np.array([c, 0.0, s]), np.array([-s, 0.0, c])
+    fields = (
+        np.broadcast_to(mount, points.shape),
+        np.cross(np.array([0.0, 1.0, 0.0]), points),
+        np.cross(mount, points + radius * radial),
+    )
+    return np.stack([np.linalg.norm(v, axis=1) * np.abs((v * normals).sum(axis=1)) for v in fields])

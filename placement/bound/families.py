@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
-from ...objectives.link_segments import HIGH, LOW, Segment, most_rings
+from ...objectives.link_segments import HIGH, LOW, Segment, most_rings, segments
 from ..search.design import Space
 
 
@@ -70,21 +70,24 @@ def _merged(some: list[Segment]) -> tuple[tuple[float, float], ...]:
 def families(space: Space, pose: int) -> tuple[Family, ...]:
     """Return the families of a design space at a pose of its scene.
 
-    They hold every setup of the space, and more: the spacing of rings is dropped, but not the
-    number of rings that it leaves room for.
+    They hold every setup of the space, and more. The spacing of rings is dropped, but not the
+    number of rings that it leaves room for. The bodies of real rings do not narrow their positions:
+    a search keeps rings within tables of the room for bodies, which are on the safe side, and a
+    ring that is placed by hand may pass the exact check where no table allows it.
     """
     scene = space.scene
+    allowed = segments(scene)
     frames = np.asarray(forward(scene.robot.chain, scene.poses[pose].q))
     each, layout = [], space.layout
     for mount in scene.robot.mounts:
-        some = [s for s in space.segments if s.link == mount.link]
+        some = [s for s in allowed if s.link == mount.link]
         if not some:
             continue
         if layout is None:
             counts = list(range(space.least, space.most_on(mount.link) + 1))
             standing = sum(r.link == mount.link for r in space.fixed)
             room = max(scene.rules.max_rings_per_link - standing, 0)
-            rings = most_rings(space.segments, mount.link, room)
+            rings = most_rings(allowed, mount.link, room)
         else:
             mine = [r.count for r in layout.rings if r.link == mount.link]
             counts, rings = sorted(set(mine)), len(mine)

@@ -9,62 +9,78 @@ collects most at the current prices, from a grid of rings; the smoothing narrows
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from .blurred_beam import BlurredBeam
 from .families import Budget, Family
+from .link_cylinder import LinkCylinder
 from .price_field import PriceField
-from .ring_values import RingSums, shares
+from .ring_values import RingSums
 
-_AZIMUTHS = 48
-_POSITION, _TILT = 0.1, math.radians(6)  # m and rad, steps of the grid
+_AZIMUTHS = 120
+_TILT = math.radians(5)  # step of the grid
+_STEP = 0.9  # side of the cells, in standard deviations of a Gaussian
 _WIDTHS = 0.6, 0.06  # first and last half width of the smoothing
 _NARROWING = 0.98
 _MEAN = 0.06  # weight of the newest prices in their running mean
+_CORRECTIONS = 8  # pairwise steps after each new layout
 _EVERY = 4  # steps between evaluations of the mean
 _LAST = 25  # steps without a better bound after which the search ends
 
 
-@dataclass(frozen=True)
 class _Grid:
     """Rings of a family on a grid of places."""
 
-    sums: RingSums
-    """Sums over the sensors of a ring of each size."""
-    shares: Float[np.ndarray, "N A J"]
-    """Mass of each Gaussian in a sensor's beam at each place and azimuth, as a share of the
-    target."""
-
-    @staticmethod
-    def of(family: Family, beam: BlurredBeam, field: PriceField) -> "_Grid":
-        """Evaluate the grid of a family."""
-        azimuths = np.arange(_AZIMUTHS) * (2 * math.pi / _AZIMUTHS)
-        length, (low, high) = family.mount.length, family.tilt
-        tilts = np.linspace(low, high, max(math.ceil((high - low) / _TILT), 1) + 1)
-        positions = [
-            p
-            for a, b in family.positions
-            for p in np.linspace(a, b, max(math.ceil((b - a) * length / _POSITION), 1) + 1)
-        ]
-        each = [
-            shares(beam, field, *family.beams(p, t, azimuths))
-            for p in dict.fromkeys(positions)
-            for t in tilts
-        ]
-        scaled = np.stack(each) * np.float32(field.worth)
-        return _Grid(RingSums(family.counts, _AZIMUTHS), scaled)
+    def __init__(self, family: Family, beam: BlurredBeam, field: PriceField) -> None:
+        """Prepare the grid of a family."""
+        self._family, self._beam, self._field = family, beam, field
+        self._cylinder = LinkCylinder(family, beam, field, _STEP * field.sigma, _AZIMUTHS)
+        low, high = family.tilt
+        self._tilts = np.linspace(low, high, max(math.ceil((high - low) / _TILT), 1) + 1)
+        self._kernels = [self._cylinder.kernel(t) for t in self._tilts]
+        self._sums = RingSums(family.counts, _AZIMUTHS)
 
     def best(
         self, prices: Float[np.ndarray, " J"]
     ) -> tuple[Float[np.ndarray, " C"], Callable[[int], Float[np.ndarray, " J"]]]:
         """Return the largest value of a ring of each size, and a function that returns the mass of
         each Gaussian in such a ring."""
-        values = self.shares @ prices.astype(np.float32)
-        most, where, weights = self.sums.best(values)
-        return most.astype(float), lambda i: weights[i] @ self.shares[where[i]]
+        self._cylinder.load(prices)
+        pairs = zip(self._tilts, self._kernels, strict=True)
+        values = np.stack([self._cylinder.collected(t, kernel) for t, kernel in pairs])
+        tilts, places, _ = values.shape
+        most, where, weights = self._sums.best(values.reshape(tilts * places, -1))
+        masses = dict[int, np.ndarray]()
+
+        def mass(i: int) -> np.ndarray:
+            if i not in masses:
+                tilt, place = divmod(int(where[i]), places)
+                used = np.flatnonzero(weights[i])
+                turn = used * (2 * math.pi / _AZIMUTHS)
+                apex, look = self._family.beams(
+                    self._cylinder.places[place], self._tilts[tilt], turn
+                )
+                masses[i] = self._mass(apex, look, weights[i][used])
+            return masses[i]
+
+        return most.astype(float), mass
+
+    def _mass(
+        self,
+        apex: Float[np.ndarray, "A 3"],
+        look: Float[np.ndarray, "A 3"],
+        weight: Float[np.ndarray, " A"],
+    ) -> Float[np.ndarray, " J"]:
+        """Return the mass of each Gaussian in the parts of beams that lie in the target."""
+        points, volumes = self._beam.profile.cloud
+        side = np.cross(look, np.eye(3)[np.abs(look).argmin(axis=1)])
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        frame = np.stack([side, np.cross(look, side), look], axis=1)
+        where = (points @ frame + apex[:, None]).reshape(-1, 3)
+        inside = self._field.grid.inside(where)
+        return self._field.gathered(where, np.outer(weight, volumes).ravel() * inside)
 
 
 def _slopes(filled: Float[np.ndarray, " J"], width: float) -> Float[np.ndarray, " J"]:
@@ -73,19 +89,54 @@ def _slopes(filled: Float[np.ndarray, " J"], width: float) -> Float[np.ndarray, 
     return slope
 
 
-def _step(
-    filled: Float[np.ndarray, " J"],
-    way: Float[np.ndarray, " J"],
-    held: Float[np.ndarray, " J"],
-    width: float,
-) -> float:
-    """Return the step in [0, 1] along ``way`` after which the smoothed coverage is largest."""
-    low, high = 0.0, 1.0
-    for _ in range(20):
-        middle = (low + high) / 2
-        rising = float(_slopes(filled + middle * way, width) @ (held * way)) > 0
-        low, high = (middle, high) if rising else (low, middle)
-    return low
+class _Mixture:
+    """Layouts used in fractions: how much of each Gaussian they cover on average."""
+
+    def __init__(self, held: Float[np.ndarray, " J"], start: Float[np.ndarray, " J"]) -> None:
+        """Start with one layout that covers ``start`` of the Gaussians' masses ``held``."""
+        self._held = held
+        self.filled = start / held
+        """Mean coverage of each Gaussian."""
+        self._layouts = np.zeros((16, len(held)), np.float32)
+        self._layouts[0] = self.filled
+        self._weights = np.array([1.0])
+
+    def add(self, layout: Float[np.ndarray, " J"], width: float) -> None:
+        """Mix in a layout by the fraction that is best (Frank-Wolfe)."""
+        n = len(self._weights)
+        if n == len(self._layouts):
+            self._layouts = np.concatenate([self._layouts, np.zeros_like(self._layouts)])
+        self._layouts[n] = layout / self._held
+        way = self._layouts[n] - self.filled
+        part = self._step(way, width, 1.0)
+        self.filled = self.filled + part * way
+        self._weights = np.append(self._weights * (1 - part), part)
+
+    def correct(self, width: float) -> None:
+        """Move weight from the worst layout to the best (pairwise steps, Lacoste-Julien and Jaggi
+        2015)."""
+        n = len(self._weights)
+        slopes = (_slopes(self.filled, width) * self._held).astype(np.float32)
+        scores = self._layouts[:n] @ slopes
+        used = np.flatnonzero(self._weights > 0)
+        best, worst = int(scores.argmax()), int(used[scores[used].argmin()])
+        if best == worst:
+            return
+        way = (self._layouts[best] - self._layouts[worst]).astype(float)
+        part = self._step(way, width, float(self._weights[worst]))
+        self.filled = self.filled + part * way
+        self._weights[best] += part
+        self._weights[worst] = max(self._weights[worst] - part, 0.0)
+
+    def _step(self, way: Float[np.ndarray, " J"], width: float, most: float) -> float:
+        """Return the step up to ``most`` along ``way`` after which the smoothed coverage is
+        largest."""
+        low, high = 0.0, most
+        for _ in range(12):
+            middle = (low + high) / 2
+            rising = float(_slopes(self.filled + middle * way, width) @ (self._held * way)) > 0
+            low, high = (middle, high) if rising else (low, middle)
+        return high if low > 0.99 * most else low
 
 
 def find_prices(
@@ -110,12 +161,12 @@ def find_prices(
         seen: number of sensors that must cover a point.
         steps: most steps.
     """
-    grids = [_Grid.of(f, b, field) for f, b in zip(some, beams, strict=True)]
-    covered = standing / seen
+    grids = [_Grid(f, b, field) for f, b in zip(some, beams, strict=True)]
+    mixture = _Mixture(field.held, standing / seen)
     width, mean = _WIDTHS[0], np.zeros(len(field.held))
     least, best, since = math.inf, np.full(len(field.held), field.most), 0
     for step in range(steps):
-        now = _slopes(covered / field.held, width) * field.most
+        now = _slopes(mixture.filled, width) * field.most
         mean += (now - mean) * max(_MEAN, 1 / (step + 1))
         for prices in (now, mean) if step % _EVERY == 0 else (now,):
             each = [grid.best(prices) for grid in grids]
@@ -128,7 +179,8 @@ def find_prices(
         since += 1
         if since > _LAST and width <= _WIDTHS[1]:
             break
-        way = (added - covered) / field.held
-        covered = covered + _step(covered / field.held, way, field.held, width) * (added - covered)
+        mixture.add(added, width)
+        for _ in range(_CORRECTIONS):
+            mixture.correct(width)
         width = max(width * _NARROWING, _WIDTHS[1])
     return best, least

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
+from scipy.ndimage import gaussian_gradient_magnitude, map_coordinates
 
 from ...coverage.targets import Target
 from ...coverage.voxels.octree import voxels
@@ -13,8 +14,9 @@ from ...coverage.voxels.voxel_set import OFFSET, decode
 from ...coverage.weight_field import LEVELS
 from ...objectives.scene import CoreScene
 
+_PAD = 4  # voxels about the target in which its surface is spread
 WIDTH = 0.7  # standard deviation of a Gaussian, in spacings of the lattice
-_LEAST = 0.05  # of its mass that a Gaussian has in the target; others get no price
+_LEAST = 0.01  # of its mass that a Gaussian has in the target; others get no price
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,33 @@ class TargetGrid:
         axes = [(low[k] + np.arange(weight.shape[k]) + 0.5) * side for k in range(3)]
         return TargetGrid(weight, (axes[0], axes[1], axes[2]), side)
 
+    def spacing(self, points: int) -> float:
+        """Return the spacing of a lattice with about this number of points in the target, m."""
+        return float((np.count_nonzero(self.weight) * self.side**3 / points) ** (1 / 3))
+
+    def inside(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+        """Return whether points lie in the target: 1, 0, or between at the surface's voxels."""
+        corner = np.array([c[0] for c in self.centres])
+        at = ((points - corner) / self.side).T
+        values: np.ndarray = map_coordinates(self._indicator, at, order=1)
+        return values
+
+    def steps(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+        """Return the density of the target's surface at points, 1/m, spread over a few voxels."""
+        corner = np.array([c[0] for c in self.centres]) - _PAD * self.side
+        at = ((points - corner) / self.side).T
+        values: np.ndarray = map_coordinates(self._surface, at, order=1)
+        return values
+
+    @cached_property
+    def _surface(self) -> Float[np.ndarray, "X Y Z"]:
+        slopes: np.ndarray = gaussian_gradient_magnitude(np.pad(self._indicator, _PAD), 1.0)
+        return slopes / self.side
+
+    @cached_property
+    def _indicator(self) -> Float[np.ndarray, "X Y Z"]:
+        return (self.weight > 0).astype(np.float32)
+
     @property
     def volume(self) -> float:
         """Weighted volume, m^3, relative to the largest weight."""
@@ -66,7 +95,7 @@ class PriceField:
     def __init__(self, grid: TargetGrid, points: int) -> None:
         """Lay a lattice of about ``points`` Gaussians over the target."""
         self.grid = grid
-        self.spacing = (np.count_nonzero(grid.weight) * grid.side**3 / points) ** (1 / 3)
+        self.spacing = grid.spacing(points)
         self.sigma = WIDTH * self.spacing
         halo = math.ceil(2 * self.sigma / self.spacing)
         self._axes = [
@@ -104,6 +133,42 @@ class PriceField:
         weight = self.grid.weight
         top = np.float32(weight.max())
         return float(np.maximum(weight - values * top, 0)[weight > 0].sum(dtype=float))
+
+    def sampled(
+        self, prices: Float[np.ndarray, " J"], parts: int = 2
+    ) -> tuple[Float[np.ndarray, "X Y Z"], Float[np.ndarray, " 3"], float]:
+        """Return the field on a grid of ``parts`` points a spacing, its corner m and side m."""
+        values = np.zeros(self._used.shape, np.float32)
+        values[self._used] = prices
+        axes = self._fine(parts)
+        for fine, axis in zip(axes, self._axes, strict=True):
+            values = np.tensordot(values, self._kernel(fine, axis), axes=(0, 0))
+        return values, np.array([a[0] for a in axes]), self.spacing / parts
+
+    def gathered(
+        self, points: Float[np.ndarray, "N 3"], volumes: Float[np.ndarray, " N"], parts: int = 2
+    ) -> Float[np.ndarray, " J"]:
+        """Return the integral of each Gaussian over a body given as points with volumes m^3, as a
+        share of the target: the transpose of ``sampled``, read between its points linearly."""
+        axes, side = self._fine(parts), self.spacing / parts
+        shape = [len(a) for a in axes]
+        at = (points - [a[0] for a in axes]) / side
+        first = np.clip(at.astype(int), 0, np.array(shape) - 2)
+        part = np.clip(at - first, 0, 1)
+        total = np.zeros(math.prod(shape))
+        for corner in np.ndindex(2, 2, 2):
+            where = np.ravel_multi_index(tuple((first + corner).T), shape)
+            weight = volumes * np.where(corner, part, 1 - part).prod(axis=1)
+            total += np.bincount(where, weight, len(total))
+        values = total.reshape(shape).astype(np.float32)
+        for fine, axis in zip(axes, self._axes, strict=True):
+            values = np.tensordot(values, self._kernel(fine, axis), axes=(0, 1))
+        gathered: np.ndarray = values[self._used] / self.grid.volume
+        return gathered
+
+    def _fine(self, parts: int) -> list[np.ndarray]:
+        side, margin = self.spacing / parts, 4 * self.sigma
+        return [np.arange(a[0] - margin, a[-1] + margin + side, side) for a in self._axes]
 
     @cached_property
     def most(self) -> float:

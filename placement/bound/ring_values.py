@@ -1,30 +1,40 @@
 """What a ring of each size can collect at most from a price field, over all of its places.
 
-The integral of a price field over a beam is V(position, tilt, azimuth). Along each coordinate
-V'' >= -M with known M (``BlurredBeam.bends``), so V plus M x^2 / 2 is convex along it, and between
-two values of the coordinate V is at most M h^2 / 8 above the larger one, with h their distance.
-Applied to one coordinate after the other: inside a box V is at most the largest value at its
-corners plus the sum of M h^2 / 8. The same holds for the sum over the sensors of a ring, which have
-one position, one tilt, and azimuths that turn together.
+The field is a smooth field of prices inside the target and 0 outside. Its integral over a beam is
+V(position, tilt, azimuth), evaluated at nodes along each coordinate (``link_cylinder``). Between
+two nodes at a distance h, V exceeds the larger of their values by at most h/4 times the integral of
+the negative part of V'' between them, and by at most M h^2 / 8 if V'' >= -M. Applied to one
+coordinate after the other: between nodes V is at most their largest value plus the sum of these
+excesses. The same holds for the sum over the sensors of a ring, which have one position, one tilt,
+and azimuths that turn together.
+
+The smooth field bends V by at most a known M (``BlurredBeam.bends``). Where a beam's surface
+crosses that of the target, the step of the price to 0 adds the integral of |v| |v . n| price over
+the curve where they cross (``LinkCylinder.edges``). It is taken at the nodes and with h^2 / 4: an
+estimate on the safe side, not a proof.
 """
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.processors import processors
 from .blurred_beam import BlurredBeam
 from .families import Family
+from .link_cylinder import LinkCylinder
 from .price_field import PriceField
 
 AZIMUTHS = 360
 """Azimuths at which a sensor is evaluated for a bound."""
-BOXES = 0.1, math.radians(5)
-"""Sides of the first boxes, m and rad."""
+FIRST = math.radians(4)
+"""Step of the first tilts, rad."""
+STEP = 0.3
+"""Side of the cells of a bound, in standard deviations of a Gaussian."""
+LARGEST = 0.03
+"""Largest side of these cells, m."""
+_LEAST = math.radians(0.25)  # step of the tilts that is not halved
 _BENDS = math.radians(2.5)  # step of the tilts at which the bends are computed
 
 
@@ -35,22 +45,22 @@ def shares(
     look: Float[np.ndarray, "A 3"],
 ) -> Float[np.ndarray, "A J"]:
     """Return the share of each of a field's Gaussians in each beam, 32 bits."""
+    side = np.cross(look, np.eye(3)[np.abs(look).argmin(axis=1)])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
     x, y, z = field.points.T.astype(np.float32)
 
-    def product(v: np.ndarray) -> np.ndarray:
+    def component(v: np.ndarray) -> np.ndarray:
         # a product with three columns: a matrix product spends its time on starting threads
         a, b, c = v.astype(np.float32).T[:, :, None]
         total: np.ndarray = a * x
         total += b * y
         total += c * z
+        total -= (apex * v).sum(axis=1).astype(np.float32)[:, None]
         return total
 
-    along = product(look)
-    along -= (apex * look).sum(axis=1).astype(np.float32)[:, None]
-    square = product(-2 * apex)
-    square += x * x + y * y + z * z
-    square += (apex * apex).sum(axis=1).astype(np.float32)[:, None]
-    square -= along * along
+    # no squared distance less a square: over 12 m that loses millimetres in 32 bits
+    along, square = component(look), component(side) ** 2
+    square += component(np.cross(look, side)) ** 2
     return beam.share(along, square)
 
 
@@ -102,16 +112,11 @@ class RingSums:
         return most.max(axis=0), where, self._rows[rows]
 
 
-def _split(interval: tuple[float, float], step: float, size: float) -> Float[np.ndarray, " N"]:
-    low, high = interval
-    return np.linspace(low, high, max(math.ceil((high - low) * size / step - 1e-9), 1) + 1)
-
-
 class RingMaxima:
     """Upper bounds of what a ring of each size on a link collects from a field of prices.
 
-    Boxes of position and tilt cover the family. ``refine`` splits those that hold the largest
-    bounds, so the bounds never rise.
+    Intervals of tilt cover the family. ``refine`` splits those that hold the largest bounds, so the
+    bounds never rise.
     """
 
     def __init__(
@@ -120,31 +125,40 @@ class RingMaxima:
         beam: BlurredBeam,
         field: PriceField,
         prices: Float[np.ndarray, " J"],
-        boxes: tuple[float, float] = BOXES,
+        step: float = STEP,
     ) -> None:
-        """Evaluate the corners of the first boxes; ``prices`` are at most 1."""
-        self.family, self._beam, self._field = family, beam, field
-        self._prices = (prices * field.worth).astype(np.float32)
+        """Evaluate the ends of the first intervals.
+
+        Args:
+            family: the rings.
+            beam: beam of their sensor.
+            field: lattice of the prices.
+            prices: prices, at most 1.
+            step: side of the cells, in standard deviations of a Gaussian.
+        """
+        self.family, self._counts = family, np.array(family.counts)
+        side = min(step * field.sigma, LARGEST)
+        self._cells = LinkCylinder(family, beam, field, side, AZIMUTHS)
+        self._cells.load(prices)
+        self._edges = LinkCylinder(family, beam, field, 2 * side, AZIMUTHS // 3)
+        self._edges.load(prices, surface=True)
         self._sums = RingSums(family.counts)
-        self._counts = np.array(family.counts)
         low, high = family.tilt
         # between these tilts the bends change by far less than the margin of 2 % in them
         tilts = np.linspace(low, high, max(math.ceil((high - low) / _BENDS), 1) + 1)
         bends = beam.bends(tilts, family.radius) * float(prices.max(initial=0.0))
-        self._bends = bends / field.grid.volume
-        self._nodes = dict[tuple[float, float], Float[np.ndarray, " C"]]()
-        length = family.mount.length
-        first = []
-        for interval in family.positions:
-            p = _split(interval, boxes[0], length)
-            t = _split(family.tilt, boxes[1], 1.0)
-            first += [(a, b, c, d) for a, b in pairwise(p) for c, d in pairwise(t)]
-        self._boxes: Float[np.ndarray, "B 4"] = np.array(first)
-        self._bounds = self._bounded(self._boxes)
+        by_position, by_tilt, by_azimuth = bends / field.grid.volume / 8
+        flat = by_position * self._cells.step**2 * (family.mount.length > 0)
+        self._flat = flat + by_azimuth * (2 * math.pi / AZIMUTHS) ** 2 + self._cells.error
+        self._by_tilt = float(by_tilt)
+        self._nodes = dict[float, tuple[np.ndarray, np.ndarray]]()
+        ends = np.linspace(low, high, max(math.ceil((high - low) / FIRST), 1) + 1)
+        self._intervals: Float[np.ndarray, "B 2"] = np.array(list(pairwise(ends)))
+        self._bounds = self._bounded(self._intervals)
 
     @property
     def nodes(self) -> int:
-        """Number of places that were evaluated."""
+        """Number of tilts that were evaluated."""
         return len(self._nodes)
 
     @property
@@ -152,59 +166,49 @@ class RingMaxima:
         """Upper bound for each number of sensors of the family, as a share of the target."""
         return np.asarray(self._bounds.max(axis=0))
 
-    @property
-    def reached(self) -> Float[np.ndarray, " C"]:
-        """Largest value at an evaluated place for each number of sensors."""
-        return np.asarray(np.max(list(self._nodes.values()), axis=0))
-
     def refine(self, index: Int[np.ndarray, " _"], most: int) -> None:
-        """Split the boxes that hold the bounds for the sizes ``index``, at most ``most`` boxes."""
-        if not len(index) or not most:
+        """Halve the intervals that hold the bounds for the sizes ``index``, at most ``most``."""
+        narrow = self._intervals[:, 1] - self._intervals[:, 0] <= 2 * _LEAST
+        height = self._bounds[:, index] - self.bound[index]
+        near = (height + self._by_tilt * FIRST**2 * self._counts[index] / 4).max(axis=1)
+        near[narrow] = -1.0
+        chosen = np.argsort(-near, kind="stable")[:most]
+        chosen = chosen[near[chosen] >= 0]
+        if not len(chosen):
             return
-        bound, reached = self.bound[index], self.reached[index]
-        room = np.maximum(bound - reached, 1e-12)
-        height = ((self._bounds[:, index] - reached) / room).max(axis=1)
-        chosen = np.argsort(-height, kind="stable")[:most]
-        chosen = chosen[height[chosen] > 0.3]
-        a, b, c, d = self._boxes[chosen].T
-        p, t = (a + b) / 2, (c + d) / 2
-        still = b - a <= 0
-        new = np.concatenate(
-            [np.stack(box, axis=1) for box in ((a, p, c, t), (a, p, t, d))]
-            + [np.stack(box, axis=1)[~still] for box in ((p, b, c, t), (p, b, t, d))]
-        )
-        parents = np.concatenate([chosen, chosen, chosen[~still], chosen[~still]])
-        bounds = np.minimum(self._bounded(new), self._bounds[parents])
-        keep = np.ones(len(self._boxes), bool)
+        a, b = self._intervals[chosen].T
+        new = np.concatenate([np.stack([a, (a + b) / 2], 1), np.stack([(a + b) / 2, b], 1)])
+        bounds = np.minimum(self._bounded(new), np.tile(self._bounds[chosen], (2, 1)))
+        keep = np.ones(len(self._intervals), bool)
         keep[chosen] = False
-        self._boxes = np.concatenate([self._boxes[keep], new])
+        self._intervals = np.concatenate([self._intervals[keep], new])
         self._bounds = np.concatenate([self._bounds[keep], bounds])
 
-    def _bounded(self, boxes: Float[np.ndarray, "B 4"]) -> Float[np.ndarray, "B C"]:
-        """Return the bounds of boxes, as rows of lowest and highest position and tilt."""
-        a, b, c, d = boxes.T
-        corners = [list(zip(p, t, strict=True)) for p in (a, b) for t in (c, d)]
-        self._evaluate([place for some in corners for place in some])
-        values = np.stack([[self._nodes[place] for place in some] for some in corners])
-        by_position, by_tilt, by_azimuth = self._bends
-        bend = by_position * ((b - a) * self.family.mount.length) ** 2
-        bend = bend + by_tilt * (d - c) ** 2 + by_azimuth * (2 * math.pi / AZIMUTHS) ** 2
-        most: np.ndarray = values.max(axis=0) + bend[:, None] / 8 * self._counts
-        for i, (low, high) in enumerate(self.family.tilts[n] for n in self.family.counts):
-            most[(d < low) | (c > high), i] = 0.0  # no ring of this size has such a tilt
+    def _bounded(self, intervals: Float[np.ndarray, "B 2"]) -> Float[np.ndarray, "B C"]:
+        """Return the bounds of intervals of tilt, as rows of lowest and highest."""
+        low, high = intervals.T
+        ends = [[self._node(float(t)) for t in end] for end in (low, high)]
+        value, edge = np.max(np.array(ends), axis=0).transpose(1, 0, 2)
+        square = ((high - low) ** 2)[:, None]
+        most: np.ndarray = value + edge * square
+        most += (self._by_tilt * square + self._flat) * self._counts
+        for i, (least, most_tilt) in enumerate(self.family.tilts[n] for n in self.family.counts):
+            most[(high < least) | (low > most_tilt), i] = 0.0  # no ring of this size tilts so
         return most
 
-    def _evaluate(self, places: list[tuple[float, float]]) -> None:
-        azimuths = np.arange(AZIMUTHS) * (2 * math.pi / AZIMUTHS)
-
-        def value(place: tuple[float, float]) -> np.ndarray:
-            apex, look = self.family.beams(*place, azimuths)
-            return shares(self._beam, self._field, apex, look) @ self._prices
-
-        new = [p for p in dict.fromkeys(places) if p not in self._nodes]
-        if not new:
-            return
-        with ThreadPoolExecutor(processors()) as pool:
-            values = np.stack(list(pool.map(value, new)))
-        for place, most in zip(new, self._sums.most(values).astype(float), strict=True):
-            self._nodes[place] = most
+    def _node(self, tilt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return for each size the most that a ring of a tilt collects at the evaluated places,
+        and the bend of its value by the tilt at the target's surface."""
+        if tilt not in self._nodes:
+            collected = self._cells.collected(tilt)
+            turn = 2 * math.pi / AZIMUTHS
+            apart = np.abs(self._cells.places[:, None] - self._edges.places)
+            rows, columns = apart.argmin(axis=1), np.rint(np.arange(AZIMUTHS) / 3).astype(int)
+            flat, by_tilt = (
+                each[rows][:, columns % (AZIMUTHS // 3)]
+                for each in self._edges.edges(tilt, self._cells.step, turn)
+            )
+            some = [collected + flat, by_tilt]
+            most = [self._sums.most(v.astype(np.float32)).max(axis=0).astype(float) for v in some]
+            self._nodes[tilt] = most[0], most[1]
+        return self._nodes[tilt]

@@ -9,24 +9,33 @@ of a layout, and lambda >= 0 any field of prices. A place that some beam covers 
 This is weak duality for the problem of maximum coverage (Nemhauser, Wolsey and Fisher 1978; Fisher
 1981 on Lagrangian relaxation), and it holds for every field of prices. The last sum is a sum over
 rings. Its largest value within the budget follows from the most that a ring of each size on each
-link can collect, over all its positions, tilts and phases, and a knapsack over the sizes. A point
-that k sensors must cover is worth at most lambda / k for each of them, since 1[count >= k] is at
-most count / k.
+link can collect, over all its positions, tilts and phases, and a knapsack over the sizes.
+
+A place that k sensors must cover counts only if its number of sensors n is at least k. As
+1[n >= k] <= min(1, n / k), each sensor collects lambda / k there, and the sum above is at most
+
+    integral of (w - lambda)^+  +  (1 / k) sum over i of  integral of lambda over C_i.
+
+This is the best that prices per place can give: min(1, n / k) is the least concave function of n
+above 1[n >= k]. Its value at n < k is what it gives away: places that fewer than k sensors cover.
 
 Two fields are used. With lambda = w each sensor collects at most the volume of its beam: the
 *volume bound*, the number of sensors times the volume of a beam over that of the target. The other
 field has low prices where layouts cover places several times, and a higher price elsewhere
-(``multipliers``). It is smooth (``price_field``), so its integral over a beam has bounded bends,
-and finitely many rings bound all rings between them (``ring_values``). That part is a proof but
-for rounding. The integrals over the target are sums over voxels, and ``MARGIN`` is added for their
-error. That is an estimate for targets bounded by round surfaces, whose voxels are as often too
-large as too small. A flat face that lies along the voxels is not, nor is a weight field sampled at
+(``multipliers``). It is a smooth field (``price_field``) inside the target and 0 outside, so beams
+collect nothing beyond the target's surface. What rings collect is summed over cells at nodes, and
+bounded between them (``link_cylinder``, ``ring_values``).
+
+Weak duality holds exactly. Three sums are numerical: those over the voxels of the target, those
+over cells in beams, and the excess between nodes where beams cross the target's surface. The first
+has ``MARGIN`` added for its error, the others their own margins; all are estimates on the safe
+side. The first is no estimate for flat faces along the voxels, or for weight fields sampled at
 their centres: for such targets no bound is stated (``boundable``).
 
 The bound is not the best layout. It counts rings as if their beams could be arranged, in fractions,
-without covering a place twice. Where beams must overlap, as near the robot, it stays far above
-every layout. Spacing, occlusion and envelopes of rings are dropped; they only lessen coverage.
-Fixed rings and single sensors are counted as they stand.
+without covering a place twice. Where beams must overlap, as near the robot, it stays above every
+layout. Sensors of one ring that overlap count twice, too. Spacing, occlusion and envelopes of rings
+are dropped; they only lessen coverage. Fixed rings and single sensors are counted as they stand.
 """
 
 import math
@@ -48,8 +57,8 @@ from .blurred_beam import BlurredBeam, Profile
 from .coverage_bound import CoverageBound, TermBound
 from .families import Budget, Family, families
 from .multipliers import find_prices
-from .price_field import PriceField, TargetGrid
-from .ring_values import BOXES, RingMaxima, shares
+from .price_field import WIDTH, PriceField, TargetGrid
+from .ring_values import STEP, RingMaxima, shares
 
 MARGIN = 5e-4
 """Added to each bound for the sums over voxels, as a share of the target."""
@@ -60,14 +69,14 @@ _GAIN = 0.002  # below the volume bound: prices that promise less are not follow
 class Effort:
     """How much work a bound takes."""
 
-    points: int = 400
+    points: int = 10_000
     """Gaussians of a field of prices."""
-    steps: int = 160
+    steps: int = 120
     """Most steps towards good prices; 0: the volume bound only."""
-    places: int = 2500
-    """Most places of rings on a link at which a field is evaluated."""
-    boxes: tuple[float, float] = BOXES
-    """Sides of the first boxes of positions and tilts, m and rad."""
+    tilts: int = 160
+    """About the most tilts of rings on a link at which a field is evaluated."""
+    step: float = STEP
+    """Side of the cells in which a field is integrated, in standard deviations of a Gaussian."""
     voxels: int = 2_000_000
     """Voxels of the box about a target on which its integrals are computed."""
     terms: int = 4
@@ -147,11 +156,20 @@ class AtPose:
         volume = min(self._by_volume(grid) + MARGIN, 1.0)
         if not priced or not effort.steps:
             return TermBound(goal, self.pose, volume, 1.0)
+        if not self._resolved(grid, effort):
+            return TermBound(goal, self.pose, volume, 1.0)
         field = Priced(self, grid, effort)
         if field.estimate > volume - _GAIN:
             return TermBound(goal, self.pose, volume, 1.0)
         value = field.bound(effort)
         return TermBound(goal, self.pose, volume, min(value + MARGIN, 1.0))
+
+    def _resolved(self, grid: TargetGrid, effort: Effort) -> bool:
+        """Return whether the sums along each beam resolve the prices: not for a beam that is
+        hundreds of times as long as their Gaussians are wide."""
+        sigma = WIDTH * grid.spacing(effort.points)
+        sensors = {f.sensor for f in self.families} | set(self.held)
+        return all(Profile.of(sensor, sigma).resolves(sigma) for sensor in sensors)
 
     def _by_volume(self, grid: TargetGrid) -> float:
         values = [
@@ -199,20 +217,17 @@ class Priced:
         pose, fixed = self.pose, self.field.uncollected(self.prices)
         fixed += float(self.standing @ self.prices) / pose.seen
         maxima = [
-            RingMaxima(f, b, self.field, self.prices, effort.boxes)
+            RingMaxima(f, b, self.field, self.prices, effort.step)
             for f, b in zip(pose.families, self.beams, strict=True)
         ]
         value, rings = pose.budget.best([m.bound for m in maxima])
-        while fixed + value / pose.seen < 1.2:
-            more = False
+        while True:
+            before = [m.nodes for m in maxima]
             for f, one in enumerate(maxima):
                 chosen = np.array(sorted({i for g, i in rings if g == f}), int)
-                left = (effort.places - one.nodes) // 5
-                if len(chosen) and left > 0:
-                    before = one.nodes
-                    one.refine(chosen, min(left, 100))
-                    more |= one.nodes > before
-            if not more:
+                if len(chosen) and one.nodes < effort.tilts:
+                    one.refine(chosen, min(effort.tilts - one.nodes, 8))
+            if [m.nodes for m in maxima] == before:
                 break
             value, rings = pose.budget.best([m.bound for m in maxima])
         return fixed + value / pose.seen

@@ -1,55 +1,37 @@
-"""First stage of a search: coordinate exchange, ring by ring, on the points that no other ring
-covers.
+"""First stage of a search: coordinate exchange, ring by ring, on the points where a ring matters
+beside the others.
 
-One test decides whether a ring covers a point (ring_visibility), and the coverage of the other
-rings need not be recomputed. Trying another place for one ring is therefore cheap, needs no
-compilation, and thousands of places fit into the time of one gradient. The exchange maximises the
-share of points inside a cone, not a soft share. It reads occlusion from a line-of-sight table on a
-grid of sensor places (visibility_table).
+One test of a place and a point leaves few pairs that need a closer look (ring_views), and what the
+other rings see need not be recomputed. Trying another place for one ring is therefore cheap, needs
+no compilation, and thousands of places fit into the time of one gradient. The exchange evaluates
+the criterion itself on its points (exchange_criteria), with lines of sight and mounting errors.
 """
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
-from ...objectives.floors import worth
 from ...objectives.parameterization import Interval, decode, encode, positions
 from .design import Candidate, Space
+from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criterion_by_counts
 from .exchange_points import Field, Fields
 from .feasible_set import Rng
 from .local_search import StopToken
+from .mount_points import MountPoints
 from .moves import vary
-from .ring_visibility import Around, rings_see
+from .ring_views import RingPlaces, Views, ring_views
+from .round import SPREADS, Round
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 
 
-@dataclass(frozen=True)
-class Round:
-    """One round of the exchange."""
-
-    points: int
-    """Points of all goals and poses together."""
-    keep: int
-    """Number of the best candidates that enter the round."""
-    sweeps: int
-    """Sweeps over the rings of each candidate."""
-    near: int
-    """Places tried near a ring's own."""
-    scale: float
-    """Distance of the near places, as a share of the ring's bounds."""
-    anywhere: int = 0
-    """Places tried anywhere in the feasible set."""
-    moves: int = 0
-    """Moves tried in each sweep: of sensors between rings where counts are free, else of rings."""
-
-
+_STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
-_SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of a round's scale
+_CHECKED = 2  # places of the best guessed values that are evaluated exactly
 
 
 class _Trials(NamedTuple):
@@ -63,32 +45,67 @@ class _Trials(NamedTuple):
     """Sign of the tilt, where all rings share its size."""
 
 
+class _Batch(NamedTuple):
+    """K places of one ring on one segment, with the points where it matters."""
+
+    i: int
+    """Number of the ring."""
+    ring: Ring
+    """The ring, at any place."""
+    trial: Int[np.ndarray, " K"]
+    """Index of each place among the trials."""
+    places: Float[np.ndarray, "3 K"]
+    """Positions, tilts and phases."""
+    points: MountPoints
+    """The points."""
+    guessed: bool
+    """Whether lines of sight can be guessed."""
+
+
 class Exchange:
-    """A candidate that improves by moving one ring at a time, while the covered share of a field
+    """A candidate that improves by moving one ring at a time, while the criterion on a field
     grows."""
 
-    def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
-        self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
+    def __init__(self, space: Space, c: Candidate, rng: Rng, criterion: ExchangeCriterion) -> None:
+        self._space, self.rng, self.candidate, self.value = space, rng, c, -np.inf
+        self._criterion, self._softness = criterion, 0.0
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
-    def look(self, field: Field) -> None:
-        """Evaluate on the points of ``field`` from now on."""
-        self._field = field
-        self._held = field.held.copy()
-        for ring in self._space.fixed:
-            self._held |= self._see(ring, np.array([[ring.position], [ring.tilt], [ring.phase]]))[0]
-        self._seen = np.zeros((self._space.places, len(field.part)), bool)
+    def look(self, field: Field, softness: float = 0.0) -> None:
+        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss."""
+        self._field, self._softness = field, softness
+        held, most, n = field.held, self._criterion.most, len(field.part)
+        nothing, none = np.zeros(n, np.uint8), np.zeros(n, np.uint16)
+        free = self._space.places
+        # a last group sees nothing, so that there is one where no ring and nothing else is
+        count = (*[nothing] * free, *np.minimum(held.count, np.uint8(most)), nothing)
+        sensor = (*[none] * free, *held.sensor, none) if self._criterion.named else None
+        self._tally, self._nothing = Tally(count, sensor), Views(nothing[None], none[None])
         self._places = np.full((3, self._space.places), np.nan)
         self.value = -np.inf
-        self._take(self.candidate)
+        self.offer(self.candidate)
 
     def _see(
-        self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None
-    ) -> Bool[np.ndarray, "K N"]:
+        self,
+        ring: Ring,
+        i: int,
+        places: Float[np.ndarray, "3 K"],
+        points: MountPoints | None = None,
+        occluded: bool = True,
+    ) -> Views:
+        """Return what ring ``i`` sees at places: positions, tilts and phases."""
         position, tilt, phase = places
-        points = points or self._field.around[ring.link]
+        field, criterion = self._field, self._criterion
         height = position * self._space.scene.robot.mount(ring.link).length
-        return rings_see(ring, points, height, tilt, phase, self._field.past.get(ring.link))
+        return ring_views(
+            ring,
+            points or field.points[ring.link],
+            RingPlaces(height, tilt, phase),
+            criterion.most,
+            field.past.get(ring.link) if occluded else None,
+            field.errors[i] if field.errors else None,
+            criterion.named,
+        )
 
     def _ring(self, c: Candidate, i: int) -> Ring:
         key = int(c.segment[i]), int(c.count[i])
@@ -99,11 +116,13 @@ class Exchange:
     def _stretch(self, c: Candidate) -> Interval:
         key = c.segment.tobytes() + c.sign.tobytes() * self._space.scene.rules.shared_tilt
         if key not in self._stretches:
+            while len(self._stretches) >= _STRETCHES:
+                del self._stretches[next(iter(self._stretches))]
             self._stretches[key] = self._space.stretch(c)
         return self._stretches[key]
 
-    def _take(self, c: Candidate) -> bool:
-        """Replace the candidate by ``c`` if that is better."""
+    def offer(self, c: Candidate) -> bool:
+        """Replace the candidate by ``c`` if that is better; return whether it is."""
         places = np.asarray(decode(self._stretch(c), self._space.values(c)))[
             :, : self._space.places
         ]
@@ -113,19 +132,17 @@ class Exchange:
             | (c.segment != old.segment)
             | (c.count != old.count)
         )
-        seen = self._seen.copy()
-        for i in np.flatnonzero(other).tolist():
-            seen[i] = (
-                self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
-            )
-        value = float(
-            worth(
-                self._field.part[seen.any(axis=0) | self._held].sum(axis=0, dtype=float),
-                self._space.scene,
-            )
+        tally = self._tally.changed(
+            {
+                i: self._see(self._ring(c, i), i, places[:, i : i + 1])
+                if c.segment[i] >= 0
+                else self._nothing
+                for i in np.flatnonzero(other).tolist()
+            }
         )
+        value = self._criterion.value(self._field, tally, self._softness)
         if better := value > self.value:
-            self.candidate, self.value, self._seen, self._places = c, value, seen, places
+            self.candidate, self.value, self._tally, self._places = c, value, tally, places
         return better
 
     def _others_kept(self, c: Candidate) -> Candidate:
@@ -153,35 +170,63 @@ class Exchange:
         The places tried are its own, ``near`` places close to it, and ``anywhere`` places in the
         feasible set.
         """
-        scene, field = self._space.scene, self._field
-        trials = self._drawn(i, near, scale, anywhere)
-        # The value depends only on the points (M,) of all (N,) that no other ring covers.
-        others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held  # (N,)
-        unseen = np.flatnonzero(~others)  # (M,)
-        seen = field.part[others].sum(axis=0, dtype=float)  # (G,), covered without this ring
-        part = field.part[unseen]  # (M, G)
-        best, winner = float(worth(seen + self._seen[i][unseen] @ part, scene)), None
-        step = max(_AT_ONCE // max(len(unseen), 1), 1)  # places tested at once
-        for s in {*trials.segment.tolist()}:
+        field, trials = self._field, self._drawn(i, near, scale, anywhere)
+        rest = self._criterion.rest(field, self._tally, i, self._softness)
+        (best,), winner = rest.values(self._tally.views(i, rest.index)), None
+        batches = self._batches(i, trials, rest)
+        if any(batch.guessed for batch in batches):
+            batches = self._promising(batches, rest)
+        for batch in batches:
+            value = self._values(batch, rest, False)
+            if value.max() > best:
+                best, winner = float(value.max()), batch.trial[int(value.argmax())]
+        if winner is not None:
+            s, values, sign = (a[winner] for a in trials)
+            moved = _with(self.candidate, i, int(s), values, sign)
+            if not self.offer(self._others_kept(moved)):
+                self.offer(moved)
+
+    def _batches(self, i: int, trials: _Trials, rest: Rest) -> list[_Batch]:
+        """Return the places to try for ring ``i``, in batches of one segment."""
+        batches = []
+        step = max(_AT_ONCE // max(len(rest.index), 1), 1)  # places tested at once
+        for s in dict.fromkeys(trials.segment.tolist()):
             mine = np.flatnonzero(trials.segment == s)  # (K,), trials on this segment
             there = _with(self.candidate, i, s, trials.values[0], 1.0)
             places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
             ring = self._ring(there, i)
-            points = field.around[ring.link].some(unseen)
-            for k in range(0, len(mine), step):
-                sees = self._see(ring, places[:, k : k + step], points)  # (step, M)
-                value = worth(seen + sees @ part, scene)  # (step,)
-                if value.max() > best:
-                    best, winner = float(value.max()), mine[k + int(value.argmax())]
-        if winner is not None:
-            s, values, sign = (a[winner] for a in trials)
-            moved = _with(self.candidate, i, int(s), values, sign)
-            if not self._take(self._others_kept(moved)):
-                self._take(moved)
+            points = self._field.points[ring.link].some(rest.index)
+            guessed = ring.link in self._field.outlook
+            batches += [
+                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], points, guessed)
+                for k in range(0, len(mine), step)
+            ]
+        return batches
+
+    def _values(self, batch: _Batch, rest: Rest, guess: bool) -> Float[np.ndarray, " K"]:
+        """Return the criterion for the places of a batch; a guess needs no lines of sight."""
+        ring, points = batch.ring, batch.points
+        guess &= batch.guessed
+        views = self._see(ring, batch.i, batch.places, points, not guess)
+        if guess:
+            height = batch.places[0] * self._space.scene.robot.mount(ring.link).length
+            views.counts[:] *= self._field.outlook[ring.link].clear(height, rest.index)
+        return rest.values(views)
+
+    def _promising(self, batches: list[_Batch], rest: Rest) -> list[_Batch]:
+        """Return batches of the few places whose guessed values are highest."""
+        guess = [self._values(batch, rest, True) for batch in batches]
+        least = np.sort(np.concatenate(guess))[-_CHECKED:][0]
+        each = [(b, np.flatnonzero(g >= least)) for b, g in zip(batches, guess, strict=True)]
+        return [
+            b._replace(trial=b.trial[some], places=b.places[:, some])
+            for b, some in each
+            if len(some)
+        ]
 
     def _drawn(self, i: int, near: int, scale: float, anywhere: int) -> _Trials:
         """Draw places for ring ``i``: first those near its own, then those anywhere."""
-        c, space, rng = self.candidate, self._space, self._rng
+        c, space, rng = self.candidate, self._space, self.rng
         link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
         free = space.room(np.delete(c.segment, i).tolist(), link, count)
         shared = space.scene.rules.shared_tilt
@@ -192,7 +237,9 @@ class Exchange:
         limits = np.array([space.limits(s, count) for s in some.tolist()])  # (S, 2, 3)
         low, high = limits[which, 0], limits[which, 1]  # (K, 3)
         values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
-        spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
+        spread = rng.choice(SPREADS, (near, 1)) * rng.standard_normal((near, 3))
+        alone = rng.integers(6, size=near)  # half of the places differ in one value only
+        spread[(alone[:, None] != np.arange(3)) & (alone[:, None] < 3)] = 0.0
         beside = c.values[:, i] + scale * spread * (high - low)[:near]  # (near, 3)
         values[:near] = np.clip(beside, low[:near], high[:near])
         sign[:near] = c.sign[i]
@@ -220,23 +267,34 @@ class Exchange:
     def move(self, near: int, scale: float, anywhere: int) -> None:
         """Vary one ring or move sensors between rings, improve the changed rings, and keep the
         result if it is better."""
-        other, c = copy(self), vary(self._space, self.candidate, self._rng)
+        other, c = copy(self), vary(self._space, self.candidate, self.rng)
         other.value = -np.inf
-        other._take(other._others_kept(c))
+        other.offer(other._others_kept(c))
         changed = ~self._unchanged(c)
         for i in c.rings[changed[c.rings]]:
             other.put(int(i), near, scale, anywhere)
         if other.value > self.value:
-            self.candidate, self.value, self._seen, self._places = (
+            self.candidate, self.value, self._tally, self._places = (
                 other.candidate,
                 other.value,
-                other._seen,
+                other._tally,
                 other._places,
             )
 
+    def active_poses(self, wide: Field, poses: int) -> Int[np.ndarray, " P"]:
+        """Return the ``poses`` worst poses by the points of ``wide``."""
+        self.look(wide)
+        return self.worst_poses(wide, poses)
+
+    def worst_poses(self, wide: Field, poses: int) -> Int[np.ndarray, " P"]:
+        """Return the ``poses`` worst poses by the points of ``wide``, at which it looks."""
+        assert isinstance(self._criterion, WorstPose)
+        every, zeta = self._criterion.by_pose(wide, self._tally)
+        return every[np.argsort(zeta, kind="stable")[:poses]]
+
     def sweep(self, r: Round, brake: StopToken) -> None:
         """Improve every ring once, in random order, and try ``r.moves`` moves, until a stop."""
-        for i in self._rng.permutation(self.candidate.rings):
+        for i in self.rng.permutation(self.candidate.rings):
             if brake.on():
                 return
             self.put(int(i), r.near, r.scale, r.anywhere)
@@ -247,9 +305,9 @@ class Exchange:
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:
-    """Return the value of a candidate on all points: its weighted covered share, reduced for missed
-    floors."""
-    here = Exchange(space, c, np.random.default_rng(0))
+    """Return the criterion of a candidate on all points, reduced for missed floors."""
+    criterion = criterion_by_counts(fields.scene, fields.aim)
+    here = Exchange(space, c, np.random.default_rng(0), criterion)
     here.look(fields.all)
     return here.value
 

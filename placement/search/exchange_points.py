@@ -1,95 +1,174 @@
-"""Sample points of the exchange, in each mount's coordinates, with the line-of-sight tables of its
-sensors."""
+"""Sample points of the exchange, in each mount's coordinates, with the occluders of its sensors."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Int
 
-from ...coverage.rings.ring import Setup
+from ...coverage.rings.mounting_errors import Misplaced
+from ...coverage.rings.ring import Group
 from ...coverage.robots.kinematics import forward
-from ...objectives.occlusion import occluders, setup_sight
+from ...objectives.criterion import Criterion
+from ...objectives.occlusion import occluders
+from ...objectives.scene import CoreScene
 from ...objectives.target_points import TargetPoints
 from .design import Space
-from .ring_visibility import Around, around
-from .visibility_table import VisibilityTable, build_visibility_table
+from .held_views import HeldViews, held_views, joined
+from .line_of_sight import LinkOccluders, link_occluders
+from .mount_points import MountPoints, mount_points
+from .outlook import Outlook
+from .ring_errors import RingErrors, ring_errors
 
+ACTIVE = 16  # poses at which a candidate is improved where the worst of more poses counts
+# points of each pose at which it is then judged: at most, at least, and of all poses together
+_JUDGED, _FEW, _MANY = 1024, 32, 1 << 19
 _FEWEST = 8  # fewest points of a goal at a pose
-_LOOKED_AT = 8192  # most points with occluders
 _BLINDED = 16  # most poses for which the first return is modelled; beyond them, shadows
+
+
+def active_poses(scene: CoreScene) -> bool:
+    """Return whether candidates are improved at few poses only: those that are worst for them."""
+    return scene.over_poses == "worst" and len(scene.poses) > ACTIVE
 
 
 @dataclass(frozen=True)
 class Field:
-    """Points of all goals at all poses."""
+    """Points of all goals at some poses, in all mountings."""
 
     part: Float[np.ndarray, "N G"]
-    """Share of each point in each goal's ζ."""
-    around: dict[str, Around]
+    """Share of each point in the mean of each goal over the poses."""
+    in_pose: Float[np.ndarray, " N"]
+    """Share of each point in the mean over the goals at its pose."""
+    points: dict[str, MountPoints]
     """The points in each link's mount coordinates."""
-    past: dict[str, VisibilityTable]
-    """Line-of-sight table of each link's sensors."""
-    held: Bool[np.ndarray, " N"]
-    """Whether a single sensor or one of the cell covers each point, which they do exactly."""
+    past: dict[str, LinkOccluders]
+    """Occluders of each link's sensors; empty where nothing occludes."""
+    errors: tuple[RingErrors, ...] | None
+    """Mounting errors of each place for a ring; None: perfect mounting."""
+    held: HeldViews
+    """What fixed rings, single sensors and the cell's sensors see."""
+    pose: Int[np.ndarray, " N"]
+    """Pose of each point."""
+    outlook: dict[str, Outlook]
+    """Guessed lines of sight of each link's rings; empty where exact ones cost little."""
+
+    @cached_property
+    def total(self) -> Float[np.ndarray, " G"]:
+        """Sum of the parts: the value of each goal where all points are covered."""
+        total: np.ndarray = self.part.sum(axis=0, dtype=float)
+        return total
 
 
 class Fields:
     """A scene's points in mount coordinates; a field takes the first points of each term."""
 
-    def __init__(self, space: Space, points: TargetPoints) -> None:
-        scene, each = space.scene, points.points[: len(points.points) // points.mountings]
-        self._terms = points.terms[: len(each)]
-        goal, pose = (np.array(column) for column in zip(*self._terms, strict=True))
-        self._parts = scene.pose_weights[pose][:, None] * (
-            goal[:, None] == np.arange(len(scene.goals))
-        )
+    def __init__(self, space: Space, points: TargetPoints, aim: Criterion | None = None) -> None:
+        """Compute once what fields share."""
+        self.space, self.scene, self.aim = space, space.scene, aim or Criterion()
+        scene = self.scene
+        self._goal, self._pose = (np.array(c) for c in zip(*points.terms, strict=True))  # (T,)
+        self._share = 1 / points.mountings
+        self._most = len(points.points[0])
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
-        self._most, self._past = len(each[0]), dict[str, VisibilityTable]()
-        if scene.occlusion != "ignore" or scene.obstacles:
-            self._most = min(self._most, max(_LOOKED_AT // len(each), _FEWEST))
-            each = [some[: self._most] for some in each]
-            self._past = _lookouts(space, frames, each, [p for _, p in self._terms])
-        self._each = [
-            {m.link: around(m, frames[p, m.frame], some) for m in scene.robot.mounts}
-            for (_, p), some in zip(self._terms, each, strict=True)
-        ]
-        standing = Setup((), scene.standing)
-        bare = replace(scene, cell_sensors=())
-        self._held = [
-            setup_sight(bare, standing, scene.poses[p].q).holds(some[: self._most])
-            for (_, p), some in zip(self._terms, each, strict=True)
-        ]
-        self.all = self.first(self._most * len(self._terms))
-
-    def first(self, count: int) -> Field:
-        """Return a field of about ``count`` points: the first points of each pair of goal
-        and pose."""
-        n = min(max(count // len(self._terms), _FEWEST), self._most)
-        part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
-        parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        joined = {
-            x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True)))
-            for x, p in parts.items()
+        mounting = np.arange(len(self._pose)) // (len(self._pose) // points.mountings)
+        terms = list(zip(self._pose.tolist(), mounting.tolist(), points.points, strict=True))
+        mounts = {s.link: scene.robot.mount(s.link) for s in space.segments}
+        self._each = {
+            link: [mount_points(m, frames[p, m.frame], some, p, d) for p, d, some in terms]
+            for link, m in mounts.items()
         }
-        number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
+        self._past = dict[str, LinkOccluders]()
+        if scene.occlusion != "ignore" or scene.obstacles:
+            way = [occluders(scene, p.q) for p in scene.poses]
+            blinding = scene.occlusion == "blind" and len(way) <= _BLINDED
+            self._past = {
+                link: link_occluders(m, frames[:, m.frame], way, blinding)
+                for link, m in mounts.items()
+            }
+        self._errors, of_held = _errors(space, self.aim)
+        groups: tuple[Group, ...] = (*scene.rules.fixed, *scene.rules.fixed_sensors)
+        self._held = [
+            held_views(scene, groups, p, some, None if of_held is None else of_held[d])
+            for p, d, some in terms
+        ]
+        self.all = self.first(self._most * len(terms))
+
+    @cached_property
+    def wide(self) -> Field | None:
+        """A field of all poses by which candidates are judged where the worst of many counts, while
+        each is improved at the poses that are worst for it; None elsewhere."""
+        if not active_poses(self.scene):
+            return None
+        poses = len(self.scene.poses)
+        return self.first(min(_JUDGED, max(_FEW, _MANY // poses)) * poses)
+
+    def first(self, count: int, poses: Int[np.ndarray, " A"] | None = None) -> Field:
+        """Return a field of about ``count`` points: the first points of each term at ``poses``, by
+        default at all of them."""
+        weights = self.scene.pose_weights
+        some = np.arange(len(self._pose))  # (T,), terms
+        if poses is not None:
+            some = np.flatnonzero(np.isin(self._pose, poses))
+            weights = weights / weights[np.unique(self._pose[some])].sum()
+        n = min(max(count // len(some), _FEWEST), self._most)
+        goal, pose = self._goal[some], self._pose[some]
+        part = (weights[pose] * self._share)[:, None] * (
+            goal[:, None] == np.arange(len(self.scene.goals))
+        )
+        in_pose = self.scene.goal_weights[goal] * self._share
+        points = {
+            link: MountPoints(
+                *(
+                    np.concatenate([a[:n] for a in column])
+                    for column in zip(*(each[i] for i in some), strict=True)
+                )
+            )
+            for link, each in self._each.items()
+        }
         return Field(
-            part,
-            {link: points._replace(number=number) for link, points in joined.items()},
+            np.repeat(part / n, n, axis=0).astype(np.float32),
+            np.repeat(in_pose / n, n).astype(np.float32),
+            points,
             self._past,
-            np.concatenate([held[:n] for held in self._held]),
+            self._errors,
+            joined([self._held[i].first(n) for i in some]),
+            np.repeat(pose, n),
+            {
+                link: Outlook(points[link], past, self.space.radii[link])
+                for link, past in self._past.items()
+                if not past.blinding
+            },
         )
 
 
-def _lookouts(
-    space: Space, frames: Float[np.ndarray, "P F 4 4"], points: list[np.ndarray], pose: list[int]
-) -> dict[str, VisibilityTable]:
-    """Return the line-of-sight table of each link's sensors."""
-    scene, tables = space.scene, {}
-    way = [occluders(scene, p.q) for p in scene.poses]
-    for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
-        mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
-        blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        tables[link] = build_visibility_table(
-            mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded
-        )
-    return tables
+def _errors(
+    space: Space, aim: Criterion
+) -> tuple[tuple[RingErrors, ...] | None, list[list[Misplaced]] | None]:
+    """Return the errors of each place for a ring, and in each mounting those of each fixed ring and
+    single sensor; None without errors.
+
+    They are common random numbers: those of a place and of each of its sensors do not depend on the
+    setup.
+    """
+    groups: tuple[Group, ...] = (*space.scene.rules.fixed, *space.scene.rules.fixed_sensors)
+    each = max([space.most, *(r.count for r in (space.layout.rings if space.layout else ()))])
+    counts = [each] * space.places + [g.count for g in groups]
+    first = np.cumsum([0, *counts])
+    drawn = aim.drawn(len(counts), int(first[-1]))
+    if drawn is None:
+        return None, None
+    number = [range(a, a + n) for a, n in zip(first, counts, strict=False)]
+    errors = tuple(ring_errors(drawn, i, number[i]) for i in range(space.places))
+    of_held = [
+        [
+            Misplaced(
+                drawn.slip[d : d + 1, i : i + 1],
+                drawn.turn[d : d + 1, i : i + 1],
+                drawn.seat[d : d + 1, list(number[i])],
+            )
+            for i in range(space.places, len(counts))
+        ]
+        for d in range(len(drawn))
+    ]
+    return errors, of_held

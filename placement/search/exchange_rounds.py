@@ -7,13 +7,15 @@ from itertools import repeat
 
 import numpy as np
 
+from .combining import Combining
 from .design import Candidate, Space
-from .exchange import Exchange, Round
-from .exchange_points import Fields
+from .exchange import Exchange
+from .exchange_criteria import criterion_by_counts
+from .exchange_points import ACTIVE, Fields
 from .local_search import StopToken
-from .moves import fresh
+from .round import Round
 
-_STREAM, _AHEAD = 3, 4  # random streams, besides those of the search
+_STREAM = 3  # random stream, besides those of the search
 
 
 def exchange(
@@ -25,9 +27,8 @@ def exchange(
     tell: Callable[[int, float, Candidate], None],
     known: Sequence[Candidate],
     rounds: Sequence[Round],
-    ahead: Sequence[Round] = (),
 ) -> list[Candidate]:
-    """Run an exchange from known and random starts.
+    """Run an exchange from known starts and from combinations of rings.
 
     Args:
         space: the setups to choose from.
@@ -37,10 +38,8 @@ def exchange(
         threads: share the candidates of a round.
         tell: receives the round, the finished part of it, and the best candidate so far, in the
             calling thread.
-        known: starts besides the random ones.
+        known: starts besides those.
         rounds: the rounds to run.
-        ahead: extra rounds for the best candidates of the first round, so that a good answer is
-            available early; they matter only if the exchange is cut short.
 
     Returns:
         The candidates of the last round, the best first.
@@ -48,30 +47,22 @@ def exchange(
     drawn = [
         np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))
     ]
-    starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
-    pool = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)]
-    scouts = list[Exchange]()
+    criterion = criterion_by_counts(fields.scene, fields.aim)
     runner = _Runner(fields, brake, threads, tell)
+    combining = Combining(space, fields, seed, brake, threads)
+    starts = combining.starts(rounds[0], known, drawn)
+    pool = [Exchange(space, c, rng, criterion) for c, rng in zip(starts, drawn, strict=True)]
     try:
         for number, r in enumerate(rounds):
-            pool = _best(pool, r.keep if number else None)
-            runner.run(number, r, pool, True)
-            if number == 0 and ahead and not brake.on():
-                scouts = [
-                    Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k)))
-                    for k, e in enumerate(_best(pool, ahead[0].keep))
-                ]
-                for one in ahead:
-                    scouts = _best(scouts, one.keep)
-                    runner.run(number, one, scouts, False)
-                    if brake.on():
-                        break
+            pool = _best(pool, r.keep) if number else pool
+            runner.look(r, pool)
+            if number and not brake.on():
+                combining.improve(number, r, pool)
+            runner.run(number, r, pool)
             if brake.on():
                 break
     except KeyboardInterrupt:
         brake.pulled.set()
-    if brake.on():
-        pool = [*pool, *scouts]
     return [e.candidate for e in _best(pool)]
 
 
@@ -88,17 +79,33 @@ class _Runner:
     tell: Callable[[int, float, Candidate], None]
     """Receives the progress; see ``exchange``."""
 
-    def run(self, number: int, r: Round, some: list[Exchange], counts: bool) -> None:
-        """Run the sweeps of a round; one that only looks ahead does not count as progress."""
-        list(self.threads.map(Exchange.look, some, repeat(self.fields.first(r.points))))
+    def look(self, r: Round, some: list[Exchange]) -> None:
+        """Evaluate candidates on a round's points."""
+        field = self.fields.wide or self.fields.first(r.points)
+        list(self.threads.map(Exchange.look, some, repeat(field), repeat(r.softness)))
+
+    def run(self, number: int, r: Round, some: list[Exchange]) -> None:
+        """Run the sweeps of a round."""
         for i in range(r.sweeps):
-            list(self.threads.map(Exchange.sweep, some, repeat(r), repeat(self.brake)))
-            done = (i + 1) / r.sweeps if counts else 1.0
-            self.tell(number, done, _best(some)[0].candidate)
+            sweep = Exchange.sweep if self.fields.wide is None else self._sweep_worst
+            list(self.threads.map(sweep, some, repeat(r), repeat(self.brake)))
+            self.tell(number, (i + 1) / r.sweeps, _best(some)[0].candidate)
             if self.brake.on():
                 break
+        if not r.sweeps:
+            self.tell(number, 1.0, _best(some)[0].candidate)
+
+    def _sweep_worst(self, one: Exchange, r: Round, brake: StopToken) -> None:
+        """Run a sweep at the poses that are worst for a candidate, and judge it at all poses."""
+        wide = self.fields.wide
+        assert wide is not None
+        poses = one.active_poses(wide, ACTIVE)
+        one.look(self.fields.first(r.points, poses), r.softness)
+        one.sweep(r, brake)
+        one.look(wide)
 
 
 def _best(some: list[Exchange], count: int | None = None) -> list[Exchange]:
-    """Return at most ``count`` of the exchanges, the best first."""
-    return sorted(some, key=lambda e: -e.value)[:count]
+    """Return at most ``count`` of the exchanges, the best first, and of equal ones only one."""
+    distinct = {e.value: e for e in some}
+    return sorted(distinct.values(), key=lambda e: -e.value)[:count]

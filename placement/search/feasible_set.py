@@ -221,10 +221,11 @@ class FeasibleSet:
 
     def pick(self, rng: Rng, free: Sequence[int]) -> int:
         """Draw one of the segments ``free`` with a probability proportional to its length."""
-        size = np.array([self._length(self.segments[i]) for i in free])
+        size = np.array([self.length(self.segments[i]) for i in free])
         return int(rng.choice(free, p=size / size.sum()))
 
-    def _length(self, s: Segment) -> float:
+    def length(self, s: Segment) -> float:
+        """Return the length of a segment, m; that of one without room to move counts as 0.1."""
         return max((s.high - s.low) * self.scene.robot.mount(s.link).length, 0.1)
 
     def limits(

@@ -61,7 +61,7 @@ def fewest_rings(
 
     A first search chooses the number of rings. Searches with one ring less each follow, started
     from the results before them, until one falls short of the margin. They share sample points,
-    line-of-sight tables and the compiled objective. This does not prove that fewer rings are
+    occluders and the compiled objective. This does not prove that fewer rings are
     impossible: searches find good setups, not bounds.
 
     Args:

@@ -17,7 +17,7 @@ from .schedule import Schedule
 from .search import SearchResult, search
 
 _FIRST = 24  # sensors in the first search
-_MOST = 1000
+_MOST = 2000
 _GROWTH = 1.6  # factor between sensor counts until one suffices
 
 

@@ -25,7 +25,7 @@ from .exchange_rounds import exchange
 from .local_search import CutShortError, StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress
-from .schedule import FINALISTS, Schedule, Stage, exchange_sees_all
+from .schedule import Schedule, Stage
 from .search_points import SearchPoints
 
 # two starts or variants differ if more than this share of their sensors sit elsewhere
@@ -67,12 +67,12 @@ class Pool:
         self._sizes = SearchPoints.sizes(scene, aim, schedule)
         self._drawn = points or SearchPoints(scene, space, aim, schedule, seed)
         self.points, self.objective = self._drawn.points, self._drawn.objective
-        self.fields = self._drawn.fields if exchange_sees_all(scene, space, aim) else None
+        self.fields = self._drawn.fields
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule.rounds) + len(schedule.stages))
         self.first: list[Candidate] = []
-        self.evaluations, self._judging = 0, scene.pose_weights
-        self.ready = time.monotonic()  # when points and line-of-sight tables were there
+        self.evaluations = 0
+        self.ready = time.monotonic()  # when points and occluders were there
 
     @property
     def width(self) -> float:
@@ -86,12 +86,15 @@ class Pool:
     def soft(self, c: Candidate) -> float | None:
         """Return the soft value of a candidate on all points.
 
-        Without local search it is the share of the exchange's points that the candidate covers,
-        which needs no compilation; None where that is no estimate, because the exchange does not
-        evaluate the whole criterion, and where a stop came first.
+        Without local search it is the criterion on the exchange's points, which needs no
+        compilation. None where a stop came first.
         """
         if not self.evaluations:
-            return share_of(self.space, self.fields, c) if self.fields else None
+            try:
+                return share_of(self.space, self.fields, c)
+            except KeyboardInterrupt:
+                self.brake.pulled.set()
+                return None
         value = self.threads.submit(
             self.objective.soft, *arrays_of(self.space, [c]), self.width, self.widest
         )
@@ -108,8 +111,7 @@ class Pool:
     def exchange(self) -> None:
         """Run the rounds of the exchange.
 
-        The result replaces the pool if the exchange evaluated the whole criterion; otherwise its
-        best candidates, half the number of starts, join the known starts.
+        The result replaces the pool.
         """
 
         def tell(number: int, over: float, c: Candidate) -> None:
@@ -118,26 +120,21 @@ class Pool:
                 round(100 * over),
                 100,
             )
-            if self.fields:
-                self._show(c)
+            self._show(c)
             self.tell(self.progress)
 
         if rounds := self.schedule.rounds:
-            fields = self._drawn.fields
             self.ready = time.monotonic()
-            exchanged = exchange(
+            self.some = exchange(
                 self.space,
-                fields,
+                self.fields,
                 self.seed,
                 self.brake,
                 self.threads,
                 tell,
                 self.some,
                 rounds,
-                self.schedule.ahead,
-            )
-            most = self.schedule.starts
-            self.some = exchanged[:most] if self.fields else [*exchanged[: most // 2], *self._known]
+            )[: self.schedule.starts]
 
     def climb(self) -> None:
         """Add random candidates up to the number of starts, then run the stages of local search.
@@ -159,7 +156,6 @@ class Pool:
             ]
             poses = self._looked_at(self._at_once[0], self.some or drawn[:1], clouds)
             self.some += self._best(drawn, most, SHARP, clouds, poses)
-        self._judging = self._looked_at(max(self._at_once), self.some[:FINALISTS], self.widest)
         starts = [*self.some, *self._known]
         self.first = [starts[int(np.argmax(self._worth(starts)))]]
         self._show(self.first[0])
@@ -216,11 +212,7 @@ class Pool:
             poses,
         )
         there = replace(c, values=result.values[:, : space.places])
-        share = (
-            self._soft([there], SHARP, clouds, poses)[0]
-            if self.fields is None
-            else share_of(space, self.fields, there)
-        )
+        share = share_of(self.space, self.fields, there)
         return there, float(share), result.evaluations
 
     def _watch(self, jobs: Sequence[Future[tuple[Candidate, float, int]]]) -> None:
@@ -245,11 +237,9 @@ class Pool:
         if share > self.progress.best:
             self.progress.best, self.progress.setup = float(share), self.space.setup(c)
 
-    def _worth(self, some: list[Candidate]) -> Any:
-        """Return the share of all points that each candidate covers."""
-        if self.fields:
-            return [share_of(self.space, self.fields, c) for c in some]
-        return self._scores(some, SHARP, self.widest, self._judging)
+    def _worth(self, some: list[Candidate]) -> list[float]:
+        """Return the criterion of each candidate on all points."""
+        return [share_of(self.space, self.fields, c) for c in some]
 
     def _looked_at(self, count: int, some: list[Candidate], clouds: Cloud) -> Any:
         """Return weights of a subset of about ``count`` representative poses."""

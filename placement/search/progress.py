@@ -28,7 +28,7 @@ class Statistics:
     """Sigmoid width of the last stage, m; 0 without local search, when the soft value is a share of
     points."""
     start_up: float = 0.0
-    """Wall-clock time until points and line-of-sight tables existed, s; no cap cuts it."""
+    """Wall-clock time until points and occluders existed, s; no cap cuts it."""
     counting: float = 0.0
     """Wall-clock time of the exact count of the finalists, s; no cap cuts it."""
 

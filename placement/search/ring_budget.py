@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-MOST_RINGS = 16  # free rings in a search that chooses counts
+MOST_RINGS = 64  # free rings in a search that chooses counts: work and memory grow with them
 
 
 @dataclass(frozen=True)

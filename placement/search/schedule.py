@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from .design import Space
-from .exchange import Round
+from .exchange_points import active_poses
+from .round import Round
 
 FINALISTS = 3  # results of local search that the exact count compares, besides the best start
 
@@ -33,24 +34,60 @@ FIXED = (
     Round(16384, 4, 4, 24, 0.03, 4, 1),
     Round(32768, 3, 4, 24, 0.015, 2, 1),
 )
+# each candidate has a library of its own at first, as one shared by all makes all alike
+_APART = (
+    Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
+    Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
+    Round(4096, 12, 0, 0, 0.15, trials=150, library=500, beside=60, own=True),
+)
 FREE = (
+    *_APART,
+    Round(8192, 9, 2, 16, 0.1, 6, 4, trials=150, library=500, beside=60, own=True),
+    Round(16384, 5, 2, 16, 0.06, 4, 4, trials=200, library=1000, beside=50),
+    Round(65536, 3, 3, 16, 0.03, 2, trials=60, library=300, beside=30),
+    Round(131072, 2, 5, 20, 0.012),
+)
+CLOSE_FREE = (
+    *_APART,
+    Round(8192, 8, 2, 16, 0.1, 6, 4, trials=150, library=500, beside=60, own=True),
+    Round(16384, 4, 3, 16, 0.05, 4, trials=200, library=1000, beside=50),
+    Round(65536, 2, 4, 20, 0.012),
+)
+# free counts without a library: sensors move between rings, one random move after the other
+MOVING = (
     Round(2048, 16, 2, 16, 0.2, 16, 8),
     Round(4096, 6, 10, 16, 0.1, 12, 16),
     Round(8192, 3, 16, 16, 0.06, 8, 16),
     Round(16384, 2, 10, 24, 0.03, 4, 12),
     Round(32768, 2, 4, 24, 0.015, 2, 4),
 )
-AHEAD = (Round(8192, 3, 2, 24, 0.12, 12, 1), Round(16384, 2, 2, 24, 0.05, 6, 1))
-AHEAD_FREE = (Round(8192, 2, 4, 16, 0.06, 8, 16),)
+CLOSE = (
+    Round(2048, 16, 3, 16, 0.2, 16, 1),
+    Round(4096, 8, 6, 16, 0.12, 12, 1),
+    Round(8192, 5, 8, 20, 0.06, 6, 1),
+    Round(16384, 3, 8, 24, 0.03, 2, 1),
+    Round(65536, 2, 5, 24, 0.01),
+)
+THOROUGH = (
+    Round(2048, 20, 3, 16, 0.2, 16, 1),
+    Round(4096, 12, 6, 16, 0.12, 12, 2),
+    Round(8192, 8, 10, 20, 0.06, 6, 1),
+    Round(16384, 4, 12, 24, 0.03, 2, 1),
+    Round(65536, 2, 8, 24, 0.006),
+)
+WORST = (
+    Round(8192, 12, 3, 16, 0.2, 16, 1),
+    Round(16384, 6, 5, 20, 0.08, 6, 1),
+    Round(32768, 3, 8, 24, 0.03, 2, 1),
+    Round(65536, 2, 6, 24, 0.012),
+)
 
 
 @dataclass(frozen=True)
 class Schedule:
     """Schedule of a search: exchange, stages of local search, exact count of the finalists.
 
-    To give a good answer early, the best candidates of the first round run through rounds of their
-    own (``ahead``) before the others continue, and the best starts are refined before any variants
-    are drawn.
+    To give a good answer early, the best starts are refined before any variants are drawn.
     """
 
     starts: int = 16
@@ -68,8 +105,6 @@ class Schedule:
     candidates for starts."""
     rounds: tuple[Round, ...] = ()
     """Rounds of the exchange."""
-    ahead: tuple[Round, ...] = ()
-    """Extra rounds for the best candidates of the first round."""
 
 
 _FROM_GOOD = (
@@ -78,47 +113,41 @@ _FROM_GOOD = (
     Round(32768, 3, 4, 24, 0.02, 2, 1),
 )
 _FROM_GOOD_FREE = (
+    Round(8192, 6, 2, 16, 0.15, 4, trials=200, library=1500, beside=40),
+    Round(16384, 3, 3, 16, 0.04, 2, trials=150, library=300, beside=40),
+    Round(32768, 2, 4, 24, 0.015),
+)
+_FROM_GOOD_MOVING = (
     Round(8192, 8, 4, 16, 0.2, 12, 8),
     Round(16384, 4, 6, 24, 0.06, 8, 8),
     Round(32768, 2, 4, 24, 0.02, 2, 4),
-)
-_CLIMB = (
-    Stage(0.03, 4096, 30, 4, variants=6),
-    Stage(0.02, 8192, 40, 3, variants=3),
-    Stage(0.008, 32768, 80, 2),
 )
 _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
 def usual(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
-    """Return the default schedule.
+    """Return the default schedule: an exchange, which combines rings from libraries where the space
+    leaves counts free.
 
-    It starts with an exchange, which moves sensors between rings where the space leaves counts
-    free. Local search only refines the result where the exchange evaluates the whole criterion, or
-    nearly so.
+    Local search refines its best results for ζ itself with cones, in given rings and without
+    occluders. Elsewhere further sweeps of the exchange gain more in the same time.
     """
-    rounds = FIXED if space.layout else FREE
-    if exchange_sees(scene, space, aim):
-        starts = FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS
-        return Schedule(starts, _REFINE, rounds=rounds, ahead=AHEAD if space.layout else AHEAD_FREE)
-    return Schedule(rounds=rounds)
+    clear = scene.occlusion == "ignore" and not scene.obstacles
+    mean = aim.plain and scene.over_poses == "mean"
+    if space.layout is None:
+        rounds = FREE if clear and mean else CLOSE_FREE
+        return Schedule(FINALISTS, (), rounds=MOVING if scene.rules.shared_tilt else rounds)
+    if clear and mean and not space.square:
+        return Schedule(FINALISTS, _REFINE, rounds=FIXED)
+    if active_poses(scene):
+        return Schedule(FINALISTS, (), rounds=WORST)
+    close = THOROUGH if aim.seen > 1 or aim.losing == "ring" else CLOSE
+    return Schedule(FINALISTS, (), rounds=close)
 
 
 def short(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
-    """Return the schedule for a search that starts from good setups: the exchange alone, where it
-    evaluates the whole criterion."""
-    if exchange_sees_all(scene, space, aim):
-        return Schedule(FINALISTS, (), rounds=_FROM_GOOD if space.layout else _FROM_GOOD_FREE)
-    return Schedule(8, _CLIMB, draws=256)
-
-
-def exchange_sees_all(scene: CoreScene, space: Space, aim: Criterion) -> bool:
-    """Return whether the exchange evaluates the whole criterion: the mean of ζ, with cones and
-    without occluders."""
-    return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
-
-
-def exchange_sees(scene: CoreScene, space: Space, aim: Criterion) -> bool:
-    """Return whether the exchange evaluates the whole criterion, except that it reads occlusion
-    from a table."""
-    return aim.plain and scene.over_poses == "mean" and not space.square
+    """Return the schedule for a search that starts from good setups: the exchange alone."""
+    if space.layout is not None:
+        return Schedule(FINALISTS, (), rounds=_FROM_GOOD)
+    free = _FROM_GOOD_MOVING if scene.rules.shared_tilt else _FROM_GOOD_FREE
+    return Schedule(FINALISTS, (), rounds=free)

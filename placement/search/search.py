@@ -1,9 +1,9 @@
 """The search: coordinate exchange ring by ring, then local search on the soft ζ while the sigmoid
 narrows.
 
-The local search starts from the best results of the exchange. Where the exchange cannot evaluate
-the whole criterion, diverse random starts and variants join them. The exact count chooses among the
-finalists.
+The exchange evaluates every criterion itself. Local search starts from its best results where it
+gains; a schedule without an exchange starts it from diverse random candidates. The exact count
+chooses among the finalists.
 
 The sigmoid is narrow from the start. A wide one counts points between many cones as covered and so
 prefers other setups than the exact count does: at 0.1 m, local search moves away from the best
@@ -83,12 +83,12 @@ def search(
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
     A cut leaves a compilation that is under way to its thread. What the cap does not hold for is
-    the start-up, until points and line-of-sight tables are there, and the exact count of the
-    finalists; the statistics have both.
+    the start-up, until the points are there, and the exact count of the finalists; the statistics
+    have both.
     The paper's tilts are among the starts, and the best of all starts is among the finalists, so
-    the answer is never worse than those. With many poses, each stage uses a representative subset
-    of poses, which grows as the sigmoid narrows; where the worst pose counts, half of the subset
-    are the worst poses so far.
+    the answer is never worse than those. With many poses, each stage of local search uses a
+    representative subset of poses, which grows as the sigmoid narrows; where the worst pose counts,
+    the exchange improves each candidate at the poses that are worst for it.
 
     Args:
         scene: robot, poses, goals, limits.
@@ -137,9 +137,12 @@ def _counted(
     """Return the finalist that the exact count prefers, with the search's statistics."""
     space, brake, aim = pool.space, pool.brake, pool.aim
     progress, late = pool.progress, brake.on()
-    finalists = apart(
-        space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck
-    )
+    some = [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)]
+    try:
+        finalists = apart(space, some, pool.luck)
+    except KeyboardInterrupt:
+        brake.pulled.set()
+        finalists = apart(space, some, pool.luck)
     setups = [rounded(space.setup(c), pool.scene.sensor) for c in finalists]
 
     def counting(counted: int, to_count: int) -> None:

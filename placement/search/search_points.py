@@ -9,14 +9,18 @@ from ...objectives.scene import CoreScene
 from ...objectives.soft_objective import CoverageObjective
 from ...objectives.target_points import TargetPoints
 from .design import Space
-from .exchange_points import Fields
+from .exchange_points import ACTIVE, Fields, active_poses
 from .schedule import Schedule
 
-_LEAST = 256  # fewest points of a goal at a pose
+_LEAST = 256  # fewest points of a goal at a pose in a stage of local search
+_SPARSE = 8  # fewest points of a goal at a pose at all
+# points of all goals, poses and mountings up to which each has ``_LEAST`` of them: with thousands
+# of poses they would fill the memory
+_MANY = 1 << 19
 
 
 class SearchPoints:
-    """Points, objective and line-of-sight tables of a search.
+    """Points, objective and occluders of a search.
 
     They depend on the scene, the criterion, the seed, and the links, radii and sensors of a space.
     Searches that differ only in the number of rings can share them, with the compiled objective.
@@ -30,9 +34,12 @@ class SearchPoints:
         Raises:
             ValueError: for an empty target, or floors of goals that the criterion does not support.
         """
-        self._space, goals = space, len(scene.goals) * aim.mountings
-        exchanged = [r.points // (goals * len(scene.poses)) for r in schedule.rounds]
-        most = max([_LEAST, *self.sizes(scene, aim, schedule), *exchanged])
+        self._space, self._aim, goals = space, aim, len(scene.goals) * aim.mountings
+        poses = ACTIVE if active_poses(scene) else len(scene.poses)
+        exchanged = [r.points // (goals * poses) for r in schedule.rounds]
+        terms = goals * len(scene.poses)
+        least = min(_LEAST, max(_SPARSE, _MANY // terms))
+        most = max([least, *self.sizes(scene, aim, schedule), *exchanged])
         self.points = TargetPoints(scene, most, seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
 
@@ -53,5 +60,5 @@ class SearchPoints:
 
     @cached_property
     def fields(self) -> Fields:
-        """The points in mount coordinates, with the line-of-sight tables."""
-        return Fields(self._space, self.points)
+        """The points in mount coordinates, with the occluders."""
+        return Fields(self._space, self.points, self._aim)

@@ -1,0 +1,107 @@
+"""Combinations of rings as starts of an exchange, and between its rounds."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from .design import Candidate, Space
+from .exchange import Exchange
+from .exchange_points import ACTIVE, Field, Fields
+from .feasible_set import Rng
+from .local_search import StopToken
+from .moves import fresh
+from .ring_library import RingLibrary, ring_library
+from .round import Round
+from .ruin_recreate import RuinRecreate
+
+_STREAM = 5  # random stream of the libraries, besides those of the search
+
+
+@dataclass(frozen=True)
+class Combining:
+    """Improves whole combinations of rings, which an exchange moves one by one."""
+
+    space: Space
+    """The setups to choose from."""
+    fields: Fields
+    """Points of the scene."""
+    seed: int
+    """Random seed of the libraries."""
+    brake: StopToken
+    """Ends the work."""
+    threads: ThreadPoolExecutor
+    """Share the work."""
+
+    def starts(self, r: Round, known: Sequence[Candidate], rngs: Sequence[Rng]) -> list[Candidate]:
+        """Return a start for each random generator: first those from ``known``.
+
+        After Ctrl-C they are ``known`` and random.
+        """
+        some: list[Candidate | None] = [*known, *[None] * (len(rngs) - len(known))]
+        try:
+            if self._helps(r):
+                some = self._improved(0, r, self.fields.first(r.points), some, rngs)
+        except KeyboardInterrupt:
+            self.brake.pulled.set()
+        return [c or fresh(self.space, rng) for c, rng in zip(some, rngs, strict=True)]
+
+    def improve(self, number: int, r: Round, some: Sequence[Exchange]) -> None:
+        """Offer each exchange, which looks at the points of a round, another combination like its
+        own."""
+        if not self._helps(r):
+            return
+        poses, wide = None, self.fields.wide
+        if wide is not None:
+            poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in some]))
+        field = self.fields.first(r.points, poses)
+        each = self._improved(number, r, field, [e.candidate for e in some], [e.rng for e in some])
+        for one, c in zip(some, each, strict=True):
+            if c is not None:
+                one.offer(c)
+
+    def _helps(self, r: Round) -> bool:
+        """Return whether a round combines rings: their numbers of sensors and tilts must be
+        free."""
+        space = self.space
+        free = space.layout is None and not space.scene.rules.shared_tilt
+        return bool(r.trials and space.places and free)
+
+    def _improved(
+        self,
+        number: int,
+        r: Round,
+        field: Field,
+        some: Sequence[Candidate | None],
+        rngs: Sequence[Rng],
+    ) -> list[Candidate | None]:
+        """Return a better combination for each candidate, or a new one where it is None."""
+        if r.own:
+            libraries = [
+                self._library(r, field, [c], rng) for c, rng in zip(some, rngs, strict=True)
+            ]
+            starts = [library.own[0].tolist() if library.own else None for library in libraries]
+        else:
+            rng = np.random.default_rng((self.seed, _STREAM, number))
+            libraries = [self._library(r, field, some, rng)] * len(some)
+            own = iter(libraries[0].own)
+            starts = [None if c is None else next(own).tolist() for c in some]
+        losing = self.fields.aim.losing
+
+        def improved(library: RingLibrary, start: list[int] | None, rng: Rng) -> Candidate | None:
+            ruin = RuinRecreate(library, rng, losing)
+            best = ruin.improved(start, r.trials, self.brake)
+            return None if best is None else library.candidate(best.chosen)
+
+        return list(self.threads.map(improved, libraries, starts, rngs))
+
+    def _library(
+        self, r: Round, field: Field, some: Sequence[Candidate | None], rng: Rng
+    ) -> RingLibrary:
+        """Return a library that holds the rings of the candidates, and places near them."""
+        known = [c for c in some if c is not None]
+        return ring_library(
+            *(self.space, field, self.fields.aim.seen, rng, self.threads, self.brake),
+            *(r.library, known, r.beside, r.scale),
+        )

@@ -1,0 +1,205 @@
+"""What hides points from the sensors on one link.
+
+All is in the coordinates of the link's mount, in which most bodies of the robot are at the same
+place at many poses: the different places are stored once.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...coverage.occlusion.occluders import Occluders
+from ...coverage.robots.robot import Mount
+from ...coverage.solids.polyhedra import Polyhedron, placed
+
+# of its radius, length of the parts of a capsule in balls; most parts
+_PART, _PARTS = 0.6, 24
+_SAME = 9  # decimals of m to which places of bodies are the same
+_NIL = np.float32(1e-12)
+
+
+@dataclass(frozen=True)
+class LinkOccluders:
+    """The occluders of P poses in the coordinates of a link's mount: U places of capsules."""
+
+    start: Float[np.ndarray, "U 3"]
+    """Start of each capsule's axis, m."""
+    end: Float[np.ndarray, "U 3"]
+    """End of each capsule's axis, m."""
+    radius: Float[np.ndarray, " U"]
+    """Radius of each capsule, m."""
+    capsules: Int[np.ndarray, "P B"]
+    """Index of each of the B capsules at each pose."""
+    bodies: tuple[Polyhedron, ...]
+    """Places of convex obstacles."""
+    obstacles: Int[np.ndarray, "P O"]
+    """Index of each of the O obstacles at each pose."""
+    blinding: bool
+    """Whether what is in a sensor's beam blinds it (first return) instead of casting a shadow."""
+
+    @cached_property
+    def balls(
+        self,
+    ) -> tuple[Float[np.ndarray, "Q 3"], Float[np.ndarray, " Q"], Int[np.ndarray, " U"]]:
+        """Balls that hold the capsules: centres and radii, m, and the first ball of each."""
+        way = self.end - self.start
+        length = np.linalg.norm(way, axis=1)
+        parts = np.ceil(length / np.maximum(_PART * self.radius, 1e-3)).astype(int)
+        parts = np.clip(parts, 1, _PARTS)
+        first = np.cumsum(parts) - parts
+        body = np.repeat(np.arange(len(parts)), parts)
+        at = (np.arange(len(body)) - first[body] + 0.5) / parts[body]
+        centre = self.start[body] + at.astype(np.float32)[:, None] * way[body]
+        return centre, (self.radius + length / (2 * parts))[body].astype(np.float32), first
+
+    def clear(
+        self,
+        a: list[Float[np.ndarray, " T"]],
+        u: list[Float[np.ndarray, " T"]],
+        pose: Int[np.ndarray, " T"],
+        beams: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+    ) -> Bool[np.ndarray, " T"]:
+        """Return whether the segments from ``a`` by ``u``, coordinates (T,) in m, are clear.
+
+        Args:
+            a: starts of the segments.
+            u: vectors to their ends.
+            pose: pose of each segment.
+            beams: which capsules (U, S) and obstacles (V, S) the beams of sensors may meet, and the
+                sensor (T,) of each segment; None: any of them.
+        """
+        clear = np.ones(len(pose), bool)
+        if beams is not None:
+            body = self.capsules[pose if len(self.capsules) > 1 else np.zeros_like(pose)]  # (T, B)
+            t, b = np.nonzero(beams[0][body, beams[2][:, None]])
+            if len(t):
+                hidden = self._behind_capsule(body[t, b], *([v[t] for v in w] for w in (a, u)))
+                clear[t[hidden]] = False
+        else:
+            for column in self.capsules.T:
+                self._hide(clear, column, self._behind_capsule, a, u, pose)
+        for column in self.obstacles.T:
+            self._hide(clear, column, self._behind_obstacle, a, u, pose, beams)
+        return clear
+
+    def _hide(
+        self,
+        clear: Bool[np.ndarray, " T"],
+        column: Int[np.ndarray, " P"],
+        hides: Callable[..., Bool[np.ndarray, " T"]],
+        a: list[Float[np.ndarray, " T"]],
+        u: list[Float[np.ndarray, " T"]],
+        pose: Int[np.ndarray, " T"],
+        beams: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+    ) -> None:
+        """Clear the flags of segments that one body hides, whose index at each pose is
+        ``column``."""
+        body = column[pose] if len(column) > 1 else column[:1]
+        some = np.flatnonzero(clear if beams is None else beams[1][body, beams[2]] & clear)
+        if len(some):
+            mine = body[some] if len(column) > 1 else body
+            clear[some] = ~hides(mine, *([v[some] for v in w] for w in (a, u)))
+
+    @cached_property
+    def _axes(self) -> tuple[Float[np.ndarray, "3 U"], Float[np.ndarray, "3 U"]]:
+        """Starts and ways of the capsules' axes, a row for each coordinate."""
+        return np.ascontiguousarray(self.start.T), np.ascontiguousarray((self.end - self.start).T)
+
+    def _behind_capsule(
+        self, body: Int[np.ndarray, "*T"], a: list[np.ndarray], u: list[np.ndarray]
+    ) -> Bool[np.ndarray, " T"]:
+        """Return which of the segments from ``a`` by ``u`` come nearer to a capsule's axis than its
+        radius."""
+        start, w = ([row[body] for row in rows] for rows in self._axes)
+        r = [v - c for v, c in zip(a, start, strict=True)]
+        uu, uw, ww, ur, wr = (_dot(*pair) for pair in ((u, u), (u, w), (w, w), (u, r), (w, r)))
+        uu, ww = np.maximum(uu, _NIL), np.maximum(ww, _NIL)
+        # the places of the nearest points on the lines, then on the segments
+        s = np.minimum(np.maximum((uw * wr - ur * ww) / np.maximum(uu * ww - uw * uw, _NIL), 0), 1)
+        t = np.minimum(np.maximum((uw * s + wr) / ww, 0), 1)
+        s = np.minimum(np.maximum((uw * t - ur) / uu, 0), 1)
+        gap = [x + s * y - t * z for x, y, z in zip(r, u, w, strict=True)]
+        hidden: np.ndarray = _dot(gap, gap) < self.radius[body] ** 2
+        return hidden
+
+    def _behind_obstacle(
+        self, body: Int[np.ndarray, "*T"], a: list[np.ndarray], u: list[np.ndarray]
+    ) -> Bool[np.ndarray, " T"]:
+        """Return which of the segments from ``a`` by ``u`` cross an obstacle."""
+        hidden = np.zeros(len(u[0]), bool)
+        for one in np.unique(body).tolist():
+            mine = np.flatnonzero(np.broadcast_to(body == one, hidden.shape))
+            enter, leave = np.zeros(len(mine), np.float32), np.ones(len(mine), np.float32)
+            beside = np.zeros(len(mine), bool)
+            for normal, offset in zip(
+                self.bodies[one].normal, self.bodies[one].offset, strict=True
+            ):
+                here = sum(c * v[mine] for c, v in zip(normal, a, strict=True)) - offset
+                steep = sum(c * v[mine] for c, v in zip(normal, u, strict=True))
+                place = -here / np.where(steep == 0, 1.0, steep)
+                enter = np.where(steep < 0, np.maximum(enter, place), enter)
+                leave = np.where(steep > 0, np.minimum(leave, place), leave)
+                beside |= (steep == 0) & (here > 0)
+            hidden[mine] = (enter < leave) & ~beside
+        return hidden
+
+
+def link_occluders(
+    mount: Mount,
+    frames: Float[np.ndarray, "P 4 4"],
+    occluders: Sequence[Occluders],
+    blinding: bool,
+) -> LinkOccluders:
+    """Return the occluders at P poses in the coordinates of a mount.
+
+    Args:
+        mount: the mount.
+        frames: frame of the mount's link at each pose, T_base_frame.
+        occluders: bodies and obstacles at each pose, base frame.
+        blinding: see ``LinkOccluders``.
+    """
+    own = np.eye(4)
+    own[:3, :3] = np.stack([mount.zero, mount.side, mount.axis])
+    own[:3, 3] = -own[:3, :3] @ np.asarray(mount.start)
+    capsules: list[np.ndarray] = []
+    bodies, numbers = list[Polyhedron](), dict[bytes, int]()
+    obstacles = []
+    for frame, at in zip(frames, occluders, strict=True):
+        T = own @ np.linalg.inv(frame)
+        if at.bodies is not None:
+            start, end = (
+                np.asarray(a, float) @ T[:3, :3].T + T[:3, 3]
+                for a in (at.bodies.start, at.bodies.end)
+            )
+            radius = np.broadcast_to(at.bodies.radius, len(start))
+            capsules.append(np.column_stack([start, end, radius]))
+        row = []
+        for body in at.obstacles:
+            moved = placed(body, T)
+            key = np.round(np.column_stack([moved.normal, moved.offset]), _SAME).tobytes()
+            if key not in numbers:
+                numbers[key] = len(bodies)
+                bodies.append(moved)
+            row.append(numbers[key])
+        obstacles.append(row)
+    every = np.stack(capsules) if capsules else np.zeros((len(frames), 0, 7))
+    flat = np.round(every.reshape(-1, 7), _SAME)
+    some, which = np.unique(flat, axis=0, return_inverse=True)
+    some = some.astype(np.float32)
+    return LinkOccluders(
+        some[:, :3],
+        some[:, 3:6],
+        some[:, 6],
+        which.reshape(every.shape[:2]),
+        tuple(bodies),
+        np.array(obstacles, int).reshape(len(frames), -1),
+        blinding,
+    )
+
+
+def _dot(a: list[np.ndarray], b: list[np.ndarray]) -> np.ndarray:
+    dot: np.ndarray = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return dot

@@ -1,0 +1,276 @@
+"""How many sensors of a ring see each point, for many places of the ring at once.
+
+Consider a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted
+by t out of that plane, whose azimuth differs from the point's by d. With c = cos d, the vector v
+from the sensor to the point has the component cos t (r c - R) + z sin t along the sensor's axis and
+the squared length |v|^2 = r^2 - 2 r R c + R^2 + z^2.
+
+The component grows with c, because cos t is never negative, and the length decreases. If a cone
+with a half angle of at most a right angle contains the point at some c, it contains it at every
+greater c too, as long as the range suffices. Hence a point outside the endless cone about the beam
+of the sensor nearest in azimuth is outside those of all sensors of the ring. One test of each place
+and point (dense) leaves few candidates. Only for these are beams, mounting errors and lines of
+sight tested exactly, sensor by sensor in the order of their azimuths, until one lies outside.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, UInt8, UInt16
+
+from ...coverage.rings.ring import Ring
+from .beam_membership import in_beam, outer_angle
+from .line_of_sight import LinkOccluders
+from .mount_points import MountPoints
+from .ring_errors import RingErrors
+from .sightlines import Sightlines
+
+_MARGIN = 1e-3  # rad, by which outer cones exceed the beams in them
+
+
+class RingPlaces(NamedTuple):
+    """K places of a ring."""
+
+    height: Float[np.ndarray, " K"]
+    """Heights from the mount's start, m."""
+    tilt: Float[np.ndarray, " K"]
+    """Tilts, rad."""
+    phase: Float[np.ndarray, " K"]
+    """Phases, rad."""
+
+
+class Views(NamedTuple):
+    """What a ring sees at K places."""
+
+    counts: UInt8[np.ndarray, "K N"]
+    """Number of sensors that see each point, at most the requested number."""
+    sensor: UInt16[np.ndarray, "K N"] | None
+    """Number on the ring of the last counted sensor; None if not requested."""
+
+
+class _Relative(NamedTuple):
+    """Points in cylindrical coordinates about the ring's axis, (K, N) or broadcasting."""
+
+    radius: np.ndarray
+    above: np.ndarray
+    azimuth: np.ndarray
+
+    def at(self, k: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        radius = self.radius[n] if self.radius.ndim == 1 else self.radius[k, n]
+        return radius, self.above[k, n]
+
+
+def ring_views(
+    ring: Ring,
+    points: MountPoints,
+    places: RingPlaces,
+    most: int = 1,
+    past: LinkOccluders | None = None,
+    errors: RingErrors | None = None,
+    named: bool = False,
+) -> Views:
+    """Return how many sensors of a ring see each point, for K places of the ring.
+
+    With 32 bits, a point within about 1e-6 m of a beam's surface may fall on either side.
+
+    Args:
+        ring: gives sensor, count and radius.
+        points: N points in the coordinates of the ring's mount.
+        places: the places.
+        most: sensors to count at a point, at least 1.
+        past: occluders in the coordinates of the mount; None: nothing occludes.
+        errors: mounting errors; None: perfect mounting.
+        named: whether to return which sensor sees a point.
+    """
+    places = RingPlaces(*(np.asarray(a, np.float32) for a in places))
+    outer = outer_angle(ring.sensor) + (errors.widest if errors else 0.0)
+    exact = ring.sensor.plain and past is None and errors is None
+    around = _relative(points, places, errors)
+    spacing = np.float32(2 * math.pi / ring.count)
+    turns = around.azimuth * (1 / spacing)
+    turns -= np.rint(turns)
+    turns *= spacing
+    near = _Nearest(ring, around, places, turns, outer if exact else outer + _MARGIN)
+    part, inside = near.all()
+    count = np.zeros(inside.shape, np.uint8)
+    sensor = np.zeros(inside.shape, np.uint16) if named else None
+    if exact and not named:
+        np.less_equal(part, np.float32(ring.sensor.range_m), out=count.view(bool))
+        count &= inside.view(np.uint8)
+        if most == 1:
+            inside &= count == 0
+    k, n = np.divmod(np.flatnonzero(inside), inside.shape[1])
+    if len(k):
+        tests = _Tests(ring, points, places, past, errors)
+        near.sparse(k, n, count, sensor, most, tests, int(exact and not named))
+    return Views(count, sensor)
+
+
+def _relative(points: MountPoints, places: RingPlaces, errors: RingErrors | None) -> _Relative:
+    height, phase = places.height[:, None], places.phase[:, None]
+    if errors is None:
+        return _Relative(points.radius, points.height - height, points.azimuth - phase)
+    turn, z = errors.rotation[points.mounting], points.height - errors.slip[points.mounting]
+    x, y, above = (
+        turn[:, 0, i] * points.x + turn[:, 1, i] * points.y + turn[:, 2, i] * z - height * t
+        for i, t in ((i, turn[:, 2, i]) for i in range(3))
+    )
+    azimuth = np.arctan2(y, x)
+    azimuth -= phase
+    return _Relative(np.sqrt(x * x + y * y), above, azimuth)
+
+
+class _Nearest:
+    """The sensors of a ring in the order of their distance in azimuth from each point."""
+
+    def __init__(
+        self, ring: Ring, around: _Relative, places: RingPlaces, turns: np.ndarray, outer: float
+    ) -> None:
+        """Use the azimuths ``turns`` (K, N), rad, from the nearest sensor to each point."""
+        self._ring, self._around, self._turns = ring, around, turns
+        self._cos, self._sin = np.cos(places.tilt), np.sin(places.tilt)
+        self._all = outer > math.pi / 2 + 2 * _MARGIN
+        self._square = np.float32(math.cos(min(outer, math.pi / 2)) ** 2)
+
+    def _inside(self, part: np.ndarray, square: np.ndarray) -> np.ndarray:
+        """Return which points lie in the endless outer cone."""
+        if self._all:
+            return np.ones(part.shape, bool)
+        square *= self._square
+        inside: np.ndarray = part * part >= square
+        inside &= part > 0
+        return inside
+
+    def all(self) -> tuple[Float[np.ndarray, "K N"], Bool[np.ndarray, "K N"]]:
+        """Return the component of each point along the axis of the sensor nearest to it, m, and
+        whether it lies in that sensor's outer cone."""
+        radius, above, R = self._around.radius, self._around.above, np.float32(self._ring.radius)
+        part = np.cos(self._turns)
+        part *= radius
+        square = above * above
+        square += radius * radius + R * R
+        square -= 2 * R * part
+        part -= R
+        part *= self._cos[:, None]
+        part += above * self._sin[:, None]
+        return part, self._inside(part, square)
+
+    def sparse(
+        self,
+        k: Int[np.ndarray, " T"],
+        n: Int[np.ndarray, " T"],
+        count: UInt8[np.ndarray, "K N"],
+        sensor: UInt16[np.ndarray, "K N"] | None,
+        most: int,
+        tests: "_Tests",
+        first: int,
+    ) -> None:
+        """Count the sensors that see the points ``n`` from the places ``k``, up to ``most``, from
+        the sensor of rank ``first`` on."""
+        sensors, spacing = self._ring.count, np.float32(2 * math.pi / self._ring.count)
+        R = np.float32(self._ring.radius)
+        turn = self._turns[k, n]
+        nearest = np.rint((self._around.azimuth[k, n] - turn) / spacing).astype(np.int32)
+        ahead = np.where(turn >= 0, 1, -1).astype(np.int32)
+        for rank in range(first, sensors):
+            step = ahead * ((rank + 1) // 2 if rank % 2 else -(rank // 2))
+            off = turn - step * spacing
+            radius, above = self._around.at(k, n)
+            radial, across = radius * np.cos(off) - R, radius * np.sin(off)
+            part = radial * self._cos[k] + above * self._sin[k]
+            up = above * self._cos[k] - radial * self._sin[k]
+            if rank:
+                square = radial * radial + across * across + above * above
+                kept = np.flatnonzero(self._inside(part, square))
+                if not len(kept):
+                    return
+                if len(kept) < len(k):
+                    k, n, turn, nearest, ahead, step, part, across, up = (
+                        a[kept] for a in (k, n, turn, nearest, ahead, step, part, across, up)
+                    )
+            number = (nearest + step) % sensors
+            seen = tests.see(k, n, number, part, across, up)
+            count[k[seen], n[seen]] += 1
+            if sensor is not None:
+                sensor[k[seen], n[seen]] = number[seen]
+            if rank == sensors - 1:
+                return
+            go = np.flatnonzero(count[k, n] < most)
+            if len(go) < len(k):
+                k, n, turn, nearest, ahead = (a[go] for a in (k, n, turn, nearest, ahead))
+
+
+class _Tests:
+    """Exact tests of single sensors and points."""
+
+    def __init__(
+        self,
+        ring: Ring,
+        points: MountPoints,
+        places: RingPlaces,
+        past: LinkOccluders | None,
+        errors: RingErrors | None,
+    ) -> None:
+        self._sensor, self._points, self._errors = ring.sensor, points, errors
+        self._shape = (len(places.height), ring.count)  # places, sensors
+        self._past: Sightlines | None = None
+        if past is not None:
+            apex, look = _sensor_poses(ring, places, errors)
+            self._past = Sightlines(past, apex, look, ring.sensor)
+
+    def see(
+        self,
+        k: Int[np.ndarray, " T"],
+        n: Int[np.ndarray, " T"],
+        number: Int[np.ndarray, " T"],
+        along: Float[np.ndarray, " T"],
+        across: Float[np.ndarray, " T"],
+        up: Float[np.ndarray, " T"],
+    ) -> Int[np.ndarray, " S"]:
+        """Return the indices of the pairs in which sensor ``number`` at place ``k`` sees the point
+        ``n``, whose coordinates from the intended sensor are the last three."""
+        mounting = 0
+        if self._errors is not None:
+            mounting = self._points.mounting[n]
+            straight, raised, aside = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
+            level = np.sqrt(straight**2 + raised**2)
+            along, across, up = (
+                straight * along + raised * up + aside * across,
+                level * across - aside / level * (straight * along + raised * up),
+                (straight * up - raised * along) / level,
+            )
+        seen = np.flatnonzero(in_beam(self._sensor, along, across, up))
+        if self._past is not None:
+            if self._errors is not None:
+                mounting = self._points.mounting[n[seen]]
+            places, sensors = self._shape
+            which = (mounting * places + k[seen]) * sensors + number[seen]
+            seen = seen[self._past.clear(which, self._points, n[seen])]
+        return seen
+
+
+def _sensor_poses(
+    ring: Ring, places: RingPlaces, errors: RingErrors | None
+) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, "S 3"]]:
+    """Return apexes, m, and axes of all sensors at all places, in the coordinates of the mount, for
+    each mounting: S = mountings * places * sensors."""
+    turn = places.phase[:, None] + np.arange(ring.count) * (2 * math.pi / ring.count)  # (K, J)
+    cos, sin, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
+    ct, st = np.cos(places.tilt)[:, None], np.sin(places.tilt)[:, None]
+    radial = np.stack([cos, sin, zero], axis=-1)[None]  # (1, K, J, 3)
+    look = np.stack([ct * cos, ct * sin, st + zero], axis=-1)[None]
+    seat, height = ring.radius * radial, places.height[None, :, None]
+    if errors is not None:
+        up = np.stack([-st * cos, -st * sin, ct + zero], axis=-1)[None]
+        along = np.stack([-sin, cos, zero], axis=-1)[None]
+        straight, raised, aside = (
+            errors.seat[:, None, : ring.count, i, None] for i in range(3)
+        )  # (D, 1, J, 1)
+        look = straight * look + raised * up + aside * along
+        rotation = errors.rotation[:, None].swapaxes(-1, -2)  # (D, 1, 3, 3)
+        seat, look = seat @ rotation, look @ rotation
+        height = height + errors.slip[:, None, None]
+    apex = seat.astype(np.float32)
+    apex[..., 2] += height
+    return apex.reshape(-1, 3), look.astype(np.float32).reshape(-1, 3)
