@@ -4,18 +4,22 @@ from collections.abc import Callable, Mapping
 
 from ..formats.export.coppeliasim import coppeliasim
 from ..formats.export.glb import glb
+from ..formats.export.mcap_log import mcap
 from ..formats.export.mjcf import mjcf
 from ..formats.export.placed import PlacedSetup
 from ..formats.export.ros2 import ros2
 from ..formats.export.sensor_tables import csv, json
+from ..formats.export.srdf import srdf
 from ..formats.export.urdf import urdf
 from ..formats.export.xacro import xacro
+from ..formats.firmware.controllers import controller
+from ..formats.firmware.wiring import plan_setup
 
 Files = Mapping[str, bytes]  # contents by file name
 
 
 def _urdf(placed: PlacedSetup) -> Files:
-    return urdf(placed) | xacro(placed)
+    return urdf(placed) | xacro(placed) | srdf(placed)
 
 
 def _stl(placed: PlacedSetup) -> Files:
@@ -27,6 +31,16 @@ def _stl(placed: PlacedSetup) -> Files:
     return data | {ASSEMBLED: assembly_picture(placed.scene, placed.setup, result, data)}
 
 
+def _firmware(placed: PlacedSetup) -> Files:
+    from ..formats.firmware.sketch import DRAWING, sketch
+    from .wiring_drawing import wiring_drawing
+
+    files: dict[str, bytes] = {}
+    for wiring in plan_setup(placed.setup, controller(placed.board), placed.wiring):
+        files |= sketch(wiring) | {f"{wiring.name}/{DRAWING}": wiring_drawing(wiring)}
+    return files
+
+
 FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
     "urdf": _urdf,
     "mjcf": mjcf,
@@ -35,5 +49,7 @@ FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
     "json": json,
     "coppeliasim": coppeliasim,
     "ros2": ros2,
+    "mcap": mcap,
     "stl": _stl,
+    "firmware": _firmware,
 }

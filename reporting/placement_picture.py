@@ -9,26 +9,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import KDTree
 
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
-from ..coverage.solids.base import Solid
 from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
 from ..objectives.scene import CoreScene
 from .plots import GREY, GRID, INK
 from .rendering.canvas import Canvas
-from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, rgb
+from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, paler, rgb
+from .rendering.far_side import add_far_side
 from .rendering.figures import write_png
 from .rendering.meshes import (
     body,
     convex_pieces,
     faces_within,
-    lengths_within,
-    rim_of,
 )
 from .rendering.robot import add_robot
 from .text import counted
@@ -42,6 +41,7 @@ VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0
 
 _OBSTACLE = "#c9b48c"
 _TARGET, _TARGET_EDGE = "#f5f5f5", "#8f8a80"
+_PALE = 0.5  # share of white in the colours of the target's far side
 _SAMPLES = 5_000  # points drawn in the target; the uncovered ones become dots
 _SENSOR_RADIUS = 0.0085  # m
 
@@ -82,14 +82,14 @@ def draw_room(canvas: Canvas) -> None:
             # x and y meet at the near corner
             if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:
                 u, v = canvas.project(np.array([*start[:i], t, *start[i + 1 :]]))[0] + unit * out
-                canvas.ax.text(u, v, f"{t:g}", color=GREY, fontsize=9, ha="center", va="center")
+                canvas.ax.text(u, v, f"{t:g}", color=GREY, fontsize=10.5, ha="center", va="center")
         name, angle = (a + b) / 2 + 2.2 * unit * out, (np.degrees(np.arctan2(y, x)) + 80) % 180 - 80
         canvas.ax.text(
             name[0],
             name[1],
             f"{'xyz'[i]} (m)",
             color=INK,
-            fontsize=10,
+            fontsize=11.5,
             rotation=angle,
             ha="center",
             va="center",
@@ -107,51 +107,56 @@ class _Shown:
     """Its rings and single sensors, and then the sensors of the cell."""
     cones: Cones
     """Their cones."""
-    lengths: Float[np.ndarray, " K"]
-    """Length of each cone as drawn, m."""
     uncovered: Float[np.ndarray, "N 3"]
     """Points of the target that they do not cover, m."""
 
     @staticmethod
-    def of(scene: CoreScene, setup: Setup, outer: Solid, points: Any) -> "_Shown":
-        """Return what is shown of a setup in a target with this outer solid and these points."""
+    def of(scene: CoreScene, setup: Setup, points: Any) -> "_Shown":
+        """Return what is shown of a setup in a target with these points."""
         q, whole = scene.poses[0].q, scene.with_cell(setup)
         cones = sensor_cones(scene.robot, whole, q)
         uncovered = points[sight(scene, cones, q)(points) > 0]
-        return _Shown(setup, whole.groups, cones, lengths_within(cones, outer), uncovered)
+        return _Shown(setup, whole.groups, cones, uncovered)
 
 
-def _draw_seen(canvas: Canvas, shown: _Shown, colour: dict[str, str], pieces: list[Any]) -> None:
-    """Draw the target's outline, of convex ``pieces``, and the cones inside it by link."""
+def _draw_seen(
+    canvas: Canvas,
+    scene: CoreScene,
+    shown: _Shown,
+    colour: dict[str, str],
+    pieces: list[Any],
+) -> None:
+    """Draw the outline of the target, of convex ``pieces``, and its far side in the colour of the
+    nearest link that covers it."""
     from matplotlib.collections import PolyCollection
-    from matplotlib.path import Path as Outline
 
-    ax, cones = canvas.ax, shown.cones
-    colours = [colour[group.link] for group in shown.groups for _ in range(group.count)]
     hulls = [canvas.hull(points) for points in pieces]
     # keep the outline of the edges
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
-        ax.add_collection(
+        canvas.ax.add_collection(
             PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1)
         )
-    veils = []  # depth, outline, colours of the face and of the edge, width of the edge
-    for k, length in enumerate(shown.lengths):
-        veil = min(0.16, 2 / colours.count(colours[k]))
-        whole = np.vstack([cones.apex[k], rim_of(cones, k, length)])
-        xy, depth = canvas.project(whole)
-        for outline, opacity, width in (
-            (canvas.hull(whole), 0.12, 0.4),
-            (xy[1:], 0.25, 0.5),
-        ):
-            line = (*rgb(colours[k]), opacity * max(1, 16 * veil))
-            veils.append((depth.mean(), outline, (*rgb(colours[k]), veil), line, width))
-    veils.sort(key=lambda v: float(v[0]))
-    _, outlines, faces, edges, widths = zip(*veils, strict=True)
-    painted = PolyCollection(
-        outlines, facecolors=faces, edgecolors=edges, linewidths=widths, zorder=2
-    )
-    ax.add_collection(painted, autolim=False)
-    painted.set_clip_path(Outline.make_compound_path(*map(Outline, hulls)), ax.transData)
+
+    def colours(points: Any) -> Any:
+        return _covering(scene, shown, colour, points)
+
+    add_far_side(canvas, pieces, colours, zorder=1.5)
+
+
+def _covering(scene: CoreScene, shown: _Shown, colour: dict[str, str], points: Any) -> Any:
+    """Return the colours (P, 3) of points (P, 3) m: of the nearest link that covers each, or that
+    of uncovered volume."""
+    q, least = scene.poses[0].q, np.full(len(points), np.inf)
+    result = np.tile(paler(UNSEEN_COLOUR, _PALE), (len(points), 1))
+    for link in dict.fromkeys(group.link for group in shown.groups):
+        some = [group for group in shown.groups if group.link == link]
+        rings = tuple(group for group in some if isinstance(group, Ring))
+        singles = tuple(group for group in some if not isinstance(group, Ring))
+        cones = sensor_cones(scene.robot, Setup(rings, singles), q)
+        away = KDTree(cones.apex).query(points)[0]
+        mine = (sight(scene, cones, q)(points) <= 0) & (away < least)
+        result[mine], least[mine] = paler(colour[link], _PALE), away[mine]
+    return result
 
 
 def _draw_robot(canvas: Canvas, scene: CoreScene, shown: _Shown, colour: dict[str, str]) -> None:
@@ -262,7 +267,7 @@ def _draw(
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
     solid, points = scene.solid(target, 0), scene.sample(target, 0, _SAMPLES, seed)
     pieces = convex_pieces(solid.a)
-    each = {one: _Shown.of(scene, one, solid.a, points) for one, *_ in views}
+    each = {one: _Shown.of(scene, one, points) for one, *_ in views}
     apexes = [one.cones.apex for one in each.values()]
     corners = np.vstack([*pieces, body(robot, forward(robot.chain, q)), *apexes])
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
@@ -272,14 +277,14 @@ def _draw(
     for left, (setup, caption, *eye) in zip((0.01, 0.51), views, strict=True):
         canvas = Canvas(_axes(figure, left), box, *eye)
         draw_room(canvas)
-        _draw_seen(canvas, each[setup], colour, pieces)
+        _draw_seen(canvas, scene, each[setup], colour, pieces)
         _draw_robot(canvas, scene, each[setup], colour)
         ax = canvas.ax
         ax.axis("off")
-        ax.text(0, 1.01, caption, transform=ax.transAxes, fontsize=11, color=GREY, style="italic")
+        ax.text(0, 1.01, caption, transform=ax.transAxes, fontsize=12.5, color=GREY, style="italic")
     size = min(18, 1300 / max(1, len(title)))
     figure.text(0.5, 0.945, title, ha="center", fontsize=size, color=INK, weight="bold")
-    figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
+    figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=12.5, color=GREY)
     _add_key(figure, scene, {link: colour[link] for link in links})
     write_png(path, figure)
 
@@ -307,9 +312,9 @@ def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None
     target = scene.goals[0].target
     dot: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 5, "color": UNSEEN_COLOUR}
     key = [
-        *(Patch(fc=(*rgb(c), 0.4), ec=c, label=covered(link)) for link, c in colour.items()),
+        *(Patch(fc=paler(c, _PALE), ec=c, label=covered(link)) for link, c in colour.items()),
         Line2D([], [], label=f"uncovered: {target}", **dot),
-        Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
+        Patch(fc="white", ec=_TARGET_EDGE, label="far side of the target"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
     plain: dict[str, Any] = {
@@ -318,8 +323,8 @@ def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None
         "ncols": len(key),
         "frameon": False,
     }
-    legend = figure.legend(**plain, fontsize=10.5)
+    legend = figure.legend(**plain, fontsize=11.5)
     room = 0.97 * figure.bbox.width / legend.get_window_extent().width
     if room < 1:
         legend.remove()
-        figure.legend(**plain, fontsize=10.5 * room)
+        figure.legend(**plain, fontsize=11.5 * room)

@@ -1,5 +1,6 @@
 """Pictures of printed rings: each ring with its dimensions, and one ring mounted."""
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
     from matplotlib.axes import Axes
 
-_BODY, _OTHER = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46)
+_BODY, _OTHER, _THIRD = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46), (0.80, 0.48, 0.20)
 _BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)
 _INK = "#333333"
-_APART = 14.0  # mm, gap between the halves in the exploded view
+_APART = 14.0  # mm, gap between the parts in the exploded view
 _STEP = 1.2  # mm, step in depth between neighbouring pixels that gets an outline
 _CREASE = 30.0  # degrees, angle between faces that makes a sharp edge
 _ABOVE, _SIDE = (-90, 90), (-90, 0)  # azimuth and elevation of the eye, degrees
@@ -62,17 +63,18 @@ def _dimension(
 
 
 def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
-    """Return a PNG of a ring: the exploded halves, views with dimensions, and measured values."""
+    """Return a PNG of a ring: the exploded parts, views with dimensions, and measured values."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
-    one, other = made.halves
-    apart: Parts = [
-        (one.translate((0, _APART / 2, 0)), _BODY),
-        (other.translate((0, -_APART / 2, 0)), _OTHER),
-    ]
+    parts: Parts = [*zip(made.parts, itertools.cycle((_BODY, _OTHER)))]
+    if len(parts) % 2:
+        parts[-1] = (made.parts[-1], _THIRD)
+    off, apart = _APART / 2 / math.sin(math.pi / len(parts)), Parts()
+    for (part, colour), arc in zip(parts, plan.arcs, strict=True):
+        way = sum(arc) / 2
+        apart.append((part.translate((off * math.cos(way), off * math.sin(way), 0)), colour))
     _show(figure.add_axes((0.01, 0.40, 0.56, 0.53)), apart, (-62, 38), 3)
-    parts: Parts = [(one, _BODY), (other, _OTHER)]
     above = figure.add_axes((0.57, 0.36, 0.43, 0.57))
     _show(above, parts, _ABOVE, 14)
     (left, right), (bottom, _) = above.get_xlim(), above.get_ylim()
@@ -105,7 +107,8 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
             f"{record.count} boards, tilted by {abs(record.tilt_deg):.1f}°,"
             f" {record.position_mm:.1f} mm along {record.link}"
         ),
-        f"screws {record.screws}; bolts {record.bolts}",
+        f"screws {record.screws}; bolts {record.bolts.partition(' (')[0]}",
+        f"lettering {', '.join(record.lettering) or 'none'}; cable ties {record.ties}",
         "",
         *(
             f"{'✓' if c.holds else '✗'} {c.name}: {c.measured:.4g}"
@@ -113,7 +116,7 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
             for c in record.checks
         ),
     ]
-    figure.text(0.02, 0.37, "\n".join(lines), fontsize=9.5, va="top", color=_INK, linespacing=1.35)
+    figure.text(0.02, 0.385, "\n".join(lines), fontsize=8.6, va="top", color=_INK, linespacing=1.25)
     figure.suptitle(f"Ring {record.ring} on {record.link}", x=0.02, ha="left", fontsize=14)
     return png(figure)
 
@@ -138,7 +141,7 @@ def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> byt
     link = made.link.trim_by_plane((0, 0, 1), middle - span).trim_by_plane(
         (0, 0, -1), -middle - span
     )
-    parts: Parts = [*zip(made.halves, (_BODY, _OTHER), strict=True)]
+    parts: Parts = [*zip(made.parts, itertools.cycle((_BODY, _OTHER)))]
     parts += [(union(made.boards), _BOARD), (made.bolts, _METAL), (link, _LINK)]
     for place, eye in (
         ((0.0, 0.02, 0.53, 0.9), (-58, 28)),
@@ -165,5 +168,5 @@ def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> byt
 
 def ring_pictures(plan: PrintPlan, made: Assembly, record: PrintedRing) -> dict[str, bytes]:
     """Return the pictures of a ring by file name, with a mounted view for the first ring."""
-    own = {record.files[2]: ring_picture(plan, made, record)}
+    own = {record.files[-1]: ring_picture(plan, made, record)}
     return own if record.ring else own | {MOUNTED: mounted_picture(plan, made, record)}

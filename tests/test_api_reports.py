@@ -9,14 +9,27 @@ import place_rings as pr
 import pytest
 from place_rings.coverage.targets import Target
 from place_rings.objectives.verify import Verifier
+from place_rings.placement.redesign import redesign
+from place_rings.placement.redesign.beam_search import BeamPlan
 from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Stage
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study as convergence
+from place_rings.studies.engine.provenance import from_json, sentences
 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
 PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
 BRIEF = {"changes": 1, "voxel": 0.05}
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tiny():
+    """Improvements of few steps, of the command as of Python: what they find need not be good."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(redesign, "BeamPlan", lambda: TINY)
+        yield
 
 
 def without(record, *keys):
@@ -156,11 +169,16 @@ def test_a_study_writes_what_the_command_writes_and_resumes(small, run, tmp_path
         "cells.sqlite",
         "convergence.png",
         "data.csv",
+        "provenance.json",
     }
     # the command resumes from the measurements of the function
     code, out, _ = run("study", "convergence", "--out", tmp_path / "ours")
     assert (code, out.strip()) == (0, str(ours.page))
     assert ours.page.read_text() == ours._repr_markdown_()
+    record = from_json((tmp_path / "ours" / "provenance.json").read_text())
+    assert (record.command, len(record.runs)) == ("place-rings study convergence", 1)
+    assert "studies/convergence/study.py" in record.files
+    assert sentences(record, "provenance.json") in ours.page.read_text()
     assert len(ours.data) == len(convergence.plan())
 
 

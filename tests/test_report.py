@@ -2,6 +2,7 @@
 nothing leads out of.
 """
 
+import hashlib
 import re
 import shlex
 import signal
@@ -29,16 +30,16 @@ from place_rings.coverage.voxels.octree import voxels
 from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
-from place_rings.objectives.blind_spots import Beside
+from place_rings.objectives.blind_spots import Beside, BlindSpot
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
-from place_rings.reporting.pages import code, escaped, html, table
+from place_rings.reporting.pages import code, command, escaped, html, table
 from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.blind_spot_picture import coarse
-from place_rings.reporting.setup_report.directions import bearing, beside, heading
+from place_rings.reporting.setup_report.directions import bearing, heading, height, whereabouts
 from place_rings.reporting.setup_report.facts import looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list
 
@@ -184,13 +185,35 @@ def test_words_say_where_a_direction_points(seed):
     assert np.linalg.norm(told - v) < 0.013  # a degree and a half
 
 
-def test_words_say_where_a_piece_lies():
-    near = Beside(0.1, "wrist_1", 0.4, np.array([0.0, -0.6, 0.6]))
-    assert beside(near) == "above the wrist 1, towards −y"
-    assert beside(Beside(0.1, "base", 0.9, np.array([0.1, 0.2, -0.1]))) == "around the base"
-    huge = Beside(0.1, "base", 0.4, np.array([0.1, 0.2, -0.1]))
-    assert beside(huge) == "around the robot, the largest part by the base"
-    assert beside(None) == ""
+def test_words_say_where_a_blind_spot_lies():
+    def spot(way, z, body="forearm"):
+        where = Beside(body, 0.3, np.array(way) / np.linalg.norm(way))
+        return BlindSpot(0, (0,), np.array([0.5, 0.2, z]), 0.2, where)
+
+    assert whereabouts(spot([0, 0.6, 0.6], 1.0)) == "left of and above the forearm"
+    assert whereabouts(spot([-1, 0, 0.1], 1.0, "wrist_1")) == "behind wrist 1"
+    assert height(spot([1, 0, 0], 0.5)) == "0.30 to 0.70 m high"
+    assert height(spot([1, 0, 0], 0.1)) == "0.10 m below to 0.30 m above the base"
+    assert height(spot([1, 0, 0], -0.5)) == "0.30 to 0.70 m below the base"
+
+
+@given(st.lists(st.sampled_from(["--to", "-x"]) | st.text(max_size=9), min_size=1, max_size=9))
+def test_a_shown_command_is_the_command(words):
+    """Its lines break before options only, and a shell, which joins them, reads the same words."""
+    words = ["place-rings", *(printable(" ".join(word.split())) for word in words)]
+    lines = [line[4:] for line in command(words).splitlines() if line]
+    assert all(line.endswith(" \\") for line in lines[:-1])
+    assert (
+        shlex.split(" ".join(line.removesuffix("\\") for line in lines[:-1]) + lines[-1]) == words
+    )
+    assert len(lines) == 1 + sum(word.startswith("-") for word in words)
+
+
+def test_a_verdict_has_its_colour(tmp_path):
+    for word, name in (("Passes.", "passes"), ("Fails.", "fails"), ("No.", None)):
+        read = Read(html(f"> **{word}** Because.\n\n> {escaped('**Fails.**')}\n", tmp_path, "t"))
+        quotes = [a.get("class") for t, a in read.tags if t == "blockquote"]
+        assert quotes == [name, None]
 
 
 def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
@@ -205,8 +228,10 @@ def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
     said = "\n".join(materials(paper_scene(), setup, frame_length))
-    assert escaped("<b>`a`</b>*") in "\n".join(
-        materials(paper_scene(), Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
+    hostile, mount = "<b>`a`</b>*", ROBOTS["ur10"].mount("forearm")
+    odd = replace(ROBOTS["ur10"], mounts=(replace(mount, link=hostile),))
+    assert escaped(hostile) in "\n".join(
+        materials(paper_scene(robot=odd), Setup((replace(nominal, link=hostile),)), frame_length)
     )
     assert f"at most {11 * MODELS['tfmini-s'].supply.power_w:.2f} W" in said
     assert (
@@ -299,15 +324,14 @@ def test_the_report_stands_alone_whatever_its_texts_are(made):
     assert not {"script", "link", "iframe", "object", "a", "base", "form"} & set(tags)
     assert not any(key.startswith("on") for _, a in read.tags for key in a)
     assert any("default-src 'none'" in a.get("content", "") for t, a in read.tags if t == "meta")
-    assert tags.count("img") == 2
+    assert tags.count("img") == 5  # setup, section, blind spots, rings of two links
     assert read.text.count(HOSTILE) >= 5
     assert how_found(str(file)).command == HOSTILE
 
 
 def test_the_report_says_how_to_count_again_what_was_asked(made):
     read, file = made
-    lines = map(str.strip, read.text.splitlines())
-    line = next(line for line in lines if line.startswith("place-rings verify"))
+    line = re.search(r"place-rings verify(?:.*\\\n)+.*", read.text)[0].replace("\\\n", "")
     wanted = ["--occlusion", "ignore", "--target", "V_S:0.4", "--rule", "certified"]
     assert shlex.split(line) == ["place-rings", "verify", str(file), *wanted]
 
@@ -317,7 +341,11 @@ def test_the_report_says_what_is_counted(made):
     setup, scene = resolve(str(file), None)
     counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
     assert f"3 sensors on 2 rings cover {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
-    assert f"missed by {99 - 100 * counted.zeta:.2f} points for V_S(0.4)" in read.text
+    assert "Fails. V_S(0.4) requires at least 99 %" in read.text
+    bounds = re.search(r"proved: ([\d.]+) to ([\d.]+) %", read.text)
+    certified = Verifier(scene, None, "certified", 0.02).verify(setup, scene.goals[0].target)
+    assert float(bounds[1]) <= 100 * certified.high
+    assert float(bounds[2]) >= 100 * certified.low
     unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in counted.poses]
     for pose, litres in enumerate(unseen):
         assert f"pose {pose}: {litres:,.1f} litres" in read.text
@@ -325,11 +353,15 @@ def test_the_report_says_what_is_counted(made):
     assert rows["this setup"][:2] == ["this setup", "3"]
     assert rows["n1_4_0"][1] == str(named_setup("n1_4_0").sensors)
     assert rows["ζ"] == ["ζ", f"{100 * counted.zeta:.2f}"]
-    forearm = next(row for row in read.rows if row[1:2] == ["forearm"] and "mm from" in row[2])
-    assert forearm[2] == f"{0.3 * 572.3:.0f} mm from elbow"
+    long = 1000 * scene.robot.mount("forearm").length
+    forearm = next(row for row in read.rows if row[1:2] == ["forearm"])
+    assert forearm[2:4] == [f"{0.3 * long:.1f}", f"{0.7 * long:.1f}"]
+    assert rows["SHA-256 of the setup's file"][1] == hashlib.sha256(file.read_bytes()).hexdigest()
     for heading_ in (
+        "What coverage means",
         "Scene",
         "Coverage",
+        "Cables and buses",
         "Blind spots",
         "Redundancy",
         "Mounting",

@@ -2,6 +2,7 @@
 end to all.
 """
 
+import math
 import signal
 import subprocess
 import sys
@@ -9,11 +10,12 @@ import time
 from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
@@ -45,6 +47,7 @@ def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
     with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
         reader = Reader(browser, server.url)
         before = reader.zeta("V_S(0.5)")
+        reader.tab("Rings")
         reader.enter("Sensors", "24")
         until(lambda: reader.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")
         assert reader.zeta("V_S(0.5)", 1) == before  # as opened
@@ -57,6 +60,55 @@ def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
         until(lambda: server.pages == 0, "a closed page is still kept")
 
 
+def visible(page, points) -> bool:
+    """Does the page's camera, as the browser reports it, see all points?"""
+    camera = page._client.camera
+    toward = np.asarray(camera.position) - np.asarray(camera.look_at)
+    toward /= np.linalg.norm(toward)
+    right = np.cross([0, 0, 1], toward)
+    right /= np.linalg.norm(right)
+    away = points - camera.position
+    depth, slope = -away @ toward, math.tan(camera.fov / 2)
+    x, y = (away @ a / depth / slope for a in (right, np.cross(toward, right)))
+    return bool((np.abs(x) < camera.aspect).all() and (np.abs(y) < 1).all() and depth.min() > 0)
+
+
+SIZES = ((1024, 768), (1440, 900), (1920, 1080), (820, 1180))  # and a phone
+PHONE = (390, 844)
+
+
+@needs_chromium()
+def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
+    with Server(ViewerSession(CoreScene(), {"small": SMALL})) as server:
+        reader = Reader(browser, f"{server.url}/?view=Side", SIZES[0], 0.1)
+        until(lambda: "place-rings" in reader.page.title(), "the page has no title")
+        assert "small: " in reader.page.title()
+        assert "covered" in reader.page.title()
+        until(lambda: server.pages == 1, "no page is open")
+        (page,) = server._pages.values()
+        until(lambda: page.state.view == "Side", "the link's view did not come")
+        points = server.room.extent(page.state.choice)
+        for width, height in SIZES:
+            reader.page.set_viewport_size({"width": width, "height": height})
+            until(lambda h=height: page._client.camera.image_height == h, "not resized")
+            # the panel stands beside the scene
+            until(lambda w=width: page._client.camera.image_width < w, "the panel covers it")
+            until(lambda: visible(page, points), f"cut at {width}x{height}")
+            button = reader.page.get_by_role("button", name="Search from here").bounding_box()
+            assert button["y"] + button["height"] < height  # without scrolling
+        reader.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")
+        phone = Reader(browser, server.url, PHONE, 0.1, state="attached")
+        until(lambda: server.pages == 1, "no page is open")
+        (page,) = server._pages.values()
+        search = phone.page.get_by_role("button", name="Search from here")
+        until(lambda: not search.is_visible(), "the panel covers the scene")
+        until(lambda: visible(page, points), "cut on a phone")
+        phone.page.get_by_text("covered").first.click()
+        until(search.is_visible, "the panel does not open")
+        phone.close()
+
+
 @needs_chromium()
 @pytest.mark.slow
 def test_two_at_once_have_each_their_own(browser):
@@ -66,6 +118,8 @@ def test_two_at_once_have_each_their_own(browser):
         one, two = Reader(browser, server.url), Reader(browser, server.url)
         until(lambda: server.pages == 2, "two pages are open")
         before = one.zeta("V_S(0.5)", 2)
+        one.tab("Rings")
+        two.tab("Rings")
         one.enter("Tilt, °", "-20")
         two.enter("Sensors", "12")
         until(lambda: one.zeta("V_S(0.5)", 2) != before, "the first page's slider did nothing")
@@ -94,10 +148,12 @@ def test_search_count_save_and_picture(browser, tmp_path):
         reader.says("counted in", 5 * PATIENCE)
         proved = reader.page.get_by_text("guaranteed")
         assert proved.count() == 1
+        reader.tab("Rings")
         reader.press("Add a ring on this link")
         until(lambda: proved.count() == 0, "a count is told of what was not counted")
         reader.press("Remove this ring")
         until(lambda: proved.count() == 1, "what was counted is not told any more")
+        reader.tab("Search and files")
         for name, said in (
             ("../mine", "allowed: at most 64 letters"),
             ("mine", "saved as mine.toml"),
@@ -170,7 +226,7 @@ NOT_ALLOWED = (
     ("Ring", "99: tool", "'99: tool'"),
     ("Cones", "", "not in tuple"),
     ("Robot's body", "x", "not in tuple"),
-    ("Position", float("nan"), "must be finite"),
+    ("Position, mm", float("nan"), "must be finite"),
     ("Save (start with --out FOLDER)", True, "--out FOLDER"),
 )
 
@@ -189,7 +245,7 @@ def test_what_no_control_would_send_changes_nothing(opened):
         lambda: "picture: the browser sent none" in client.words,
         "no picture came, and nothing was said",
     )
-    client.set("Position", 1e300)
+    client.set("Position, mm", 1e300)
     client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
     assert "<img" not in client.said
     client.set("As opened", True)

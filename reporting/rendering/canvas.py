@@ -67,6 +67,13 @@ class Canvas:
         seen = (points - self.box.mean(axis=0)) @ self.rotation.T
         return seen[..., :2] * self._nearness(seen[..., 2:]), seen[..., 2]
 
+    def unproject(self, xy: Any, depth: Any) -> Any:
+        """Return the points (..., 3) m at coordinates (..., 2) m in the axes and depths (...):
+        the inverse of ``project``."""
+        depth = np.asarray(depth)[..., None]
+        seen = np.concatenate([xy / self._nearness(depth), depth], axis=-1)
+        return self.box.mean(axis=0) + seen @ self.rotation
+
     def hull(self, points: Any) -> Any:
         """Return the outline (M, 2) m, in the axes, of the convex hull of points (N, 3) m."""
         xy = self.project(points)[0]

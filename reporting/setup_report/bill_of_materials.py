@@ -1,5 +1,8 @@
-"""Bill of materials of a setup: sensors, their power, prices and data rates."""
+"""Bill of materials of a setup: sensors with their power, prices, electronics, cables, parts of the
+printed rings, and data rates.
+"""
 
+import math
 from collections import Counter
 from collections.abc import Callable
 
@@ -7,10 +10,16 @@ from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.sensors.sensor_model import Supply
+from ...formats.firmware.cabling import cable_run
+from ...formats.firmware.controllers import DEFAULT_CONTROLLER, controller
+from ...formats.firmware.wiring import RingWiring
 from ...formats.schema.sensor_records import title
 from ...objectives.scene import CoreScene
 from ..pages import escaped, table
+from ..text import counted
+from .cable_section import bus_cable, wirings
 from .directions import plain
+from .printed_parts import DENSITY, printed_parts
 
 UNKNOWN = "not known"
 
@@ -70,6 +79,58 @@ def _bought(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
+def _parts(scene: CoreScene, setup: Setup) -> list[str]:
+    """Return a table of everything around the sensors: electronics, cables and printed rings."""
+    board, parts = controller(DEFAULT_CONTROLLER), Counter[str]()
+    planned, notes = wirings(setup)
+    for wiring in planned:
+        for number, name in () if wiring is None else wiring.parts:
+            parts[name] += number
+    rows = [("electronics", str(number), name) for name, number in parts.items()]
+    if any(group.sensor.use is None for group in setup.groups):
+        notes.append("A sensor without a model counts as a VL53L1X in the electronics.")
+    rows += _cables(scene, setup, planned)
+    printed = printed_parts(scene, setup)
+    if printed.rings:
+        rows += [("printed rings", str(n), name) for name, n in printed.hardware.items()]
+        mass = f"filament (PETG, {DENSITY:g} g/cm³) for {counted(printed.rings, 'ring')}"
+        rows.append(("printed rings", f"{printed.grams:.0f} g", f"{mass}, printed solid"))
+        notes.append("With infill the rings need less filament.")
+    if reasons := list(dict.fromkeys(printed.reasons)):
+        without = "printed rings" if not printed.rings else counted(len(printed.reasons), "ring")
+        notes.append(f"No printed parts are listed for {without}: {escaped('; '.join(reasons))}.")
+    return [
+        "Parts around the sensors, with one controller board for each ring; `place-rings export"
+        " --to firmware` writes the firmware and the wiring, and `--board` takes another board"
+        f" than the {board.title}. `place-rings export --to stl` writes the printed rings.",
+        "",
+        table(("for", "number", "part"), rows, right=(1,)),
+        " ".join(notes),
+        "",
+    ]
+
+
+def _cables(
+    scene: CoreScene, setup: Setup, planned: list[RingWiring | None]
+) -> list[tuple[str, str, str]]:
+    """Return the rows of cables: USB cables by length, and the four-wire cable of all rings."""
+    lengths = Counter(round(cable_run(scene, group).length, 1) for group in setup.groups)
+    rows = [
+        ("cables", str(n), f"USB cable, {metres:.1f} m, ring to base")
+        for metres, n in sorted(lengths.items())
+    ]
+    bus = sum(bus_cable(wiring) for wiring in planned if wiring is not None)
+    plugs = sum(
+        2 * (wiring.count + len(wiring.channels)) for wiring in planned if wiring is not None
+    )
+    if bus:
+        text = "four-wire cable for the buses of all rings (SDA, SCL, 3.3 V, GND)"
+        rows.append(("cables", f"{math.ceil(10 * bus) / 10:.1f} m", text))
+        rows.append(("cables", str(plugs), "plug of four poles, one at each end of a bus cable"))
+    ties = 2 * sum(cable_run(scene, group).joints for group in setup.groups)
+    return [*rows, ("cables", str(ties), "cable tie, two at each joint that a cable crosses")]
+
+
 def _kinds(setup: Setup) -> Counter[Sensor]:
     """Return the number of sensors of each kind."""
     kinds = Counter[Sensor]()
@@ -115,6 +176,7 @@ def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> l
         " datasheet." + "".join(f" {line}" for line in sorted(sources)),
         "",
         *_bought(scene, setup),
+        *_parts(scene, setup),
         table(
             (
                 "ring",

@@ -1,4 +1,4 @@
-"""Picture of blind spots: the largest uncovered pieces of a target beside the robot, from two
+"""Picture of blind spots: the largest uncovered balls of a target beside the robot, from two
 sides.
 """
 
@@ -10,49 +10,46 @@ import numpy as np
 from ...coverage.arrays import Array
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
-from ...coverage.voxels.connected_components import ranges
-from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
+from ...coverage.voxels.inscribed_balls import coarser
+from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.blind_spots import Blind, BlindSpot
 from ...objectives.scene import CoreScene
 from ..placement_picture import VIEWS, draw_room
 from ..plots import COLOURS, GREY, INK
 from ..rendering.canvas import Canvas
 from ..rendering.figures import write_png
-from ..rendering.meshes import body, faces_within
+from ..rendering.meshes import ball, body, closed, faces_within
 from ..rendering.robot import add_robot
 from ..rendering.voxels import add_skin, skin, voxel_set
 
-_MOST = 30_000  # largest number of voxels drawn for a piece
-_LARGE = 0.1  # m³, pieces of at least this volume are drawn translucent
+_MOST = 30_000  # largest number of voxels drawn
+_FACES = 24  # corners of a circle of a drawn ball
+_FAINT, _FAINT_ALPHA = "#8a8f96", 0.06  # of the whole uncovered part
 _COLOURS = (*COLOURS[:-1], "#8a6642", "#5b5ea6")
 _RINGS, _OBSTACLE = "#4a525a", "#c9b48c"
 
 
 def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
-    """Resample a piece to at most about ``most`` voxels of the smallest sufficient size.
+    """Resample a set to at most about ``most`` voxels of the smallest sufficient size.
 
-    A coarse voxel is kept if at least half of it belongs to the piece.
+    A coarse voxel is kept if at least half of it belongs to the set.
     """
     level = max(0, int(np.ceil(np.log2(max(len(voxels), 1) / most) / 3)))
     if level == 0:
         return voxels
-    size = 1 << 3 * level
-    key = np.unique(ranges(voxels.start >> 3 * level, (voxels.stop - 1 >> 3 * level) + 1))
-    half = 2 * voxels.count_in(key << 3 * level, size) >= size
-    return voxel_set(voxels.voxel * (1 << level), decode(key[half]) - (OFFSET >> level))
+    return voxel_set(voxels.voxel * (1 << level), coarser(voxels, level, 0.5))
 
 
-def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind, shown: int) -> None:
-    """Draw the first ``shown`` blind spots, with their numbers: a PNG of 1800 x 900.
+def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> None:
+    """Draw the blind spots at the pose of the largest one, with their numbers: a PNG of 1800 x 900.
 
-    Only those at the pose of the first one are drawn.
+    The whole uncovered part of the target is faint behind them.
 
     Args:
         path: file to write.
         scene: scene of the setup.
         setup: rings to draw.
-        blind: blind spots of one target, largest first.
-        shown: number of blind spots to draw.
+        blind: blind spots of one target, largest first, at least one.
 
     Raises:
         UserError: if the file cannot be written.
@@ -61,7 +58,7 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind, show
     from matplotlib.patches import Patch
 
     pose = blind.spots[0].pose
-    spots = {i: spot for i, spot in enumerate(blind.spots[:shown]) if spot.pose == pose}
+    spots = {i: spot for i, spot in enumerate(blind.spots) if spot.pose == pose}
     frames = forward(scene.robot.chain, scene.poses[pose].q)
     box = scene.solid(blind.target, pose).a.bounds()
     line = body(scene.robot, frames)
@@ -72,22 +69,23 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind, show
         axes = figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal")
         canvas = Canvas(axes, box, azimuth, elevation)
         _draw_cell(canvas, scene, setup, frames, box)
+        surface = skin(coarse(blind.uncovered), canvas.rotation[2])
+        add_skin(canvas, surface, _FAINT, alpha=_FAINT_ALPHA)
         _draw_spots(canvas, spots, colours)
         canvas.ax.axis("off")
         canvas.ax.text(
             0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
         )
     at = f", pose {pose}" if len(scene.poses) > 1 else ""
-    title = (
-        f"Uncovered parts of {blind.target}:"
-        f" {'the largest pieces' if len(spots) > 1 else 'the largest piece'}{at}"
-    )
+    several = "largest balls" if len(spots) > 1 else "largest ball"
+    title = f"The {several} of {blind.target} that no sensor covers{at}"
     figure.text(0.5, 0.945, title, ha="center", fontsize=16, color=INK, weight="bold")
     key = [
-        Patch(fc=colours[i], label=f"{i + 1}: {1000 * spot.volume:.1f} l")
+        Patch(fc=colours[i], label=f"{i + 1}: ⌀ {2 * spot.radius:.2f} m")
         for i, spot in spots.items()
     ]
-    figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5)
+    key.append(Patch(fc=_FAINT, alpha=0.3, label="uncovered"))
+    figure.legend(handles=key, loc="lower center", ncols=5, frameon=False, fontsize=11)
     write_png(path, figure)
 
 
@@ -105,8 +103,8 @@ def _draw_cell(
 def _draw_spots(canvas: Canvas, spots: dict[int, BlindSpot], colours: dict[int, str]) -> None:
     """Draw blind spots, and their numbers on top of everything."""
     for i, spot in spots.items():
-        surface = skin(coarse(spot.voxels), canvas.rotation[2])
-        add_skin(canvas, surface, colours[i], alpha=0.12 if spot.volume > _LARGE else 0.85)
+        surface = closed(ball(spot.centre, spot.radius, _FACES))
+        canvas.mesh(surface, colours[i], alpha=0.75, closed=True)
     canvas.draw()
     for i, spot in spots.items():
         x, y = canvas.project(spot.centre)[0]

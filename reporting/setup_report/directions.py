@@ -5,13 +5,12 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from ...objectives.blind_spots import Beside
+from ...objectives.blind_spots import BlindSpot
 from ..pages import escaped
 from ..text import listed
 
-_AROUND = 0.5  # a mean direction shorter than this means that a piece lies on all sides
-_MOST = 0.7  # share of a piece next to one body that makes it the only one named
 _NOTED = 0.35  # components of a unit vector of at least this size are named
+_WAYS = (("in front of", "behind"), ("left of", "right of"), ("above", "below"))
 
 
 def plain(name: str) -> str:
@@ -43,20 +42,29 @@ def bearing(way: Float[np.ndarray, " 3"]) -> str:
     return f"azimuth {round(azimuth) % 360}°, elevation {round(elevation):+d}°"
 
 
-def beside(found: Beside | None) -> str:
-    """Return the place of a piece relative to the robot: ``above the forearm, towards +x``."""
-    if found is None:
-        return ""
-    body, length = plain(found.body), float(np.linalg.norm(found.way))
-    if length < _AROUND:
-        return (
-            f"around the {body}"
-            if found.share >= _MOST
-            else f"around the robot, the largest part by the {body}"
-        )
-    way = found.way / length
-    level = "above" if way[2] >= _NOTED else "below" if way[2] <= -_NOTED else "beside"
-    return f"{level} the {body}" + (f", towards {listed(side)}" if (side := sides(way)) else "")
+def height(spot: BlindSpot) -> str:
+    """Return how high a blind spot is: ``0.30 to 0.62 m high``, or relative to the base."""
+    low, high = spot.height
+    if low >= 0:
+        return f"{low:.2f} to {high:.2f} m high"
+    if high <= 0:
+        return f"{-high:.2f} to {-low:.2f} m below the base"
+    return f"{-low:.2f} m below to {high:.2f} m above the base"
+
+
+def whereabouts(spot: BlindSpot) -> str:
+    """Return the side of the robot on which a blind spot lies: ``behind and above the forearm``."""
+    way = spot.beside.way
+    order = sorted(range(3), key=lambda i: -abs(way[i]))
+    names = [_WAYS[i][int(way[i] < 0)] for i in order if abs(way[i]) >= _NOTED]
+    body = plain(spot.beside.body)
+    return f"{listed(names)} {'' if body[-1:].isdigit() else 'the '}{body}"
+
+
+def axis_name(way: Float[np.ndarray, " 3"]) -> str:
+    """Return the axis of a frame nearest to a vector: ``+x``, ``−z``."""
+    i = int(np.argmax(np.abs(way)))
+    return f"{'+' if way[i] > 0 else '−'}{'xyz'[i]}"
 
 
 def metres(point: Float[np.ndarray, " 3"]) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
-from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
 from ...formats.schema.robustness_models import RobustnessResult
 from ...objectives.blind_spots import Blind, blind_spots
+from ...objectives.calibration_effect import calibration_effect
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RobustnessSettings, robustness
@@ -19,6 +20,7 @@ from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..progress import ProgressBar
 from ..terminal import Terminal
+from .requirements import Requirement, decide
 
 _SEEN = 3  # largest k for which k-coverage is counted
 _LOOKED = 8  # largest number of poses at which blind spots are computed
@@ -52,6 +54,10 @@ class Facts:
     """Violated rules of the scene, and of a real mount."""
     found: FoundModel | None
     """Record of the search that found the setup, or None."""
+    calibration: list[CalibrationEffectModel]
+    """What the calibration of the arm changes, for each goal; empty without one."""
+    required: list[Requirement]
+    """Required coverages of the scene, decided."""
 
     @property
     def own(self) -> list[VerifyResult]:
@@ -120,6 +126,8 @@ def gather(
             for verifier in [Verifier(scene, voxel)]
         ]
     broken = [f.text for f in faults(scene, setup.rings)]
+    with console.status("proving the requirements"):
+        required = decide(scene, setup)
     sensors = {n: one.sensors for n, one in setups.items()}
     return Facts(
         name,
@@ -134,4 +142,6 @@ def gather(
         blind,
         broken,
         found,
+        CalibrationEffectModel.each(calibration_effect(Verifier(scene, voxel), setup)),
+        required,
     )

@@ -9,10 +9,11 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.robots.robot import Mount
+from ...coverage.robots.joint_values import joint_text
 from ...objectives.scene import CoreScene
 from ..pages import escaped, table
-from .directions import bearing, heading, plain
+from .directions import axis_name, bearing, heading, plain
+from .mounting_drawing import drawing_name, ringed_links
 
 TCP = "TCP"  # for a mount on the tool's frame instead of a joint's
 _SHORT = 5e-4  # m, shorter offsets are not mentioned
@@ -56,12 +57,6 @@ def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
     return found
 
 
-def zero_axis(m: Mount) -> str:
-    """Return the axis of the link's frame nearest to phase 0, such as ``+x``."""
-    i = int(np.argmax(np.abs(m.zero)))
-    return f"{'+' if m.zero[i] > 0 else '−'}{'xyz'[i]}"
-
-
 def mounting(scene: CoreScene, setup: Setup) -> list[str]:
     """Return the mounting tables of rings and single sensors, with their explanations, as lines of
     Markdown."""
@@ -98,48 +93,63 @@ def _singles(setup: Setup) -> list[str]:
 
 
 def _rings(scene: CoreScene, setup: Setup) -> list[str]:
-    """Return the table of rings and its explanation as lines of Markdown."""
-    rows, seats = [], seat_list(scene, setup)
-    for i, s in enumerate(seats):
+    """Return the table of rings, its explanation and the drawings as lines of Markdown."""
+    rows, origins = [], dict[str, str]()
+    for i, s in enumerate(seat_list(scene, setup)):
         r, m = s.ring, scene.robot.mount(s.ring.link)
-        place = (
-            f"{1000 * s.along:.0f} mm from {plain(s.joint)}"
-            if m.length > 0
-            else f"fixed, {plain(s.joint)}"
-        )
-        aside = (
-            f", with the axis {1000 * s.aside:.0f} mm off its origin" if s.aside > _SHORT else ""
-        )
         phase = round(math.degrees(r.phase), 2) % 360
+        lengths = (1000 * v * m.length for v in (r.position, 1 - r.position))
+        where = [f"{v:.1f}" for v in (*lengths, 1000 * s.along)] if m.length > 0 else ["–"] * 3
+        angles = (360 / max(r.count, 1), math.degrees(r.tilt) + 0.0, phase)
         rows.append(
             (
-                *(
-                    str(i),
-                    plain(r.link),
-                    place + aside,
-                    f"{r.position:.3f}" if m.length > 0 else "–",
-                ),
-                *(
-                    f"{1000 * r.radius:.1f}",
-                    f"{r.count}, every {360 / max(r.count, 1):.2f}°",
-                    f"{math.degrees(r.tilt) + 0.0:+.2f}",
-                ),
-                f"{phase:.2f} from {zero_axis(m)}",
-                f"{heading(s.look)} ({bearing(s.look)})",
+                *(str(i), plain(r.link), *where, f"{1000 * r.radius:.1f}", f"{r.count}"),
+                *(f"{angles[0]:.2f}", f"{angles[1]:+.2f}", f"{angles[2]:.2f}"),
             )
         )
-    heads = ("ring", "link", "where", "position", "radius, mm", "sensors", "tilt, °", "phase, °")
+        beside = f", {1000 * s.aside:.0f} mm beside the mount axis" if s.aside > _SHORT else ""
+        fixed = "" if m.length > 0 else ", place fixed"
+        zero = f", angles from {axis_name(m.zero)}"
+        origins[r.link] = f"{plain(r.link)}: {plain(s.joint)}{beside}{zero}{fixed}"
+    heads = (
+        *("ring", "link", "from the proximal end, mm", "from the distal end, mm"),
+        *("from the joint, mm", "radius, mm", "sensors", "every, °", "tilt, °"),
+        "sensor 0 at, °",
+    )
     return [
-        table((*heads, "direction of the first sensor in pose 0"), rows, right=(0, 3, 4, 6)),
+        table(heads, rows, right=range(2, 10)),
         (
-            "Distances run from the joint's axis along the link's mount axis to the plane of the"
-            " ring's sensors, positive towards the tool. Position is the same as a share of the"
-            " mount: 0 is proximal, 1 is distal. Radius is that of the circle of sensors. A"
-            " positive tilt leans the sensors towards the distal end. Phase is the angle of the"
-            " first sensor about the mount axis, measured from the named axis of the link's frame,"
-            " right-handed from proximal to distal. The other sensors follow at equal angles in"
-            " the same direction. Azimuth is measured from +x of the base frame towards +y,"
-            " elevation from the horizontal."
+            "Lengths run along the link's mount axis to the plane of the ring's sensors; the"
+            " proximal end is the one nearer to the base. Of each link, the joint from whose origin"
+            " the third length counts and the axis of the joint's frame from which angles count:"
+            f" {'; '.join(origins.values())}. Radius is that of the circle of sensors. A positive"
+            " tilt leans the sensors towards the distal end. Angles count right-handed about the"
+            " mount axis from proximal to distal; the other sensors follow sensor 0 at equal angles"
+            " in the same direction. In the drawings, the arrows of the side view are the beams,"
+            " the circles are seen from the distal end, and sensor 0 is orange."
         ),
         "",
+        *_first_sensors(scene, setup),
+        *(
+            f"![Rings on the {plain(link)} with their dimensions]({drawing_name(n)})\n"
+            for n, link in enumerate(ringed_links(setup))
+        ),
+    ]
+
+
+def _first_sensors(scene: CoreScene, setup: Setup) -> list[str]:
+    """Return the table of the directions of all sensors 0 as lines of Markdown."""
+    rows = [
+        (str(i), plain(s.ring.link), heading(s.look), bearing(s.look))
+        for i, s in enumerate(seat_list(scene, setup))
+    ]
+    pose = escaped(joint_text(scene.robot.chain, scene.poses[0].q))
+    return [
+        (
+            f"To check the mounting, move the robot to pose 0 ({pose}). Sensor 0 of each ring then"
+            " points as follows; azimuth counts from +x of the base frame towards +y, elevation"
+            " from the horizontal."
+        ),
+        "",
+        table(("ring", "link", "sensor 0 points", "exactly"), rows, right=(0,)),
     ]

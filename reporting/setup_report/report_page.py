@@ -2,30 +2,42 @@
 
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from pathlib import Path
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...coverage.robots.joint_values import joint_text
 from ...formats.schema.sensor_records import sensor_records, title
 from ...objectives.scene import CoreScene
 from ..detection_page import DISCLAIMER
+from ..lines.calibration import calibration_lines
 from ..lines.motion import record_line
 from ..lines.occlusion import ADVICE, scene_lines, unseeing_lines
 from ..lines.protective_volume import protective_lines
 from ..lines.sensors import sensor_lines
 from ..lines.targets import described
-from ..pages import code, escaped, table
+from ..pages import code, command, escaped, table
 from ..robustness import lines, robustness_rows
 from ..tables import count_error_line, target_label
 from ..text import counted, listed
 from .bill_of_materials import materials
 from .blind_spot_section import blind_spot_section
+from .cable_section import cable_section
+from .cover import Identity, cover
 from .facts import Facts
 from .mounting_guide import mounting
 
-PICTURE = "placement.png"
-# of report, or to be said again
-_ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")
+SECTION = "section.png"
+# options of the report that verify does not take, and flags without a value
+_ASKED = (
+    "--target",
+    "--radius",
+    "--draws",
+    "--seed",
+    "--voxel",
+    "--out",
+    "--require",
+    "--revision",
+)
+_FLAGS = ("--pdf", "--json")
 _UNDER = {
     "ignore": "beams pass through the robot, as in the paper",
     "shadow": "points behind the body are not covered, as for multi-zone sensors",
@@ -42,7 +54,7 @@ def page(
     f: Facts,
     words: Sequence[str],
     versions: Mapping[str, str],
-    created: str,
+    identity: Identity,
     frame_length: Callable[[int], int],
 ) -> str:
     """Return the whole report.
@@ -51,13 +63,21 @@ def page(
         f: counts of the setup.
         words: words of the command line.
         versions: versions of the programs.
-        created: time of creation.
+        identity: what tells the report from others.
         frame_length: returns the bytes that a ring with a given number of sensors sends at once.
     """
-    results = _coverage(f), blind_spot_section(f), _robust(f)
-    parts = _head(f, versions, created), _asked(f), *results
+    parts = (
+        cover(f, identity, answer(f), versions["place-rings"]),
+        _definition(f),
+        _scene(f),
+        blind_spot_section(f),
+        _coverage(f),
+        _separation(f),
+        _robust(f),
+    )
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
+    lines += cable_section(f.scene, f.setup)
     lines += [
         "## Bill of materials",
         "",
@@ -82,33 +102,35 @@ def answer(f: Facts) -> str:
         each.append(
             f"**{r.zeta_percent:.2f} % of {target_label(r)}**" + (f" ({beyond})" if beyond else "")
         )
-    floors = [(g, r) for g, r in zip(f.scene.goals, f.own, strict=True) if g.at_least > 0]
-    missed = [
-        f"{100 * g.at_least - r.zeta_percent:.2f} points for {g.target}"
-        for g, r in floors
-        if r.zeta_percent < 100 * g.at_least
-    ]
-    kept = (
-        ""
-        if not floors
-        else f"; the required coverage is missed by {listed(missed)}"
-        if missed
-        else "; the required coverage is reached"
-    )
-    return f"{what} cover {listed(each)}{kept}."
+    return f"{what} cover {listed(each)}."
 
 
-def _head(f: Facts, versions: Mapping[str, str], created: str) -> Iterator[str]:
-    yield f"# Placement report: {escaped(Path(f.name).name)}\n"
-    yield f"> {answer(f)}\n"
-    yield f"Created {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
+def _definition(f: Facts) -> Iterator[str]:
+    """Yield what coverage is, with the numbers of this setup."""
+    yield "## What coverage means\n"
     yield (
-        "![The setup from two sides: sensors, beams, and the uncovered part of the"
-        f" target]({PICTURE})\n"
+        "The coverage ζ of a target is the part of its volume that at least one sensor sees, in"
+        " percent: ζ = covered volume ÷ volume of the target. A point is covered if it lies in the"
+        f" beam of a sensor; {_UNDER[f.scene.occlusion]}. The volume is counted in small cubes"
+        f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if its centre is.\n"
     )
+    poses = len(f.scene.poses)
+    for goal, r in zip(f.scene.goals, f.own, strict=True):
+        volumes = ""
+        if poses == 1 and goal.target.importance is None and r.target_voxels:
+            seen, whole = ((n or 0) * f.voxel**3 for n in (r.covered_voxels, r.target_voxels))
+            volumes = f"{seen:.4f} m³ ÷ {whole:.4f} m³ = "
+        mean = f", the mean over {poses} poses" if poses > 1 else ""
+        yield f"- {target_label(r)}: ζ = {volumes}**{r.zeta_percent:.2f} %**{mean}"
+    yield ""
+    yield f"{_meaning(f.scene)}\n"
+    target = f.scene.goals[0].target
+    yield f"![Section through {target}: covered, uncovered, and what does not count]({SECTION})\n"
+    at = " in pose 0" if len(f.scene.poses) > 1 else ""
+    yield f"Vertical section through the arm{at}. ζ counts the whole volume, not this section.\n"
 
 
-def _asked(f: Facts) -> Iterator[str]:
+def _scene(f: Facts) -> Iterator[str]:
     scene, goals = f.scene, []
     weights = scene.goal_weights
     for goal, w in zip(scene.goals, weights, strict=True):
@@ -121,8 +143,10 @@ def _asked(f: Facts) -> Iterator[str]:
         f"- Robot: {escaped(scene.robot.name)}, {len(scene.robot.chain)} joints, reach"
         f" {scene.robot.reach:.2f} m."
     )
+    for line in calibration_lines(f.own, f.calibration):
+        yield f"- {escaped(line)}"
     yield f"- {_poses(scene)}"
-    yield f"- Targets: {'; '.join(goals)}. {_meaning(scene)}"
+    yield f"- Targets: {'; '.join(goals)}."
     yield (
         "- Sensors:"
         f" {escaped(listed([title(s) for s in dict.fromkeys(g.sensor for g in f.setup.groups)]))}."
@@ -196,6 +220,7 @@ def _coverage(f: Facts) -> Iterator[str]:
     models: list[Occlusion] = [
         m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
     ]
+    models.sort(key=lambda model: model != f.scene.occlusion)
     for model in models or [f.scene.occlusion]:
         asked = " (the scene's model)" if model == f.scene.occlusion else ""
         yield f"### {model}: {_UNDER[model]}{asked}\n"
@@ -218,13 +243,33 @@ def _coverage(f: Facts) -> Iterator[str]:
                 f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f}"
                 " %.\n"
             )
-    told = [
-        *unseeing_lines(f.own[0].unseeing),
-        *scene_lines(f.scene),
-        *protective_lines(f.own, f.setup),
-    ]
+    told = [*unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene)]
     if told:
         yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
+
+
+def _separation(f: Facts) -> Iterator[str]:
+    """Yield the section on V_P, if it is a target."""
+    s = next((r.separation for r in f.own if r.separation is not None), None)
+    if s is None:
+        return
+    yield "## Protective volume and separation distances\n"
+    yield "\n".join(f"- {escaped(line)}" for line in protective_lines(f.own, f.setup)) + "\n"
+    terms = (
+        ("S_h", "way of the person during reaction and stopping", s.S_h),
+        ("S_r", "way of the robot during the reaction", s.S_r),
+        ("S_s", "stopping distance of the robot", s.S_s),
+        ("C", "intrusion distance", s.C),
+        ("Z_d", "uncertainty of the person's position", s.Z_d),
+        ("Z_r", "uncertainty of the robot's position", s.Z_r),
+    )
+    rows = [(name, text, f"{value:.3f}") for name, text, value in terms]
+    rows += [
+        ("**S**", "**separation distance of the fastest part**", f"**{s.largest_m:.3f}**"),
+        ("", "mean over the parts and poses", f"{s.mean_m:.3f}"),
+        ("", "smallest", f"{s.least_m:.3f}"),
+    ]
+    yield table(("term", "meaning", "m"), rows, right=(2,))
 
 
 def _robust(f: Facts) -> Iterator[str]:
@@ -264,14 +309,14 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
         yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
         yield f"{_listed_versions(f.found.versions)}:\n"
-        yield code(f.found.command)
+        yield _command_of(f.found.command)
         if f.found.bound_percent is not None:
             reached, bound = f.found.exact_percent, f.found.bound_percent
             yield "No layout within the budget and the rules of that search reaches more than"
             yield f"{bound:.2f} %; its answer reached {reached:.2f} %.\n"
     yield f"This report, with seed {f.seed} for its random draws, was created by"
     yield f"{_listed_versions(versions)}:\n"
-    yield code(shlex.join(["place-rings", *words]))
+    yield command(["place-rings", *words])
     yield "To prove a ζ, as a guaranteed interval:\n"
     target, say = f.scene.goals[0].target, ["place-rings", "verify"]
     if target.plain:
@@ -279,7 +324,16 @@ def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> I
         say += [*_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
     else:
         say += _without(words[1:], _ASKED[2:])
-    yield code(shlex.join([*say, "--rule", "certified"]))
+    yield command([*say, "--rule", "certified"])
+
+
+def _command_of(text: str) -> str:
+    """Return a recorded command as a code block; a text that is no command line stays as it is."""
+    try:
+        words = shlex.split(text)
+    except ValueError:
+        return code(text)
+    return command(words) if words and shlex.join(words) == text else code(text)
 
 
 def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
@@ -287,6 +341,8 @@ def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
     left = iter(words)
     for word in left:
         option, together, _ = word.partition("=")
+        if option in _FLAGS:
+            continue
         if option not in options:
             yield word
         elif not together:

@@ -1,0 +1,126 @@
+"""Section of a report on cables: the bus on each ring, the cable to the base, and the slip at each
+joint.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ...coverage.rings.ring import Group, Setup
+from ...formats.firmware.bus_load import CABLE_PF_M, MOST_PF, RISE_NS
+from ...formats.firmware.cabling import USB_M, JointCrossing, cable_run, crossings
+from ...formats.firmware.controllers import DEFAULT_CONTROLLER, controller
+from ...formats.firmware.wiring import RingWiring, plan_ring
+from ...objectives.scene import CoreScene
+from ..pages import escaped, table
+from .directions import plain
+
+_HEADS = (
+    *("ring", "link", "I2C", "clock, kHz", "cable on the ring, m", "load, pF", "rise, ns"),
+    *("joints to the base", "cable to the base, m"),
+)
+
+
+def bus_cable(wiring: RingWiring) -> float:
+    """Return the length of four-wire cable on a ring, m."""
+    trunk = wiring.segments[0].cable_m
+    if not wiring.channels:
+        return trunk
+    return trunk + wiring.count * wiring.segments[1].cable_m
+
+
+def wirings(setup: Setup) -> tuple[list[RingWiring | None], list[str]]:
+    """Return the wiring of each ring and single sensor, None where no bus bears it, and why."""
+    planned, reasons = list[RingWiring | None](), list[str]()
+    for i, group in enumerate(setup.groups):
+        try:
+            planned.append(plan_ring(f"ring {i}", group, controller(DEFAULT_CONTROLLER)))
+        except ValueError as error:
+            planned.append(None)
+            reasons.append(f"{escaped(str(error))}.")
+    return planned, reasons
+
+
+def cable_section(scene: CoreScene, setup: Setup) -> Iterator[str]:
+    """Yield the section's paragraphs and tables, as Markdown."""
+    yield "## Cables and buses\n"
+    planned, reasons = wirings(setup)
+    runs = [cable_run(scene, group) for group in setup.groups]
+    yield (
+        "Each ring has its own controller board, so I2C stays on the ring: at"
+        f" {CABLE_PF_M:.0f} pF a metre, the {MOST_PF:.0f} pF that the bus may carry are"
+        f" {MOST_PF / CABLE_PF_M:.0f} m of bare cable, without any sensor. Power and readings of a"
+        " ring go to the base over one USB 2.0 cable along the arm, of at most"
+        f" {USB_M:g} m. None of these sensors needs SPI.\n"
+    )
+    yield table(
+        _HEADS,
+        [
+            _row(i, group, wiring, run.joints, f"{run.length:.1f}{'' if run.usb else ' (hub)'}")
+            for i, (group, wiring, run) in enumerate(zip(setup.groups, planned, runs, strict=True))
+        ],
+        right=(0, 3, 4, 5, 6, 7, 8),
+    )
+    limits = " and ".join(f"{ns:.0f} ns at {hz // 1000} kHz" for hz, ns in RISE_NS.items())
+    yield (
+        f"The load is that of the busiest line, at most {MOST_PF:.0f} pF; a line may rise for"
+        f" {limits} (UM10204). The cable"
+        " to the base is the straight way along the links and a tenth more, the loops of the next"
+        " table, and 0.3 m for the ends. With a USB hub on a link, its rings share one cable.\n"
+    )
+    if not all(run.usb for run in runs):
+        yield f"Cables longer than {USB_M:g} m are marked: they need a USB hub on the way.\n"
+    for line in reasons:
+        yield f"{line}\n"
+    crossed = crossings(scene)[: max((run.joints for run in runs), default=0)]
+    if crossed:
+        yield from _slips(scene, crossed)
+
+
+def _row(
+    number: int, group: Group, wiring: RingWiring | None, joints: int, length: str
+) -> tuple[str, ...]:
+    """Return a row of the table of rings."""
+    if wiring is None:
+        return (str(number), plain(group.link), "none", *["–"] * 4, str(joints), length)
+    worst = max(wiring.segments, key=lambda segment: segment.line.load_pf)
+    way = f"{len(wiring.channels)} TCA9548A" if wiring.channels else "direct"
+    return (
+        str(number),
+        plain(group.link),
+        way,
+        f"{wiring.hertz // 1000}",
+        f"{bus_cable(wiring):.1f}",
+        f"{worst.line.load_pf:.0f}",
+        f"{max(segment.line.rise_ns for segment in wiring.segments):.0f}",
+        str(joints),
+        length,
+    )
+
+
+def _slips(scene: CoreScene, crossed: Sequence[JointCrossing]) -> Iterator[str]:
+    """Yield the table of joints."""
+    rows = []
+    for joint in crossed:
+        motion = f"{joint.motion:.2f} m" if joint.slides else f"{math.degrees(joint.motion):.0f}°"
+        radius = "–" if joint.slides else f"{1000 * joint.radius:.0f}"
+        rows.append(
+            (
+                plain(joint.joint),
+                motion,
+                radius,
+                f"{1000 * joint.slip:.0f}",
+                f"{1000 * joint.loop:.0f}",
+            )
+        )
+    heads = ("joint", "motion", "cable from the axis, mm", "slip, mm", "loop to leave, mm")
+    over = (
+        "over the poses of the scene"
+        if len(scene.poses) > 1
+        else "of its limits, at most one turn, because the scene has one pose; state the motion"
+        " with `--trajectory`"
+    )
+    yield (
+        "Cables slip across a joint by its motion times their distance from its axis. The motion"
+        f" is that {over}.\n"
+    )
+    yield table(heads, rows, right=(1, 2, 3, 4))

@@ -1,0 +1,159 @@
+"""Picture of what coverage means: the target of a scene in a vertical section through the arm, with
+its covered and its uncovered part and what does not count.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import robot_capsules
+from ...objectives.occlusion import setup_sight
+from ...objectives.scene import CoreScene
+from ..plots import GREY, INK
+from ..rendering.colours import UNSEEN_COLOUR
+from ..rendering.convex_outline import convex_outline
+from ..rendering.figures import write_png
+
+COVERED, _EXCLUDED, _ROBOT, _OBSTACLE = "#7fb3d9", "#e3e5e8", "#7d8791", "#c9b48c"
+_POINTS = 90_000  # points of the section
+_AT_ONCE = 8_000  # points whose coverage is computed at once
+_MARGIN = 0.08  # m, around the target
+_TURN = np.linspace(0.0, 2 * np.pi, 49)  # of the outline of a capsule's end
+
+
+def _along(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
+    """Return the horizontal direction in which points spread most; +x if they lie above one
+    another."""
+    flat = points[:, :2] - points[:, :2].mean(axis=0)
+    _, spread, ways = np.linalg.svd(flat)
+    way = ways[0] if spread[0] > 1e-6 else np.array([1.0, 0.0])
+    lead = float(way[int(np.argmax(np.abs(way)))])
+    return np.array([*(way * np.sign(lead)), 0.0])
+
+
+def _fields(scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
+    """Return implicit functions (N,), m, negative inside: the outer target, what it excludes, what
+    is covered, and the obstacles."""
+    q, target = scene.poses[0].q, scene.goals[0].target
+    solid, sees = scene.solid(target, 0), setup_sight(scene, setup, q)
+    obstacles = np.full(len(points), np.inf)
+    for one in scene.obstacles:
+        obstacles = np.minimum(obstacles, one.body(points))
+    parts = [points[i : i + _AT_ONCE] for i in range(0, len(points), _AT_ONCE)]
+    covered = np.concatenate([np.asarray(sees(part)) for part in parts])
+    return {
+        "outer": np.asarray(solid.a(points)),
+        "inner": np.asarray(solid.b(points)),
+        "covered": covered,
+        "obstacles": obstacles,
+    }
+
+
+def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
+    """Draw the first target of a scene in a section through the arm in its first pose.
+
+    The section is the vertical plane through the middle of the joints, along the direction in which
+    they spread most. Parts are drawn by their implicit functions.
+
+    Args:
+        path: file to write.
+        scene: the scene.
+        setup: the setup.
+
+    Raises:
+        UserError: if the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
+    origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
+    along, through = _along(origins), origins.mean(axis=0) * [1, 1, 0]
+    low, high = scene.solid(scene.goals[0].target, 0).a.bounds()
+    corners = np.array([(x, y, 0.0) for x in (low[0], high[0]) for y in (low[1], high[1])])
+    reach = (corners - through) @ along
+    ends = (reach.min() - _MARGIN, reach.max() + _MARGIN), (low[2] - _MARGIN, high[2] + _MARGIN)
+    width, height = ends[0][1] - ends[0][0], ends[1][1] - ends[1][0]
+    step = np.sqrt(width * height / _POINTS)
+    u, z = (np.linspace(*end, max(2, int((end[1] - end[0]) / step))) for end in ends)
+    grid_u, grid_z = np.meshgrid(u, z)
+    points = through + grid_u[..., None] * along + grid_z[..., None] * np.eye(3)[2]
+    fields = {
+        name: np.clip(value, -1.0, 1.0).reshape(grid_u.shape)
+        for name, value in _fields(scene, setup, points.reshape(-1, 3)).items()
+    }
+    wide = 9.0
+    tall = min(5.2, max(2.6, wide * height / width))
+    figure = Figure(figsize=(wide, tall + 1.0), dpi=150, facecolor="white")
+    ax = figure.add_axes((0.07, 0.86 / (tall + 1.0), 0.91, tall / (tall + 1.0) * 0.97))
+    _paint(ax, u, z, fields)
+    _outline(ax, scene, frames, along, through)
+    apexes = sensor_cones(scene.robot, scene.with_cell(setup), scene.poses[0].q).apex - through
+    ax.plot(apexes @ along, apexes[:, 2], "o", ms=2.6, mfc="white", mec=INK, mew=0.7, zorder=6)
+    ax.set(aspect="equal", xlim=ends[0], ylim=ends[1])
+    ax.set_xlabel("along the arm, m", color=GREY, fontsize=9)
+    ax.set_ylabel("height, m", color=GREY, fontsize=9)
+    ax.tick_params(labelsize=8, colors=GREY)
+    ax.spines[["top", "right"]].set_visible(False)
+    _legend(figure, scene)
+    write_png(path, figure)
+
+
+def _outline(ax: Any, scene: CoreScene, frames: Any, along: Any, through: Any) -> None:
+    """Draw the robot's bodies as seen from the side, or the line of its joints if it has none."""
+    from matplotlib.collections import PolyCollection
+
+    if not scene.robot.bodies:
+        origins = np.vstack([np.zeros(3), frames[:, :3, 3]]) - through
+        ax.plot(origins @ along, origins[:, 2], "-o", color=_ROBOT, lw=4, ms=8, zorder=4)
+        return
+    bodies = robot_capsules(scene.robot.enclosed(), frames)
+    circle, hulls = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1), []
+    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
+        ends = [np.array([(p - through) @ along, p[2]]) + r * circle for p in (a, b)]
+        xy = np.concatenate(ends)
+        hulls.append(xy[convex_outline(xy)])
+    ax.add_collection(
+        PolyCollection(hulls, facecolors=_ROBOT, edgecolors="white", linewidths=0.5, zorder=4)
+    )
+
+
+def _paint(ax: Any, u: Any, z: Any, fields: dict[str, Any]) -> None:
+    """Fill the parts of the section, each over those before it."""
+
+    def fill(values: Any, colour: str, edge: str | None = None) -> None:
+        if values.min() < 0:
+            ax.contourf(u, z, values, levels=[-10.0, 0.0], colors=[colour])
+            if edge is not None:
+                ax.contour(u, z, values, levels=[0.0], colors=[edge], linewidths=1.2)
+
+    target = np.maximum(fields["outer"], -fields["inner"])
+    fill(target, UNSEEN_COLOUR)
+    fill(np.maximum(target, fields["covered"]), COVERED)
+    fill(np.maximum(fields["outer"], fields["inner"]), _EXCLUDED)
+    fill(fields["obstacles"], _OBSTACLE)
+    if fields["outer"].min() < 0 < fields["outer"].max():
+        ax.contour(u, z, fields["outer"], levels=[0.0], colors=[INK], linewidths=1.4)
+
+
+def _legend(figure: Any, scene: CoreScene) -> None:
+    """Add the key of colours below the section."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    target = scene.goals[0].target
+    dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4, "mfc": "white", "mec": INK}
+    keys = [
+        Patch(fc=COVERED, label="covered: seen by at least one sensor"),
+        Patch(fc=UNSEEN_COLOUR, label="uncovered"),
+        Line2D([], [], color=INK, lw=1.4, label=f"boundary of the target {target}"),
+        Patch(fc=_EXCLUDED, label="does not count: near the robot itself"),
+        Patch(fc=_ROBOT, label="robot, seen from the side"),
+        *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
+        Line2D([], [], label="sensors", **dot),
+    ]
+    figure.legend(handles=keys, loc="lower center", ncols=3, frameon=False, fontsize=8.5)
