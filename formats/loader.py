@@ -22,6 +22,7 @@ from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
+from .schema.calibration_models import CalibrationModel
 from .schema.mounted_sensor_models import links_text
 from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import FoundModel, ProposalFile
@@ -95,6 +96,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         raw = _with_robot(path, raw, model)
         raw = _with_sensors(path, raw, model)
         raw = raw if robot is None else _on_robot(raw, robot)
+        raw = _with_calibration(path, raw, model)
         return model.model_validate(raw, context=FROM_FILE)
     except ValidationError as error:
         raise explain(name, error, model) from error
@@ -123,6 +125,32 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
+def _with_calibration(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Return the keys of a file; a calibration file that its scene names is replaced by the
+    calibration in-line."""
+    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    if not isinstance(reference := scene.get("calibration"), str):
+        return raw
+    own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
+    file = beside(path, f"{key}calibration", reference)
+    calibrated = read_calibration(file, robot_of(own.robot))
+    inside = {**scene, "calibration": CalibrationModel.of(calibrated)}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def read_calibration(path: Path, robot: Robot) -> Robot:
+    """Return a robot with the calibration in a file (``calibrated_from``).
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
+    from .robots.calibration_files import calibrated_from
+
+    return calibrated_from(robot, str(path), read_text(path, "a calibration"))
+
+
 def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
     """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
     tables."""
@@ -137,9 +165,11 @@ def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> di
 def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
     """Return the keys of a scene with ``robot`` in place of its own.
 
-    A single pose that is the rest pose of the scene's own robot becomes that of ``robot``.
+    A single pose that is the rest pose of the scene's own robot becomes that of ``robot``. The
+    calibration of the scene's own robot does not apply.
     """
     moved = {**raw, "robot": robot_key(robot)}
+    moved.pop("calibration", None)
     own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
     chain, rest = robot_of(own.robot).chain, robot_of(own.robot).rest
     match raw.get("poses"):

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from . import drawing
 from .strategies.singles import CELL_SENSORS, mixed, mixed_setups, singles
-from .test_exports import CLOSE, turned, written
+from .test_exports import CLOSE, in_base, turned, written
 
 few = settings(max_examples=5)
 NO_RING = Setup()
@@ -160,7 +160,7 @@ def test_a_glb_shows_beams_of_every_shape_by_their_extent(tmp_path_factory, seed
     written(folder, scene, setup, "glb")
     made = trimesh.load(io.BytesIO((folder / "scene.glb").read_bytes()), file_type="glb")
     for name, (one, there) in expected(scene, setup, scene.poses[-1].q).items():
-        vertices = made.geometry[f"sensor_{name.split('_')[1]}_sees"].vertices
+        vertices = in_base(made, f"sensor_{name.split('_')[1]}_sees").vertices
         local = (np.linalg.inv(there) @ np.c_[vertices, np.ones(len(vertices))].T).T[:, :3]
         far, range_m, half = np.linalg.norm(local, axis=1), one.sensor.range_m, one.sensor.fov / 2
         flat = np.hypot(local[:, 0], local[:, 2])

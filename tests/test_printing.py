@@ -184,9 +184,9 @@ def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase
         L4CD,
     )
     record, _, _, made = print_ring(scene, 0, ring)
-    assert min(least_wall(half, seed) for half in made.halves for seed in range(4)) >= 1.2
+    assert min(least_wall(half, seed) for half in made.parts for seed in range(4)) >= 1.2
     assert all(check.holds for check in record.checks)
-    for half, way in zip(made.halves, (1, -1), strict=True):  # laid on from its side
+    for half, way in zip(made.parts, (1, -1), strict=True):  # laid on from its side
         assert all(
             (half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01
             for d in (0, 5, 20, 60, 120)
@@ -211,7 +211,7 @@ def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
     assert (
         min(
             least_wall(half, seed)
-            for half in assemble(plan_ring(scene, ring)).halves
+            for half in assemble(plan_ring(scene, ring)).parts
             for seed in range(8)
         )
         >= 1.2
@@ -225,7 +225,7 @@ def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
     plan = plan_ring(scene, ring)
     made = assemble(plan)
     # 0.35 mm beside a bolt's hole
-    assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2
+    assert min(least_wall(half, seed) for half in made.parts for seed in range(2)) >= 1.2
     assert (
         plan_ring(scene, replace(ring, radius=0.15)).lug[0]
         == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
@@ -248,7 +248,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
         assert end[2] - radius * math.cos(plan.tilt) >= plan.low + 1.5 - 1e-6
     if tilt_deg == 80:
         made = assemble(plan)
-        assert min(least_wall(half) for half in made.halves) >= 1.2
+        assert min(least_wall(half) for half in made.parts) >= 1.2
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
@@ -336,6 +336,7 @@ def test_files_and_pictures_of_a_proposal():
         "ring0___frac__b.stl",
         "ring0___frac_.png",
         "mounted.png",
+        "plate0.3mf",
         "printing.json",
     }
     assert data.keys() == names
@@ -372,9 +373,7 @@ def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verif
         Space(scene, ring_layout(scene, 2, 20))
     tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))
     assert "at most" in mount_faults(scene, tool)[0].text
-    with pytest.raises(
-        InfeasibleError, match="places at most 16 free rings, here of at most 15 sensors"
-    ):
+    with pytest.raises(InfeasibleError, match="there is room for 16 rings of at most 15"):
         Space(scene, sensors=2000)
     free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
     assert Space(free, ring_layout(free, 2, 20)).sensors == 100

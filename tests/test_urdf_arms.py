@@ -565,3 +565,18 @@ def test_a_mesh_of_no_triangles_is_no_body(tmp_path):
     path.write_text(GRIPPED.replace('<box size="0.02 0.02 0.06"/>', mesh))
     robot = UrdfOptions(hold={"raise": 0.2}).fit(path).robot
     assert {b.name.partition("_")[0] for b in robot.bodies} == {"base", "lift", "upper", "fore"}
+
+
+def test_advice_never_names_an_option_that_is_given(cell):
+    """With --packages or --package in place, the refusal says where it looked, and what else could
+    help."""
+    path = cell / "arm_support" / "urdf" / "arm.urdf"
+    name, hand = "package://hand_description/meshes/none.stl", cell / "ws" / "src" / "checkout-1.2"
+    with pytest.raises(UserError, match=r"--packages.*--package hand_description=FOLDER"):
+        Meshes(path).find(name, "l")
+    with pytest.raises(UserError, match=r"a file in .*ws; if it has another name") as told:
+        Meshes(path, [cell / "ws"]).find(name, "l")
+    assert "--packages" not in str(told.value)
+    with pytest.raises(UserError, match=r"checkout-1\.2 has no such file") as told:
+        Meshes(path, named={"hand_description": hand}).find(name, "l")
+    assert "--package hand_description" not in str(told.value)

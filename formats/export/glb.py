@@ -1,5 +1,7 @@
 """GLB: a 3D scene with robot, obstacles, rings, sensors, their beams, and points of the targets."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,19 +17,11 @@ from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
 from ..robots.urdf_matching import find_robot, plain_names
-from .placed import BASE_LINK, PlacedSetup
+from .glb_animation import animated
+from .palette import COVERED_ONCE, OBSTACLE, ROBOT, SENSOR, UNCOVERED, link_colours
+from .placed import BASE_LINK, TCP_LINK, PlacedSetup
+from .ring_bodies import envelope_mesh
 
-_ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)
-# Okabe and Ito (2008): distinguishable with colour-vision deficiency.
-_RINGS = (
-    (0.0, 0.45, 0.7),
-    (0.9, 0.62, 0.0),
-    (0.0, 0.62, 0.45),
-    (0.8, 0.47, 0.65),
-    (0.34, 0.71, 0.91),
-    (0.84, 0.37, 0.0),
-)
-_SEEN, _UNSEEN = (0.0, 0.62, 0.45, 1.0), (0.84, 0.1, 0.1, 1.0)
 _CLEAR = 0.13  # opacity of beams
 _BAND = 0.004  # m, radius of a ring's tube
 _UNIT = (0.006, 0.008)  # m, displayed radius and length of a sensor
@@ -37,55 +31,106 @@ _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  #
 
 def glb(placed: PlacedSetup) -> dict[str, bytes]:
     """Return ``scene.glb``: the node ``base_link`` is the base frame; nodes with sensor names look
-    along their z axis."""
-    scene = trimesh.Scene(base_frame="world")
+    along their z axis. A node for each joint carries what moves with it; if the scene has several
+    poses, an animation moves these nodes through them."""
+    scene, nodes = trimesh.Scene(base_frame="world"), _nodes(placed)
     scene.graph.update(frame_to=BASE_LINK, matrix=_Y_UP)
-    for name, mesh in _robot(placed):
-        _add(scene, name, mesh, _ROBOT)
+    parents = [BASE_LINK, *nodes]
+    T_base_parent = np.concatenate([np.eye(4)[None], placed.T_base_frame[:-1]])
+    for name, parent, T, before in zip(
+        nodes, parents, placed.T_base_frame, T_base_parent, strict=False
+    ):
+        scene.graph.update(frame_to=name, frame_from=parent, matrix=np.linalg.inv(before) @ T)
+    for part in _parts(placed):
+        _add(scene, placed, nodes, part)
+    unit = trimesh.creation.cylinder(_UNIT[0], _UNIT[1], sections=16)
+    unit.visual = trimesh.visual.TextureVisuals(material=_material(SENSOR))
+    for s in placed.sensors:
+        scene.add_geometry(
+            unit,
+            node_name=s.name,
+            geom_name="sensor",
+            parent_node_name=_node(nodes, s.frame),
+            transform=s.T_frame_sensor,
+        )
+    _add_points(scene, placed)
+    data = scene.export(file_type="glb")
+    if len(placed.scene.poses) > 1:
+        chain = placed.scene.robot.chain
+        data = animated(data, nodes[: len(chain)], chain, placed.scene.poses)
+    return {"scene.glb": data}
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A mesh of the scene."""
+
+    name: str
+    """Name of its node."""
+    mesh: Any
+    """The mesh in the base frame."""
+    frame: int = BASE
+    """Frame that carries it."""
+    colour: str = ROBOT
+    """Colour as ``#rrggbb``."""
+    opacity: float = 1.0
+    """Opacity."""
+
+
+def _nodes(placed: PlacedSetup) -> tuple[str, ...]:
+    """Return names of the nodes of the joints' frames, and of the TCP."""
+    taken = ["world", BASE_LINK, TCP_LINK, *(s.name for s in placed.sensors)]
+    return (*plain_names(placed.links, taken), TCP_LINK)
+
+
+def _node(nodes: tuple[str, ...], frame: int) -> str:
+    return BASE_LINK if frame == BASE else nodes[frame]
+
+
+def _parts(placed: PlacedSetup) -> Iterator[_Part]:
+    """Yield the meshes of the robot, its cell and its rings."""
+    robot = placed.scene.robot
+    yield from _robot(placed)
     for i, obstacle in enumerate(placed.scene.obstacles):
         corners = np.asarray(obstacle.body.edges).reshape(-1, 3)
         if len(corners):
-            _add(scene, f"obstacle_{i}", trimesh.convex.convex_hull(corners), _OBSTACLE)
-    for i, body in enumerate(carried_at(placed.scene.robot, placed.T_base_frame)):
+            hull = trimesh.convex.convex_hull(corners)
+            yield _Part(f"obstacle_{i}", hull, colour=OBSTACLE)
+    for i, body in enumerate(carried_at(robot, placed.T_base_frame)):
         corners = np.asarray(body.edges).reshape(-1, 3)
-        _add(scene, f"attached_{i}", trimesh.convex.convex_hull(corners), _ROBOT)
-    capsules = attached_at(placed.scene.robot, placed.T_base_frame)
+        hull = trimesh.convex.convex_hull(corners)
+        yield _Part(f"attached_{i}", hull, robot.carried[i].frame)
+    capsules = attached_at(robot, placed.T_base_frame)
     if placed.urdf is not None and capsules is not None:  # without a URDF they are among the bodies
-        ends = zip(capsules.start, capsules.end, capsules.radius, strict=True)
-        for i, (a, b, radius) in enumerate(ends):
-            _add(scene, f"attached_capsule_{i}", _capsule(a, b, float(radius)), _ROBOT)
-    unit = trimesh.creation.cylinder(_UNIT[0], _UNIT[1], sections=16)
-    unit.visual = trimesh.visual.TextureVisuals(material=_material(_SENSOR))
-    for s in placed.sensors:
-        T = placed.at_pose(s.frame) @ s.T_frame_sensor
-        scene.add_geometry(
-            unit, node_name=s.name, geom_name="sensor", parent_node_name=BASE_LINK, transform=T
-        )
+        own = robot.bodies[-len(capsules) :]
+        ends = zip(own, capsules.start, capsules.end, capsules.radius, strict=True)
+        for i, (owner, a, b, radius) in enumerate(ends):
+            yield _Part(f"attached_capsule_{i}", _capsule(a, b, float(radius)), owner.frame)
     whole = placed.scene.with_cell(placed.setup)
-    cones = sensor_cones(placed.scene.robot, whole, placed.scene.poses[placed.pose].q)
+    cones = sensor_cones(robot, whole, placed.scene.poses[placed.pose].q)
+    frames = np.array([s.frame for s in placed.sensors], int)
+    colours = link_colours([mount.link for mount in robot.mounts])
     for i, group in enumerate(whole.groups):
-        colour = _RINGS[i % len(_RINGS)]
-        ring = isinstance(group, Ring)
-        if ring:
-            _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
-        if ring and placed.scene.real:
-            _add(scene, f"ring_{i}_envelope", _envelope(placed, i), (*colour, _CLEAR))
+        colour, ring = colours.get(getattr(group, "link", ""), SENSOR), isinstance(group, Ring)
         some = np.flatnonzero(whole.ring_of_sensor == i)
-        _add(
-            scene,
-            f"{'ring' if ring else 'sensor'}_{i}_sees",
-            trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()]),
-            (*colour, _CLEAR),
-        )
-    _add_points(scene, placed)
-    return {"scene.glb": scene.export(file_type="glb")}
+        frame = int(frames[some[0]])
+        if ring:
+            yield _Part(f"ring_{i}", _band(placed, i), frame, colour)
+        if ring and placed.scene.real:
+            yield _Part(f"ring_{i}_envelope", _envelope(placed, i), frame, colour, _CLEAR)
+        beams = trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()])
+        yield _Part(f"{'ring' if ring else 'sensor'}_{i}_sees", beams, frame, colour, _CLEAR)
 
 
-def _material(colour: tuple[float, ...]) -> Any:
-    shown = np.round(255 * np.array(colour)).astype(np.uint8)
-    clear = colour[3] < 1
+def _rgba(colour: str, opacity: float = 1.0) -> Any:
+    parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+    return np.array([*parts, round(255 * opacity)], np.uint8)
+
+
+def _material(colour: str, opacity: float = 1.0) -> Any:
+    clear = opacity < 1
     return PBRMaterial(
-        baseColorFactor=shown,
+        baseColorFactor=_rgba(colour, opacity),
         metallicFactor=0.0,
         roughnessFactor=0.8,
         alphaMode="BLEND" if clear else "OPAQUE",
@@ -93,32 +138,37 @@ def _material(colour: tuple[float, ...]) -> Any:
     )
 
 
-def _add(scene: Any, name: str, mesh: Any, colour: tuple[float, ...]) -> None:
-    mesh.visual = trimesh.visual.TextureVisuals(material=_material(colour))
-    scene.add_geometry(mesh, node_name=name, geom_name=name, parent_node_name=BASE_LINK)
+def _add(scene: Any, placed: PlacedSetup, nodes: tuple[str, ...], part: _Part) -> None:
+    """Add a mesh to the node of its frame."""
+    mesh = part.mesh.copy().apply_transform(np.linalg.inv(placed.at_pose(part.frame)))
+    mesh.visual = trimesh.visual.TextureVisuals(material=_material(part.colour, part.opacity))
+    names = {"node_name": part.name, "geom_name": part.name}
+    scene.add_geometry(mesh, parent_node_name=_node(nodes, part.frame), **names)
 
 
-def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
-    """Return meshes at the pose: those of the user's URDF if there is one, else the bodies."""
+def _robot(placed: PlacedSetup) -> Iterator[_Part]:
+    """Yield meshes at the pose: those of the user's URDF if there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = (
             Meshes(placed.urdf.path, placed.packages, placed.package, placed.urdf.addresses),
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
-        parts = []
         for carried, name in zip(picked.carried, names, strict=True):
             triangles = meshes.surface(carried, "visual")
             T = placed.T_base_frame[carried.frame] if carried.frame != BASE else placed.T_base_root
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
-                parts.append((f"body_{name}", mesh.apply_transform(T)))
-        return parts
+                yield _Part(f"body_{name}", mesh.apply_transform(T), carried.frame)
+        return
     if placed.bodies is None:
-        return []
-    names = plain_names(b.name for b in placed.scene.robot.bodies)
-    ends = zip(names, placed.bodies.start, placed.bodies.end, placed.bodies.radius, strict=True)
-    return [(f"body_{name}", _capsule(a, b, float(radius))) for name, a, b, radius in ends]
+        return
+    own = placed.scene.robot.bodies
+    names, bodies = plain_names(b.name for b in own), placed.bodies
+    for body, name, a, b, radius in zip(
+        own, names, bodies.start, bodies.end, bodies.radius, strict=True
+    ):
+        yield _Part(f"body_{name}", _capsule(a, b, float(radius)), body.frame)
 
 
 def _capsule(start: Any, end: Any, radius: float) -> Any:
@@ -145,13 +195,8 @@ def _band(placed: PlacedSetup, i: int) -> Any:
 def _envelope(placed: PlacedSetup, i: int) -> Any:
     """Return the bands of the envelope of ring ``i`` in the base frame, as one mesh."""
     ring, mount = placed.setup.rings[i], placed.scene.robot.mount(placed.setup.rings[i].link)
-    around, solids = envelope(placed.scene, ring), []
-    for band in around.bands:
-        tall, middle = band.high - band.low, (band.high + band.low) / 2
-        solid = trimesh.creation.annulus(around.bore, band.outer, tall, sections=_SIDES)
-        solids.append(solid.apply_translation([0.0, 0.0, middle]))
+    made = envelope_mesh(envelope(placed.scene, ring))
     T = placed.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
-    made: Any = trimesh.util.concatenate(solids)
     return made.apply_transform(T)
 
 
@@ -204,11 +249,9 @@ def _add_points(scene: Any, placed: PlacedSetup) -> None:
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):
         points = placed.scene.sample(goal.target, placed.pose, placed.points, 0)
         seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
-        for name, some, colour in (("seen", seen, _SEEN), ("unseen", ~seen, _UNSEEN)):
+        for name, some, colour in (("seen", seen, COVERED_ONCE), ("unseen", ~seen, UNCOVERED)):
             if some.any():
-                colours = np.tile(
-                    np.round(255 * np.array(colour)).astype(np.uint8), (int(some.sum()), 1)
-                )
+                colours = np.tile(_rgba(colour), (int(some.sum()), 1))
                 cloud = trimesh.PointCloud(points[some], colors=colours)
                 node = f"target_{n}_{name}"
                 scene.add_geometry(

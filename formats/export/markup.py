@@ -7,6 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.robots.kinematics import rpy_of
+from ...coverage.solids.capsules import Capsules
+
+_SHORT = 1e-5  # m, length of a capsule below which other programs may refuse it
 
 
 def words(values: Iterable[float]) -> str:
@@ -17,6 +20,14 @@ def words(values: Iterable[float]) -> str:
 def origin(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
     """Return a transform as the attributes of a URDF origin."""
     return {"xyz": words(T[:3, 3]), "rpy": words(rpy_of(T[:3, :3]))}
+
+
+def ball_of(capsule: Capsules) -> tuple[Float[np.ndarray, " 3"], float] | None:
+    """Return centre and radius, m, of the sphere that stands for a capsule of almost no length and
+    contains it; None for any other capsule."""
+    start, end = np.asarray(capsule.start), np.asarray(capsule.end)
+    length = float(np.linalg.norm(end - start))
+    return None if length >= _SHORT else ((start + end) / 2, float(capsule.radius) + length / 2)
 
 
 def document(root: ET.Element) -> bytes:

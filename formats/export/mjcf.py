@@ -11,12 +11,17 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from ...coverage.arrays import Array
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import plain_names
-from .markup import document, words
+from .markup import ball_of, document, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
+from .ring_bodies import ring_bodies
 
 _SIZE = "0.004"  # m, displayed size of a site
+# MuJoCo refuses a moving body of no mass; a thin capsule has almost none
+_LEAST = {"boundmass": "1e-6", "boundinertia": "1e-9"}  # kg, kg m²
+_SMALL = 1e-9  # m³, volume of a mesh below which MuJoCo may refuse to integrate over it
 # inertia of a link without a body
 _MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}
 
@@ -26,7 +31,7 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
     is the pose."""
     robot, q = placed.scene.robot, placed.scene.poses[placed.pose].q
     root = ET.Element("mujoco", model=placed.robot_name)
-    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    ET.SubElement(root, "compiler", _LEAST, angle="radian", autolimits="true")
     ET.SubElement(root, "option", gravity="0 0 0")
     ET.SubElement(ET.SubElement(root, "default"), "geom", contype="0", conaffinity="0")
     asset, world, sensor = (ET.SubElement(root, tag) for tag in ("asset", "worldbody", "sensor"))
@@ -43,18 +48,21 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         if not any(b.frame == j for b in robot.bodies):
             ET.SubElement(at, "inertial", _MASS)
     ET.SubElement(at, "site", _place(robot.chain.origin[-1]), name=TCP_LINK, size=_SIZE)
-    for body, name in zip(robot.bodies, plain_names(b.name for b in robot.bodies), strict=True):
+    names = list(plain_names((b.name for b in robot.bodies), _obstacle_names(placed)))
+    for body, name in zip(robot.bodies, names, strict=True):
         geom = ET.SubElement(bodies[0 if body.frame == BASE else body.frame + 1], "geom", name=name)
         start, end, radius = body.capsule.arrays()
-        ball = not np.any(end - start)
-        shape = (
-            {"type": "sphere", "pos": words(start)} if ball else {"fromto": words([*start, *end])}
-        )
-        geom.attrib.update({"type": "capsule", **shape, "size": words([radius])})
-    names = plain_names(f"attached_{i}_{c.name}" for i, c in enumerate(robot.carried))
+        shape = {"type": "capsule", "fromto": words([*start, *end])}
+        if (ball := ball_of(body.capsule)) is not None:
+            centre, radius = ball
+            shape = {"type": "sphere", "pos": words(centre)}
+        geom.attrib.update({**shape, "size": words([radius])})
+    taken = [*names, *_obstacle_names(placed)]
+    names = list(
+        plain_names((f"attached_{i}_{c.name}" for i, c in enumerate(robot.carried)), taken)
+    )
     for carried, name in zip(robot.carried, names, strict=True):
-        corners = np.unique(carried.body.edges.reshape(-1, 3), axis=0)
-        ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
+        _mesh(asset, name, carried.body.edges)
         holder = bodies[0 if carried.frame == BASE else carried.frame + 1]
         ET.SubElement(holder, "geom", name=name, type="mesh", mesh=name)
     for s in placed.sensors:
@@ -64,6 +72,13 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         ET.SubElement(
             sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m])
         )
+    for ring in ring_bodies(placed):
+        if ring.mass is not None:
+            held = ET.SubElement(bodies[ring.joint + 1], "body", _place(ring.T_link_ring))
+            held.set("name", ring.name)
+            six = words(ring.mass.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
+            mass = {"pos": words(ring.mass.centre), "mass": words([ring.mass.mass])}
+            ET.SubElement(held, "inertial", mass, fullinertia=six)
     equality = ET.SubElement(root, "equality") if robot.chain.mimics else root
     for m in robot.chain.mimics:
         follows, leads = placed.joint_names[m.joint], placed.joint_names[m.leader]
@@ -78,17 +93,23 @@ def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
     return {"pos": words(T[:3, 3]), "quat": words((w, x, y, z))}
 
 
+def _obstacle_names(placed: PlacedSetup) -> tuple[str, ...]:
+    return plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(placed.scene.obstacles))
+
+
+def _mesh(asset: ET.Element, name: str, edges: Float[Array, "E 2 3"]) -> None:
+    """Add the convex hull of a polyhedron's corners; a tiny one as a shell."""
+    corners = np.unique(np.asarray(edges).reshape(-1, 3), axis=0)
+    mesh = ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
+    if np.prod(np.ptp(corners, axis=0)) < _SMALL:
+        mesh.set("inertia", "shell")
+
+
 def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
     """Add convex obstacles as hulls of their corners, and the floor as a plane."""
-    obstacles = placed.scene.obstacles
-    for obstacle, name in zip(
-        obstacles,
-        plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(obstacles)),
-        strict=True,
-    ):
-        corners = np.unique(np.asarray(obstacle.body.edges).reshape(-1, 3), axis=0)
-        if len(corners):
-            ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
+    for obstacle, name in zip(placed.scene.obstacles, _obstacle_names(placed), strict=True):
+        if np.size(obstacle.body.edges):
+            _mesh(asset, name, obstacle.body.edges)
             ET.SubElement(world, "geom", name=name, type="mesh", mesh=name)
         else:
             height = np.asarray(obstacle.body.offset)[0]

@@ -14,6 +14,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import CoreScene
+from ..firmware.controllers import DEFAULT_CONTROLLER
 from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
@@ -41,6 +42,10 @@ class PlacedSetup:
     """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
+    board: str = DEFAULT_CONTROLLER
+    """Controller board of the rings' firmware."""
+    wiring: str = "auto"
+    """How the firmware's sensors share their bus."""
 
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:
@@ -63,12 +68,19 @@ class PlacedSetup:
     def on_link(self, sensor: SensorFrame) -> tuple[int, Float[np.ndarray, "4 4"]]:
         """Return the joint whose link carries the sensor (the last one for the TCP frame, ``BASE``
         for the base), and T_link_sensor (4, 4)."""
+        return self.in_link(sensor.frame, sensor.T_frame_sensor)
+
+    def in_link(
+        self, frame: int, T_frame_part: Float[np.ndarray, "4 4"]
+    ) -> tuple[int, Float[np.ndarray, "4 4"]]:
+        """Return the joint whose link carries what is fixed to a frame, and its pose (4, 4) m on
+        that link, as ``on_link`` does."""
         chain = self.scene.robot.chain
-        if sensor.frame == BASE:
-            return BASE, np.linalg.inv(self.T_base_root) @ sensor.T_frame_sensor
-        if sensor.frame < len(chain):
-            return sensor.frame, sensor.T_frame_sensor
-        return len(chain) - 1, chain.origin[-1] @ sensor.T_frame_sensor
+        if frame == BASE:
+            return BASE, np.linalg.inv(self.T_base_root) @ T_frame_part
+        if frame < len(chain):
+            return frame, T_frame_part
+        return len(chain) - 1, chain.origin[-1] @ T_frame_part
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -119,7 +131,7 @@ class PlacedSetup:
     @property
     def link_names(self) -> tuple[str, ...]:
         """ASCII names of the links that the joints move, for use without a URDF."""
-        return tuple(f"{name}_link" for name in self.joint_names)
+        return plain_names((f"{name}_link" for name in self.joint_names), [BASE_LINK])
 
     @property
     def robot_name(self) -> str:

@@ -1,5 +1,5 @@
-"""ROS 2: static transforms from links to sensors, which look along their x axis, and a launch file
-that publishes them."""
+"""ROS 2: static transforms from links to sensors, which look along their x axis, one node that
+publishes them, and its launch file."""
 
 from collections.abc import Iterable
 
@@ -11,25 +11,51 @@ from .placed import PlacedSetup
 
 _LAUNCH = """# ros2 launch ./static_transforms.launch.yaml
 launch:
-- node_container:
-    pkg: rclcpp_components
-    exec: component_container
+- executable:
+    cmd: python3 $(dirname)/static_transforms.py
     name: place_rings_static_transforms
-    namespace: ''
-    composable_node:
+    output: screen
 """
-_NODE = """    - pkg: tf2_ros
-      plugin: tf2_ros::StaticTransformBroadcasterNode
-      name: {child}_broadcaster
-      param:
-      - {{name: frame_id, value: '{parent}'}}
-      - {{name: child_frame_id, value: '{child}'}}
-"""
+_NODE = '''"""One ROS 2 node that publishes all transforms of static_transforms.yaml beside it."""
+
+from pathlib import Path
+
+import rclpy
+import yaml
+from geometry_msgs.msg import TransformStamped
+from tf2_ros import StaticTransformBroadcaster
+
+
+def transforms(stamp):
+    """Return the messages of the file."""
+    text = Path(__file__).with_name("static_transforms.yaml").read_text(encoding="utf-8")
+    for one in yaml.safe_load(text)["transforms"]:
+        message = TransformStamped()
+        message.header.stamp = stamp
+        message.header.frame_id, message.child_frame_id = one["parent"], one["child"]
+        place, turn = message.transform.translation, message.transform.rotation
+        place.x, place.y, place.z = one["xyz"]
+        turn.x, turn.y, turn.z, turn.w = one["xyzw"]
+        yield message
+
+
+def main():
+    """Publish once; the message is kept for later subscribers for as long as the node runs."""
+    rclpy.init()
+    node = rclpy.create_node("place_rings_static_transforms")
+    broadcaster = StaticTransformBroadcaster(node)
+    broadcaster.sendTransform(list(transforms(node.get_clock().now().to_msg())))
+    rclpy.spin(node)
+
+
+if __name__ == "__main__":
+    main()
+'''
 
 
 def ros2(placed: PlacedSetup) -> dict[str, bytes]:
-    """Return ``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which publishes the
-    same transforms.
+    """Return ``static_transforms.yaml``, one node that publishes all of it,
+    ``static_transforms.py``, and a launch file of that node.
 
     Raises:
         UserError: if the user's URDF lacks the robot's chain, or a link's name is invalid in ROS.
@@ -38,7 +64,7 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
         if placed.urdf is not None and not ROS_NAME.fullmatch(link):
             allowed = "a name of letters, digits and _ . / - as in ROS"
             raise UserError(f"{placed.urdf.path}: link: found {shown(link)}, allowed: {allowed}")
-    data, launch = "transforms:\n", _LAUNCH
+    data = "transforms:\n"
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         T = looking_along(T, "x")
@@ -46,20 +72,11 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
         parent = placed.carrier(joint)
         data += f"- parent: '{parent}'\n  child: {s.name}\n"
         data += f"  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
-        launch += _NODE.format(parent=parent, child=s.name)
-        for key, value in (
-            *zip(_keys("translation", "xyz"), xyz, strict=True),
-            *zip(_keys("rotation", "xyzw"), xyzw, strict=True),
-        ):
-            launch += f"      - {{name: {key}, value: {value:.12f}}}\n"
     return {
         "static_transforms.yaml": data.encode(),
-        "static_transforms.launch.yaml": launch.encode(),
+        "static_transforms.py": _NODE.encode(),
+        "static_transforms.launch.yaml": _LAUNCH.encode(),
     }
-
-
-def _keys(name: str, parts: str) -> list[str]:
-    return [f"{name}.{part}" for part in parts]
 
 
 def _listed(values: Iterable[float]) -> str:

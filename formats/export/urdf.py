@@ -15,38 +15,63 @@ from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
 from ..schema.field_types import FARTHEST
-from ..sensors.sensor_frames import SensorFrame, looking_along
-from .markup import document, origin, words
+from ..sensors.sensor_frames import looking_along
+from .markup import ball_of, document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
+from .ring_bodies import RingBody, ring_bodies
+
+_Shape = tuple[str, Float[np.ndarray, " 3"], dict[str, str]]  # element, centre in m, other sizes
 
 
 def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     """Return ``robot.urdf``: the user's file with the sensors and what is attached to the robot, or
-    one generated from the robot's chain and bodies; and the meshes of what is attached.
+    one generated from the robot's chain and bodies; with the rings' bodies, and the meshes of these
+    and of what is attached.
 
     Raises:
         UserError: if the user's file lacks the robot's chain, or has links with the sensors' names.
     """
+    rings = ring_bodies(placed)
     if placed.urdf is None:
         root = _robot(placed)
     else:
         root = _own(placed.urdf, placed.folder)
-        for s in placed.sensors:
+        for added in [s.name for s in placed.sensors] + [ring.name for ring in rings]:
             for kind, name, there in (
-                ("link", s.name, placed.urdf.links),
-                ("joint", _joint(s), placed.urdf.joints),
+                ("link", added, placed.urdf.links),
+                ("joint", f"{added}_joint", placed.urdf.joints),
             ):
                 if name in there:
                     raise UserError(
                         f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without"
-                        " these sensors"
+                        " these sensors and rings"
                     )
         _attach(root, placed, placed.urdf)
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
-        _fixed(root, _joint(s), placed.carrier(joint), s.name, looking_along(T, "x"))
-    return {"robot.urdf": document(root), **_meshes(placed.scene.robot)}
+        _fixed(root, f"{s.name}_joint", placed.carrier(joint), s.name, looking_along(T, "x"))
+    for ring in rings:
+        _ring(root, ring, placed.carrier(ring.joint))
+    meshes = {ring.file: ring.stl() for ring in rings}
+    return {"robot.urdf": document(root), **_meshes(placed.scene.robot), **meshes}
+
+
+def _ring(root: ET.Element, ring: RingBody, carrier: str) -> None:
+    """Add a ring as a link with inertia and a mesh, fixed to the link that carries it."""
+    link = ET.SubElement(root, "link", name=ring.name)
+    if ring.mass is not None:
+        part, about = ET.SubElement(link, "inertial"), ring.mass.inertia
+        ET.SubElement(part, "origin", xyz=words(ring.mass.centre))
+        ET.SubElement(part, "mass", value=words([ring.mass.mass]))
+        moments = {
+            f"i{'xyz'[i]}{'xyz'[j]}": words([about[i, j]]) for i in range(3) for j in range(i, 3)
+        }
+        ET.SubElement(part, "inertia", moments)
+    for use in ("visual", "collision"):
+        part = ET.SubElement(ET.SubElement(link, use), "geometry")
+        ET.SubElement(part, "mesh", filename=ring.file)
+    _fixed(root, f"{ring.name}_joint", carrier, ring.name, ring.T_link_ring)
 
 
 def _meshes(robot: Robot) -> dict[str, bytes]:
@@ -74,7 +99,7 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
     attached = replace(robot, bodies=robot.bodies[len(robot.unladen.bodies) :])
     frames = {b.frame for b in attached.bodies} | {c.frame for c in attached.carried}
     for frame in sorted(frames):
-        name = "attached_base" if frame == BASE else f"attached_{frame}"
+        name = attached_name(frame)
         if name in urdf.links or f"{name}_joint" in urdf.joints:
             raise UserError(
                 f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
@@ -84,8 +109,9 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
         _fixed(root, f"{name}_joint", placed.carrier(frame), name, T)
 
 
-def _joint(sensor: SensorFrame) -> str:
-    return f"{sensor.name}_joint"
+def attached_name(frame: int) -> str:
+    """Return the name of the link that holds what is attached to a frame, beside a user's URDF."""
+    return "attached_base" if frame == BASE else f"attached_{frame}"
 
 
 def _fixed(
@@ -180,21 +206,21 @@ def _polyhedron(link: ET.Element, use: str, body: Polyhedron, file: str) -> None
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
     """Add a capsule as URDF shapes: a cylinder and two spheres."""
-    start, end = np.asarray(capsule.start), np.asarray(capsule.end)
-    along = end - start
-    length, T = float(np.linalg.norm(along)), np.eye(4)
-    shapes: list[tuple[str, Float[np.ndarray, " 3"], dict[str, str]]] = [("sphere", start, {})]
-    if length > 0:
-        T[:3, :3] = _turn_to(along / length)
-        middle = (start + end) / 2
-        shapes += [("sphere", end, {}), ("cylinder", middle, {"length": words([length])})]
+    start, end, T = np.asarray(capsule.start), np.asarray(capsule.end), np.eye(4)
+    radius, shapes = float(capsule.radius), list[_Shape]()
+    if (ball := ball_of(capsule)) is not None:
+        centre, radius = ball
+        shapes.append(("sphere", centre, {}))
+    else:
+        length = float(np.linalg.norm(end - start))
+        T[:3, :3] = _turn_to((end - start) / length)
+        shapes += [("sphere", start, {}), ("sphere", end, {})]
+        shapes.append(("cylinder", (start + end) / 2, {"length": words([length])}))
     for kind, centre, size in shapes:
         part = ET.SubElement(link, use)
         T[:3, 3] = centre
         ET.SubElement(part, "origin", origin(T))
-        ET.SubElement(
-            ET.SubElement(part, "geometry"), kind, {"radius": words([capsule.radius]), **size}
-        )
+        ET.SubElement(ET.SubElement(part, "geometry"), kind, {"radius": words([radius]), **size})
 
 
 def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:

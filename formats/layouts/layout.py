@@ -33,8 +33,8 @@ _AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 class PublishedLayout:
     """A layout of sensors on a robot, as somebody published it."""
 
-    name: str
-    """Name of the file, without its ending."""
+    path: Path
+    """The file."""
     about: LayoutModel
     """Title, source, licence and conditions."""
     scene: CoreScene
@@ -43,10 +43,13 @@ class PublishedLayout:
     """Where the sensors are, lifted if the layout says so."""
     lifts: tuple[Lift, ...] = ()
     """The sensors that lie in a body of their own link."""
-    path: Path | None = None
-    """The file."""
     notes: tuple[str, ...] = ()
     """What the readers dropped or took in another way than written, a sentence each."""
+
+    @property
+    def name(self) -> str:
+        """Name of the file, without its ending."""
+        return self.path.stem
 
     @property
     def incomplete(self) -> bool:
@@ -78,7 +81,7 @@ def read_layout(path: Path) -> PublishedLayout:
     setup, lifts = (
         lift_to_surface(scene.robot, setup, about.lift_mm / 1000) if about.lift_mm else (setup, ())
     )
-    return PublishedLayout(path.stem, about, scene, setup, lifts, path, notes)
+    return PublishedLayout(path, about, scene, setup, lifts, notes)
 
 
 def _robot(

@@ -1,4 +1,4 @@
-"""Bolts that hold a ring's halves together, the ears that carry them, and their holes. Millimetres,
+"""Bolts that hold a ring's parts together, the ears that carry them, and their holes. Millimetres,
 print frame."""
 
 import math
@@ -19,29 +19,33 @@ def lugs(plan: PrintPlan) -> Manifold:
     low, high = plan.lug
     end = plan.ear
     foot = plan.collar - min(_ROOT, (plan.collar - plan.bore) / 2)
-    some = []
-    for sign in (-1.0, 1.0):
-        ends = [
-            (plan.bore, low),
-            (plan.bore, high),
-            (end, high),
-            (end, low),
-            (foot, low - (end - foot)),
-            (plan.bore, low - (end - foot)),
-        ]
-        outline = CrossSection.hull_points(np.array(ends))
-        ear = (
-            outline.extrude(2 * plan.reach)
-            .rotate((90.0, 0.0, 0.0))
-            .translate((0.0, plan.reach, 0.0))
-        )
-        ear = ear if sign > 0 else ear.mirror((1.0, 0.0, 0.0))
-        some.append(ear)
-    return union(some)
+    ends = [
+        (plan.bore, low),
+        (plan.bore, high),
+        (end, high),
+        (end, low),
+        (foot, low - (end - foot)),
+        (plan.bore, low - (end - foot)),
+    ]
+    outline = CrossSection.hull_points(np.array(ends))
+    ear = outline.extrude(2 * plan.reach).rotate((90.0, 0.0, 0.0)).translate((0.0, plan.reach, 0.0))
+    return at_joints(plan, ear)
+
+
+def at_joints(plan: PrintPlan, solid: Manifold) -> Manifold:
+    """Return a solid, given at the joint of azimuth 0, at all joints.
+
+    The two joints of two halves mirror each other, so that both bolts have their heads on the same
+    half.
+    """
+    if len(plan.joints) == 2:
+        return union([solid, solid.mirror((1.0, 0.0, 0.0))])
+    return union([solid.rotate((0.0, 0.0, math.degrees(a))) for a in plan.joints])
 
 
 def bolt_holes(plan: PrintPlan) -> Manifold:
-    """Return bores with a 45-degree roof, and traps for the nuts on the side of -y."""
+    """Return bores with a 45-degree roof, and room for nuts or inserts on one side of the joints,
+    which is -y at azimuth 0."""
     r = plan.bolt.hole / 2
     circle = CrossSection.circle(r, SMALL)
     tip = CrossSection.hull_points(
@@ -54,7 +58,11 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
         )
     )
     holes = (circle + tip).extrude(4 * plan.reach).translate((0.0, 0.0, -2 * plan.reach))
-    if plan.printing.nut:
+    if plan.printing.fastening == "insert":
+        insert, deep = _insert(plan), MM * clamp.MELT
+        room = Manifold.cylinder(insert.length + deep + 1.0, insert.hole / 2, -1.0, SMALL)
+        holes += room.translate((0.0, 0.0, -plan.reach - 1.0))
+    elif plan.printing.nut:
         holes += _nut(plan, MM * clamp.NUT_CLEARANCE).translate(
             (0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + _COVER)
         )
@@ -62,20 +70,45 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
 
 
 def bolts(plan: PrintPlan) -> Manifold:
-    """Return both bolts with heads and nuts."""
+    """Return all bolts with heads, and their nuts or inserts."""
     b, reach = plan.bolt, plan.reach
-    trapped = plan.reach - b.nut_height - _COVER if plan.printing.nut else plan.reach
     shaft = Manifold.cylinder(2 * reach, b.size / 2, -1.0, SMALL).translate((0.0, 0.0, -reach))
     head = Manifold.cylinder(b.size, b.head / 2, -1.0, SMALL).translate((0.0, 0.0, reach))
+    if plan.printing.fastening == "insert":
+        insert = _insert(plan)
+        held = Manifold.cylinder(insert.length, insert.hole / 2, -1.0, SMALL)
+        return _across(plan, shaft + head + held.translate((0.0, 0.0, -reach)))
+    trapped = plan.reach - b.nut_height - _COVER if plan.printing.nut else plan.reach
     nut = _nut(plan, 0.0, b.nut_height).translate((0.0, 0.0, -trapped - b.nut_height))
     return _across(plan, shaft + head + nut)
 
 
+def fastening(plan: PrintPlan) -> str:
+    """Return the bolts and what they are screwed into, as a person buys them."""
+    b, count = plan.bolt, len(plan.joints)
+    if plan.printing.fastening == "insert":
+        insert = _insert(plan)
+        return (
+            f"{count} × M{b.size:.0f} × {math.ceil(2 * plan.reach)} mm, {count} heat-set inserts"
+            f" M{b.size:.0f} × {insert.length:.1f} mm in holes of {insert.hole:.1f} mm"
+            f" ({clamp.INSERT_SOURCE})"
+        )
+    return (
+        f"{count} × M{b.size:.0f} × {math.ceil(2 * plan.reach + b.nut_height)} mm or longer,"
+        f" {count} nuts"
+    )
+
+
+def _insert(plan: PrintPlan) -> clamp.Insert:
+    """Return the heat-set insert of a plan's bolts, mm."""
+    insert = clamp.INSERTS[round(plan.bolt.size)]
+    return clamp.Insert(MM * insert.hole, MM * insert.length)
+
+
 def _across(plan: PrintPlan, solid: Manifold) -> Manifold:
-    """Lay a solid about the z axis along y at both bolts; its +z axis points to +y."""
-    z = sum(plan.lug) / 2
+    """Lay a solid about the z axis across all joints; at azimuth 0, its +z axis points to +y."""
     laid = solid.rotate((-90.0, 0.0, 0.0))
-    return union([laid.translate((sign * plan.across, 0.0, z)) for sign in (-1, 1)])
+    return at_joints(plan, laid.translate((plan.across, 0.0, sum(plan.lug) / 2)))
 
 
 def _nut(plan: PrintPlan, clear: float, height: float = 10.0) -> Manifold:

@@ -1,7 +1,9 @@
 """Measurements of a printed ring with their limits, taken from the STL files where possible."""
 
 import io
+import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from manifold3d import Manifold
 
 from ...coverage.rings.ring_envelope import Envelope
 from ..schema.print_models import PrintCheck
-from .primitives import union
+from .primitives import tube, union
 from .print_plan import MM, PrintPlan
 from .ring_solids import Assembly, envelope_solid
 
@@ -33,11 +35,12 @@ def printing_origin(solid: Manifold) -> tuple[float, float, float]:
     return (low_x + high_x) / 2, (low_y + high_y) / 2, low_z
 
 
-def stl(solid: Manifold) -> bytes:
-    """Return a solid as a binary STL file in its printing position: its lowest point at z = 0,
-    centred on the origin."""
-    x, y, z = printing_origin(solid)
-    mesh = solid.translate((-x, -y, -z)).to_mesh()
+def stl(solid: Manifold, yaw: float = 0.0) -> bytes:
+    """Return a solid as a binary STL file in its printing position: turned about z by ``yaw``
+    degrees, its lowest point at z = 0, centred on the origin."""
+    turned = solid.rotate((0.0, 0.0, yaw)) if yaw else solid
+    x, y, z = printing_origin(turned)
+    mesh = turned.translate((-x, -y, -z)).to_mesh()
     surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
     surface.vertices = _parted(surface)
     data: Any = surface.export(file_type="stl")
@@ -121,26 +124,27 @@ def neighbours(boards: list[Manifold]) -> float:
 
 
 def check_ring(
-    plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes], envelope: Envelope
+    plan: PrintPlan, made: Assembly, files: Sequence[bytes], envelope: Envelope
 ) -> list[PrintCheck]:
     """Return all measurements of a ring; ``envelope`` is the solid that must contain it."""
     meshes, boards = [read_stl(data) for data in files], union([*made.boards, *made.plugs])
     inside = envelope_solid(plan, envelope)
-    solid, p = made.halves[0] + made.halves[1] + made.bolts, plan.printing
-    hull = sum(h.hull().volume() for h in made.halves)
+    plastic, p = union(made.parts), plan.printing
+    solid = plastic + made.bolts
+    hull = sum(part.hull().volume() for part in made.parts)
     volume = float(sum(mesh.volume for mesh in meshes))
     checks = [
         _check("open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
         _check(
-            "separate pieces of a half",
-            float(max(len(h.decompose()) for h in made.halves)),
+            "separate pieces of a part",
+            float(max(len(part.decompose()) for part in made.parts)),
             "",
             most=1.0,
         ),
-        _check("volume of both halves", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
+        _check("volume of all parts", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
         _check(
             "volume error of the files",
-            abs(volume - sum(h.volume() for h in made.halves)) / volume * 100,
+            abs(volume - sum(part.volume() for part in made.parts)) / volume * 100,
             "%",
             most=0.1,
         ),
@@ -151,8 +155,19 @@ def check_ring(
             most=100 * p.overhang,
         ),
         _check(
-            "least wall", min(least_wall(h) for h in made.halves), "mm", least=MM * p.least_wall
+            "least wall",
+            min(least_wall(part) for part in made.parts),
+            "mm",
+            least=MM * p.least_wall,
         ),
+        _check(
+            "wall behind the lettering",
+            _behind(plan, made),
+            "mm",
+            least=MM * p.least_wall,
+        ),
+        _check("overlap of two parts", _shared(made.parts), "mm³", most=_NOTHING),
+        _check("overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=_NOTHING),
         _check(
             "distance between boards",
             neighbours(made.boards),
@@ -193,6 +208,19 @@ def check_ring(
         ),
     ]
     return checks
+
+
+def _behind(plan: PrintPlan, made: Assembly) -> float:
+    """Return the least material between the lettering and the ring's bore, mm."""
+    if made.letters.is_empty():
+        return _NEAR
+    hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
+    return float(made.letters.min_gap(hole, _NEAR))
+
+
+def _shared(parts: list[Manifold]) -> float:
+    """Return the largest volume, mm³, that two parts have in common."""
+    return float(max((a ^ b).volume() for a, b in itertools.combinations(parts, 2)))
 
 
 def _check(

@@ -1,7 +1,8 @@
-"""Files of printed rings: two halves of each ring as STL, and their measurements."""
+"""Files of printed rings: the parts of each ring as STL, plates of parts as 3MF, measurements."""
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,9 +16,13 @@ from ...objectives.scene import CoreScene
 from ..errors import UserError
 from ..schema.print_models import PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
+from .bolts import fastening
+from .lettering import part_label
+from .print_bed import bed_yaw, build_ring, rotation_z
 from .print_checks import check_ring, printing_origin, stl
-from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
-from .ring_solids import Assembly, assemble, thread
+from .print_plan import MM, PrintPlan, UnbuildableError
+from .print_plates import print_plates
+from .ring_solids import Assembly, thread
 
 ASSEMBLED = "assembled.png"  # picture of the robot with all rings
 MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
@@ -25,15 +30,16 @@ MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
 
 def print_ring(
     scene: CoreScene, number: int, ring: Ring, printing: Printing | None = None
-) -> tuple[PrintedRing, tuple[bytes, bytes], PrintPlan, Assembly]:
-    """Return a printed ring: its record, its halves as STL, and the plan and solids behind them.
+) -> tuple[PrintedRing, list[bytes], PrintPlan, Assembly]:
+    """Return a printed ring: its record, its parts as STL, and the plan and solids behind them.
 
     Raises:
         UnbuildableError: if it cannot be built, or a measurement is outside its limits.
     """
-    plan = plan_ring(scene, ring, printing)
-    made = assemble(plan)
-    files = (stl(made.halves[0]), stl(made.halves[1]))
+    scene = replace(scene, printing=printing or scene.printing)
+    plan, made = build_ring(scene, ring, number)
+    yaws = [bed_yaw(part, plan.printing.bed) or 0.0 for part in made.parts]
+    files = [stl(part, yaw) for part, yaw in zip(made.parts, yaws, strict=True)]
     checks = check_ring(plan, made, files, envelope(scene, ring))
     for check in checks:
         if not check.holds:
@@ -46,9 +52,13 @@ def print_ring(
                 f"{check.name}: found {check.measured:.4g} {check.unit}, allowed: {allowed}"
             )
     mount = scene.robot.mount(ring.link)
-    name, board, bolt = f"ring{number}_{_plain(ring.link)}", plan.pocket.board, plan.bolt
+    name, board = f"ring{number}_{_plain(ring.link)}", plan.pocket.board
     deep = min((thread(plan, MM * (y - board.lens[1])) for _, y in board.holes), default=0.0)
-    low, high = made.halves[0].bounding_box()[:3], made.halves[0].bounding_box()[3:]
+    names = [f"{name}_{chr(ord('a') + i)}.stl" for i in range(len(files))]
+    sizes = [
+        np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
+        for part, yaw in zip(made.parts, yaws, strict=True)
+    ]
     count = ring.count * len(board.holes)
     record = PrintedRing(
         ring=number,
@@ -58,34 +68,46 @@ def print_ring(
         tilt_deg=round(math.degrees(ring.tilt), 4),
         radius_mm=plan.radius,
         bore_mm=2 * plan.bore,
-        size_mm=[b - a for a, b in zip(low, high, strict=True)],
+        size_mm=[float(size) for size in np.max(sizes, axis=0)],
         flipped=ring.tilt < 0,
         board=board.source,
         screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
         if count
         else "none: glue",
-        bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f}  mm or longer",
-        files=[f"{name}_a.stl", f"{name}_b.stl", f"{name}.png"],
+        bolts=fastening(plan),
+        ties=made.ties,
+        lettering=[]
+        if made.letters.is_empty()
+        else [part_label(plan.label, i) for i in range(len(files))],
+        files=[*names, f"{name}.png"],
         frame=(*scene.robot.chain.joints, TCP_FRAME)[mount.frame],
         T_link_print={
-            file: np.round(placed(scene.robot, plan, half), 9).tolist()
-            for file, half in zip((f"{name}_a.stl", f"{name}_b.stl"), made.halves, strict=True)
+            file: np.round(placed(scene.robot, plan, part, yaw), 9).tolist()
+            for file, part, yaw in zip(names, made.parts, yaws, strict=True)
         },
         checks=checks,
     )
     return record, files, plan, made
 
 
-def placed(robot: Robot, plan: PrintPlan, half: Manifold) -> Float[np.ndarray, "4 4"]:
-    """Return T_link_print (4, 4), m, of a half's file.
+def _turned(part: Manifold, yaw: float) -> Manifold:
+    """Return a part turned about z by an angle in degrees."""
+    return part.rotate((0.0, 0.0, yaw)) if yaw else part
+
+
+def placed(
+    robot: Robot, plan: PrintPlan, part: Manifold, yaw: float = 0.0
+) -> Float[np.ndarray, "4 4"]:
+    """Return T_link_print (4, 4), m, of the file of a part that is turned by ``yaw`` degrees in it.
 
     It transforms a point of the file, whose millimetres are converted to metres, to the frame of
     the link that carries the ring.
     """
     ring, mount = plan.ring, robot.mount(plan.ring.link)
     T_ring_file = np.eye(4)
-    T_ring_file[:3, :3] = plan.T_ring_print
-    T_ring_file[:3, 3] = plan.T_ring_print @ np.array(printing_origin(half)) / MM
+    T_ring_file[:3, :3] = plan.T_ring_print @ rotation_z(-yaw)
+    origin = np.array(printing_origin(_turned(part, yaw)))
+    T_ring_file[:3, 3] = T_ring_file[:3, :3] @ origin / MM
     T: np.ndarray = mount.T_link_ring(ring.position) @ T_ring_file
     return T
 
@@ -112,7 +134,7 @@ def ring_files(
 ) -> tuple[PrintResult, dict[str, bytes]]:
     """Return the printed rings of ``setup``: their records, and all files by name.
 
-    The files are two STL files and the pictures of each ring, and ``printing.json``.
+    The files are the STL files and the pictures of each ring, the plates, and ``printing.json``.
 
     Args:
         setup: the setup.
@@ -131,8 +153,11 @@ def ring_files(
         except UnbuildableError as error:
             raise UserError(f"ring {number} ({ring.link}): {error}") from error
         records.append(record)
-        data |= dict(zip(record.files[:2], files, strict=True))
+        data |= dict(zip(record.T_link_print, files, strict=True))
         data |= drawing(plan, made, record)
-    result = PrintResult(rings=records, assembled=ASSEMBLED, mounted=MOUNTED)
+    bed = (printing or scene.printing).bed
+    plates = print_plates({file: data[file] for one in records for file in one.T_link_print}, bed)
+    data |= plates
+    result = PrintResult(rings=records, assembled=ASSEMBLED, mounted=MOUNTED, plates=[*plates])
     data["printing.json"] = (result.model_dump_json(indent=2) + "\n").encode()
     return result, data

@@ -101,6 +101,16 @@ class PrintPlan:
     """The bolts."""
     T_ring_print: Float[np.ndarray, "3 3"]
     """Rotation from the print frame to the ring's frame."""
+    joints: Float[np.ndarray, " m"]
+    """Azimuths of the joints between the parts, rad, ascending; part i follows joint i."""
+    label: str = ""
+    """Text on the parts, without the letter of each; empty: none."""
+
+    @property
+    def arcs(self) -> list[tuple[float, float]]:
+        """First and last azimuth of each part, rad, ascending."""
+        ends = [*self.joints[1:], self.joints[0] + 2 * math.pi]
+        return [(float(a), float(b)) for a, b in zip(self.joints, ends, strict=True)]
 
     def frame(self, k: int) -> Float[np.ndarray, "3 4"]:
         """Return T_print_lens (3, 4) of sensor ``k``: x along the ring, y up the board, z along the
@@ -113,8 +123,10 @@ class PrintPlan:
         )
 
 
-def plan_ring(scene: CoreScene, ring: Ring, printing: Printing | None = None) -> PrintPlan:
-    """Return the dimensions of a printed ring of ``scene``.
+def plan_ring(
+    scene: CoreScene, ring: Ring, printing: Printing | None = None, parts: int = 2
+) -> PrintPlan:
+    """Return the dimensions of a printed ring of ``scene``, divided into a number of ``parts``.
 
     Raises:
         UnbuildableError: if it cannot be built; the message states the reason and, for too many
@@ -140,9 +152,12 @@ def plan_ring(scene: CoreScene, ring: Ring, printing: Printing | None = None) ->
         T_ring_print=np.diag([1.0, flip, flip]) @ R,
         lug=(MM * clamp.lug[0], MM * clamp.lug[1]),
         groove=(MM * clamp.groove[0], MM * clamp.groove[1]),
+        joints=np.array([0.0, math.pi]),
         **{key: MM * getattr(clamp, key) for key in _LENGTHS},
     )
-    return replace(plan, lean=_lean(plan))
+    if parts == 2:
+        return replace(plan, lean=_lean(plan))
+    return replace(plan, joints=_joints(plan, parts))
 
 
 def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
@@ -183,6 +198,24 @@ def _split(angles: Float[np.ndarray, " n"]) -> float:
     """Return the rotation that centres the first half's sensors on +y."""
     n, sign = len(angles), 1.0 if len(angles) < 2 or angles[1] > angles[0] else -1.0
     return math.pi / 2 - (float(angles[0]) + sign * ((n + 1) // 2 - 1) * math.pi / n)
+
+
+def _joints(plan: PrintPlan, parts: int) -> Float[np.ndarray, " m"]:
+    """Return the azimuths, rad, of the joints of more than two parts, evenly between the sensors.
+
+    Raises:
+        UnbuildableError: if a joint would meet a block.
+    """
+    n, first, some = len(plan.angles), float(np.mod(plan.angles, 2 * math.pi).min()), list[float]()
+    for i in range(n):
+        count = (i + 1) * parts // n - i * parts // n  # joints between two sensors
+        places = (np.arange(count) + 0.5) / max(count, 1)
+        some += [first + 2 * math.pi / n * (i + float(place)) for place in places]
+        if count > 1:  # one midway is always possible, as the boards' packing leaves room for it
+            aside = plan.collar * math.sin(min(2 * math.pi / n * float(places[0]), math.pi / 2))
+            if aside < plan.half + plan.reach:
+                raise UnbuildableError(f"there is no room for the joints of {parts} parts")
+    return np.array(some)
 
 
 def _lean(plan: PrintPlan) -> float:

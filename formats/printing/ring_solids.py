@@ -5,11 +5,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from manifold3d import Manifold
+from manifold3d import CrossSection, Manifold
 
 from ...coverage.rings import clamp
 from ...coverage.rings.ring_envelope import Envelope
 from .bolts import bolt_holes, bolts, lugs
+from .cable_ties import tie_bridges
+from .lettering import lettering
 from .primitives import FACETS, SMALL, box, tube, union
 from .print_plan import MM, PrintPlan
 
@@ -20,6 +22,7 @@ _BORED = 0.4  # radius of a screw's thread, relative to the diameter of the hole
 _LEFT = 1.5  # material around a screw's hole, and between it and the bore
 _OVER = 0.2  # overlap of a cut beyond the surface
 _PLUG = 3.0  # half the width of a plug along its edge, or half the edge where that is less
+_LIGHT = 12.0  # least length and height of an opening in the sides of a block
 _PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
@@ -27,8 +30,8 @@ _PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the bo
 class Assembly:
     """A mounted ring."""
 
-    halves: tuple[Manifold, Manifold]
-    """The halves on the sides +y and -y."""
+    parts: list[Manifold]
+    """The printed parts; of two halves first the one on the side of +y."""
     boards: list[Manifold]
     """The boards."""
     plugs: list[Manifold]
@@ -39,6 +42,10 @@ class Assembly:
     """The link."""
     beams: Manifold
     """Union of the beams."""
+    letters: Manifold
+    """The lettering that is cut out of the parts."""
+    ties: int
+    """Number of parts with a bridge for a cable tie."""
 
 
 def collar(plan: PrintPlan) -> Manifold:
@@ -83,6 +90,32 @@ def _window(plan: PrintPlan, k: int) -> Manifold:
     return _wedge(plan, k, solid, (plan.wall + MM * plan.printing.gap) / 2) - tube(
         plan.collar, plan.low - 2, plan.top + 2
     )
+
+
+def _side_openings(plan: PrintPlan, k: int) -> Manifold:
+    """Return the openings in the two walls that a window leaves of a long block, so that ribs
+    remain; their roofs of 45 degrees need no support."""
+    start, end = plan.collar + plan.wall, plan.groove[0] - 2 * plan.wall
+    low, high = plan.low + plan.wall, plan.top - plan.wall
+    count = math.ceil((end - start + plan.wall) / (high - low + plan.wall))
+    if _window(plan, k).is_empty() or end - start < _LIGHT or high - low < _LIGHT:
+        return Manifold()
+    wide = (end - start + plan.wall) / count - plan.wall
+    eaves = high - min(wide / 2, high - low)
+    openings = []
+    for i in range(count):
+        a = start + i * (wide + plan.wall)
+        house = [
+            (a, low),
+            (a + wide, low),
+            (a + wide, eaves),
+            (a + wide / 2, eaves + wide / 2),
+            (a, eaves),
+        ]
+        solid = CrossSection.hull_points(np.array(house)).extrude(2 * plan.half + 2)
+        openings.append(solid.rotate((90.0, 0.0, 0.0)).translate((0.0, plan.half + 1, 0.0)))
+    # openings of neighbours that touch overlap, so that no film remains between them
+    return _wedge(plan, k, _upright(plan, k, union(openings)), -_OVER)
 
 
 def _pocket(plan: PrintPlan, k: int) -> Manifold:
@@ -269,8 +302,14 @@ def _ears(plan: PrintPlan) -> Manifold:
     return ears
 
 
-def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
-    """Return both halves of a ring."""
+def printed_parts(plan: PrintPlan, bridges: Manifold, cuts: Manifold) -> list[Manifold]:
+    """Return the parts of a ring: two halves, or more parts between its joints.
+
+    Args:
+        plan: the ring.
+        bridges: what is added to the band.
+        cuts: what is cut out of it and of the bridges: slots and lettering.
+    """
     n = len(plan.angles)
     band = tube(plan.collar, plan.low, plan.lug[1])
     whole = union([band, *(_block(plan, k) for k in range(n))])
@@ -279,14 +318,26 @@ def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     posts, threads = (
         union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True)
     )
-    cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
-    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
+    light = union([_window(plan, k) + _side_openings(plan, k) for k in range(n)])
+    cut = whole - light + _ears(plan) - rooms - _channel(plan)
+    cut = cut + (bridges - rooms)
+    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan) - cuts
     gap = MM * plan.printing.gap / 2
+    if len(plan.joints) > 2:
+        return [_dusted(_between(body, arc, gap)) for arc in plan.arcs]
     low, high = plan.low - 1, plan.lug[1] + 1
     # paths of the link into the halves
     down = box((-plan.bore, -_FAR, low), (plan.bore, 0.0, high))
     up = box((-plan.bore, 0.0, low), (plan.bore, _FAR, high))
-    return _dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)
+    return [_dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)]
+
+
+def _between(solid: Manifold, arc: tuple[float, float], inset: float) -> Manifold:
+    """Return the part of a solid within an arc of at most half a turn, ``inset`` mm from both
+    ends."""
+    a, b = arc
+    some = solid.trim_by_plane((-math.sin(a), math.cos(a), 0.0), inset)
+    return some.trim_by_plane((math.sin(b), -math.cos(b), 0.0), inset)
 
 
 def _dusted(solid: Manifold) -> Manifold:
@@ -299,11 +350,9 @@ def assemble(plan: PrintPlan) -> Assembly:
     """Return a mounted ring."""
     n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
     link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2)
-    return Assembly(
-        halves(plan),
-        [board(plan, k) for k in range(n)],
-        [plugs(plan, k) for k in range(n)],
-        bolts(plan),
-        link,
-        union([beam(plan, k) for k in range(n)]),
-    )
+    boards, rooms = [board(plan, k) for k in range(n)], [plugs(plan, k) for k in range(n)]
+    beams = union([beam(plan, k) for k in range(n)])
+    bridges, slots, arcs = tie_bridges(plan, [beams, *boards, *rooms])
+    letters = union([lettering(plan, i, arc) for i, arc in enumerate(arcs) if plan.label])
+    parts = printed_parts(plan, union(bridges), union(slots) + letters)
+    return Assembly(parts, boards, rooms, bolts(plan), link, beams, letters, len(bridges))

@@ -159,7 +159,7 @@ class Packages:
                 return real
             outside |= there or not inside
         given = ", ".join(dict.fromkeys(f.name or "/" for f in self.folders))
-        where = f"a file in {given}, or in a folder given by --packages"
+        where = f"a file in {given}" + ", or in a folder given by --packages" * (not self.given)
         where += "; this one is outside" * outside
         fault = self.fail(link, name, where + self._remedy(wanted, packaged))
         raise (
@@ -213,7 +213,8 @@ class Packages:
         if not packaged:
             for up in list(self._above())[1:]:
                 if package == ".." and (up / Path(*inside)).is_file():
-                    return f"; permit it: --packages {self._as_given(up)}"
+                    also = "also" if self.given else "permit it:"
+                    return f"; {also} --packages {self._as_given(up)}"
             return ""
         if package == "..":
             return ""
@@ -221,6 +222,8 @@ class Packages:
             for folder in (up, up / package):
                 if folder.joinpath(*inside).is_file():
                     return f"; name its folder: --package {package}={self._as_given(folder)}"
+        if package in self.named:
+            return f"; {self._as_given(self.named[package])} has no such file"
         return f"; if it has another name, --package {package}=FOLDER tells its folder"
 
     def _as_given(self, folder: Path) -> str:

@@ -8,11 +8,12 @@ from ...coverage.sensors.board_packing import Printing
 from ...objectives.mount_rules import Limits, Mounting, Rules
 from .base_model import refuse
 from .field_types import Interval, RingRadius, Tilt, ascending
-from .mapping import DEGREES, MappedModel, Of, Unit
+from .mapping import DEGREES, MappedModel, Of, Unit, rounded_millimetres
 from .sensor_models import SensorModel
 
 _BOLT = Unit(lambda name: int(name[1:]) / 1000, lambda diameter: f"M{1000 * diameter:.0f}")
 _FORMER = "rings_per_link"  # a command's option of that name sets a number, not a maximum
+_MILLIMETRES = rounded_millimetres(6)
 _NUT = Unit(lambda name: name == "trap", lambda trapped: "trap" if trapped else "through")
 
 
@@ -38,6 +39,9 @@ class PrintingModel(MappedModel[Printing]):
     nut: Annotated[Literal["trap", "through"], Of(unit=_NUT)] = Field(
         default="trap", description="hexagonal trap for each nut, or a through hole"
     )
+    fastening: Literal["nut", "insert"] = Field(
+        default="nut", description="what the bolts are screwed into: nuts, or heat-set inserts"
+    )
     gap: float = Field(
         default=0.001,
         ge=0,
@@ -55,6 +59,23 @@ class PrintingModel(MappedModel[Printing]):
     )
     overhang: float = Field(
         default=0.05, ge=0, le=1, description="largest acceptable overhanging share of the surface"
+    )
+    bed_mm: Annotated[
+        list[Annotated[float, Field(ge=20, le=5000)]] | None,
+        Field(min_length=3, max_length=3),
+        Of("bed", _MILLIMETRES),
+    ] = Field(
+        default=None,
+        description="width, depth and height that the printer can print, mm; default: any",
+    )
+    lettering: bool = Field(
+        default=True,
+        description="whether each part is engraved with its number, its link and an arrow to the"
+        " wrist",
+    )
+    ties: bool = Field(
+        default=True,
+        description="whether each part has a bridge to which a cable tie holds the cables",
     )
 
     @model_validator(mode="after")

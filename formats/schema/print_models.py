@@ -30,7 +30,7 @@ class PrintedRing(StrictModel):
     radius_mm: float = Field(description="radius, mm")
     bore_mm: float = Field(description="diameter of the bore, mm")
     size_mm: list[float] = Field(
-        description="dimensions of the larger half in its printing orientation, mm"
+        description="largest dimensions of a part in its printing orientation, mm"
     )
     flipped: bool = Field(
         description="whether the side on the printing bed faces the distal end when mounted"
@@ -38,7 +38,9 @@ class PrintedRing(StrictModel):
     board: str = Field(description="source of the board's figures")
     screws: str = Field(description="screws that hold the boards")
     bolts: str = Field(description="bolts that close the ring")
-    files: list[str] = Field(description="names of the mesh files")
+    ties: int = Field(description="number of parts with a bridge for a cable tie")
+    lettering: list[str] = Field(description="text engraved in each part; none: no room for it")
+    files: list[str] = Field(description="names of the mesh files, and of the picture")
     frame: str = Field(
         description="frame of the link that carries the ring: the joint that moves it, or tcp"
     )
@@ -57,3 +59,4 @@ class PrintResult(VersionedFile):
     rings: list[PrintedRing] = Field(description="printed rings")
     assembled: str = Field(description="picture of the robot with all rings")
     mounted: str = Field(description="picture of the first ring with boards and link")
+    plates: list[str] = Field(description="3MF files of parts that are printed together")

@@ -12,6 +12,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.joint_values import named
 from ...coverage.robots.kinematics import Chain
+from ...objectives.calibration_effect import CalibrationEffect
 from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
@@ -142,6 +143,29 @@ class LiftedModel(StrictModel):
         ]
 
 
+class CalibrationEffectModel(StrictModel):
+    """What the calibration of the arm changes."""
+
+    source: str = Field(description="file or controller that stated the calibration")
+    largest_move_mm: float = Field(description="largest move of a sensor at a pose, mm")
+    nominal_percent: Percent = Field(description="coverage with the model's kinematics, percent")
+
+    @classmethod
+    def each(cls, effect: CalibrationEffect | None) -> list[Self]:
+        """Return the records of an effect, one for each goal; none without a calibration."""
+        if effect is None:
+            return []
+        move = round(1000 * effect.largest_move, 3)
+        return [
+            cls(
+                source=effect.source,
+                largest_move_mm=move,
+                nominal_percent=COVERAGE.write(one.zeta),
+            )
+            for one in effect.nominal
+        ]
+
+
 class VerifyResult(MappedModel[Verified]):
     """Output of ``verify --json`` for each target. A proposal with many poses omits ``poses``."""
 
@@ -191,6 +215,9 @@ class VerifyResult(MappedModel[Verified]):
     )
     lifted: list[LiftedModel] = Field(
         default=[], description="single sensors that were lifted out of the body in which they lay"
+    )
+    calibration: CalibrationEffectModel | None = Field(
+        default=None, description="what the calibration of the arm changes, if it has one"
     )
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ...coverage.rings.ring import RING_RADIUS, Ring, Setup
+from ...coverage.rings.ring import RING_RADIUS, SERIAL, Ring, Setup
 from ...coverage.rings.rounding import DIGITS_POSITION, phase_deg, tilt_deg
 from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
@@ -33,6 +33,19 @@ class RingModel(MappedModel[Ring]):
     )
     radius: RingRadius | None = Field(default=None, description="radius, m; default: the scene's")
     sensor: SensorModel | None = Field(default=None, description="sensor; default: the scene's")
+    serial: str | None = Field(
+        default=None,
+        pattern=f"^{SERIAL}$",
+        description="serial number of the ring's board, 16 hexadecimal digits; default: unknown",
+    )
+    zone_turn_deg: Literal[0, 90, 180, 270] = Field(
+        default=0,
+        description="angle by which the sensors are turned about their axes on their boards,"
+        " degrees, counter-clockwise as seen along the axis; of sensors with zones",
+    )
+    zone_mirrored: bool = Field(
+        default=False, description="whether the zones' columns are sent in the opposite order"
+    )
 
 
 def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS) -> Setup:

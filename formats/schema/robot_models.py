@@ -343,7 +343,7 @@ class RobotModel(MappedModel[Robot]):
         names = tuple(joint.name for joint in self.joints)
         return Chain(
             joints=names,
-            origin=np.stack([_origin(place) for place in places]),
+            origin=np.stack([place_of(place) for place in places]),
             axis=np.array([joint.axis for joint in self.joints], float),
             prismatic=tuple(i for i, j in enumerate(self.joints) if j.type == "prismatic"),
             mimics=tuple(
@@ -397,13 +397,13 @@ class RobotModel(MappedModel[Robot]):
         return super().from_domain(
             value,
             **home,
-            tcp=TcpModel(**_place(chain.origin[-1])),
+            tcp=TcpModel(**written_place(chain.origin[-1])),
             joints=[
                 JointModel(
                     name=name,
                     axis=_VECTOR.write(axis),
                     mimic=mimics.get(j),
-                    **_place(T),
+                    **written_place(T),
                     **_motion(slides, limit),
                 )
                 for j, (name, T, axis, slides, limit) in enumerate(
@@ -428,11 +428,13 @@ class RobotFile(RobotModel, VersionedFile):
     """A robot (TOML): a chain of joints, mount axes, and capsules that enclose its links."""
 
 
-def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
+def place_of(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
+    """Return the pose (4, 4) m of a joint or of the TCP in the frame before it."""
     return transform(place.xyz, [math.radians(angle) for angle in place.rpy_deg])
 
 
-def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, Any]:
+def written_place(T: Float[np.ndarray, "4 4"]) -> dict[str, Any]:
+    """Return the keys of a pose (4, 4) m, rounded as in files."""
     return {
         "xyz": _VECTOR.write(T[:3, 3]),
         "rpy_deg": _ANGLES.write(rpy_of(T[:3, :3])),
@@ -457,7 +459,7 @@ def robot_of(key: str | RobotModel) -> Robot:
 
 
 def robot_key(robot: Robot) -> str | RobotModel:
-    """Return a robot as a scene names it, without what is attached to it: by name if it is built
-    in, else in-line."""
-    robot = robot.unladen or robot
+    """Return a robot as a scene names it, without what is attached to it and without a calibration:
+    by name if it is built in, else in-line."""
+    robot = (robot.unladen or robot).nominal
     return robot.name if built_in(robot) else RobotModel.from_domain(robot)

@@ -25,7 +25,9 @@ from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
+from .calibration_models import CalibrationModel
 from .field_types import Metres, RingRadius
+from .link_models import LinkLimitsModel
 from .mapping import MappedModel, Of
 from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
 from .mount_models import MountModel, PrintingModel, RulesModel
@@ -80,6 +82,10 @@ class SceneModel(MappedModel[CoreScene]):
         default="ur10",
         description="name of a built-in robot, a robot file (.toml), or a robot in-line",
     )
+    calibration: CalibrationModel | None = Field(
+        default=None,
+        description="this arm's own kinematics, or a file of them (calibration.conf, .yaml)",
+    )
     occlusion: Occlusion = Field(
         default="shadow",
         description="effect of the robot's own body on its sensors; default without bodies: ignore",
@@ -124,6 +130,9 @@ class SceneModel(MappedModel[CoreScene]):
     )
     motion: MotionModel = Field(
         default=MotionModel(), description="limits of motion for check --move"
+    )
+    link: LinkLimitsModel = Field(
+        default=LinkLimitsModel(), description="limits of the links of check"
     )
     rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
     printing: PrintingModel = Field(
@@ -192,6 +201,8 @@ class SceneModel(MappedModel[CoreScene]):
 
     def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield targets, rings and rules that the robot does not allow."""
+        if self.calibration is not None:
+            yield from self.calibration.faults(robot)
         yield from self._target_faults()
         for i, one in enumerate(self.attached):
             yield from one.faults(robot, i)
@@ -239,6 +250,8 @@ class SceneModel(MappedModel[CoreScene]):
         """Return the scene without the meshes and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
         robot = robot_of(self.robot)
+        if self.calibration is not None:
+            robot = self.calibration.applied(robot)
         return super().to_domain(
             robot=attached_to(robot, self.attached),
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
@@ -259,6 +272,7 @@ class SceneModel(MappedModel[CoreScene]):
         return super().from_domain(
             value,
             robot=robot_key(value.robot),
+            calibration=CalibrationModel.of(value.robot),
             poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),

@@ -6,12 +6,26 @@ from .base_model import StrictModel
 from .result_models import VerifyResult
 
 
+class RequirementModel(StrictModel):
+    """A required coverage of a target, with the proved interval of the coverage."""
+
+    target: str = Field(description="label of the target, such as V_S(0.5)")
+    required_percent: float = Field(description="required coverage, percent")
+    low_percent: float = Field(description="lower end of the proved interval, percent")
+    high_percent: float = Field(description="upper end of the proved interval, percent")
+    passes: bool = Field(description="whether the lower end reaches the required coverage")
+
+
 class ReportResult(StrictModel):
     """Output of ``report --json``."""
 
     setup: str = Field(description="the setup: its name or file")
     page: str = Field(description="path of report.html")
+    pdf: str | None = Field(default=None, description="path of report.pdf; null without --pdf")
     zeta: list[VerifyResult] = Field(description="coverage of the setup for each target")
+    requirements: list[RequirementModel] = Field(
+        default=[], description="required coverages, decided"
+    )
 
 
 class ExportResult(StrictModel):

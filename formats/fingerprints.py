@@ -1,0 +1,22 @@
+"""Hashes by which a reader checks that a report belongs to a file and a scene."""
+
+import hashlib
+from pathlib import Path
+
+from ..objectives.scene import CoreScene
+from .schema.scene_models import SceneModel
+from .schema.target_models import boxed
+
+
+def file_sha256(name: str) -> str:
+    """Return the SHA-256 of a file in hexadecimal; empty if there is no such file."""
+    try:
+        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    except (OSError, ValueError):
+        return ""
+
+
+def scene_sha256(scene: CoreScene) -> str:
+    """Return the SHA-256 of a scene's record as JSON, in hexadecimal."""
+    text = SceneModel.from_domain(boxed(scene)).model_dump_json()
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,122 @@
+"""The I2C bus of a ring: its parts, what each bears, and the fastest clock that it works at."""
+
+import math
+from dataclasses import dataclass, replace
+
+from ...coverage.rings.ring import Group
+from .bus_load import CABLE_PF_M, PIN_PF, RISE_NS, BusLine, fault, load, pull_up, weakest_pull_up
+from .controllers import ControllerBoard
+from .drivers import Driver
+
+CHANNELS = 8  # of a TCA9548A
+TRUNK_PF = 28.0  # of its SDA or SCL, at most (TI, SCPS207)
+CHANNEL_PF = 7.5  # of a line of a channel, at most
+TRUNK_PULL_UP = 10_000.0  # Ω on each line of Adafruit's board of it, by its schematic
+_LEAD_M = 0.3  # cable from the controller to the ring, and to the first multiplexer
+_APART_M = 0.1  # cable between two multiplexers, and from one to the ring
+_SLACK = 1.2  # of a cable along the ring
+_PERIOD_MS = (50, 100)  # least and most between frames: the protocol wants ten a second
+_MOST_BUSY = 0.8  # share of the time that transfers may take
+
+
+@dataclass(frozen=True)
+class BusSegment:
+    """One line, SDA or SCL, of a part of the bus."""
+
+    title: str
+    """What it is."""
+    cable_m: float
+    """Length of its cable, m."""
+    line: BusLine
+    """Load, pull-ups and current, with everything that is connected to it at one time."""
+    added: float | None
+    """Pull-up to add on it, Ω; None: none."""
+
+
+def _carriers(driver: Driver, count: int) -> BusLine:
+    """Return the load of ``count`` boards with sensors on one line."""
+    one, each = load(0.0), driver.carrier
+    for _ in range(count):
+        behind = pull_up(each.sensor_pull_up, each.sensor_supply, shifted=True)
+        one = one.joined(load(each.load_pf)).joined(pull_up(each.pull_up)).joined(behind)
+    return one
+
+
+def _cable(metres: float) -> BusLine:
+    return load(CABLE_PF_M * metres)
+
+
+def _direct(driver: Driver, count: int, radius: float, hertz: int) -> tuple[BusSegment, ...]:
+    cable = _LEAD_M + _SLACK * math.tau * radius * (count - 1) / count
+    line = load(PIN_PF).joined(_cable(cable)).joined(_carriers(driver, count))
+    added = weakest_pull_up(line, hertz)
+    return (BusSegment("bus", cable, line.pulled_up(added), added),)
+
+
+def _multiplexed(driver: Driver, count: int, radius: float, hertz: int) -> tuple[BusSegment, ...]:
+    """Return trunk, one channel alone, and both while a channel is connected: a switch connects
+    loads and pull-ups, it does not separate them as a repeater would."""
+    number = math.ceil(count / CHANNELS)
+    trunk_m = _LEAD_M + _APART_M * (number - 1)
+    trunk = load(PIN_PF + number * TRUNK_PF).joined(_cable(trunk_m))
+    for _ in range(number):
+        trunk = trunk.joined(pull_up(TRUNK_PULL_UP))
+    channel_m = _APART_M + _SLACK * math.pi * radius
+    channel = load(CHANNEL_PF).joined(_cable(channel_m)).joined(_carriers(driver, 1))
+    on_channel = weakest_pull_up(channel, hertz)
+    channel = channel.pulled_up(on_channel)
+    needs = [weakest_pull_up(line, hertz) for line in (trunk, trunk.joined(channel))]
+    added = min((ohm for ohm in needs if ohm is not None), default=None)
+    trunk = trunk.pulled_up(added)
+    both = trunk.joined(channel)
+    return (
+        BusSegment("trunk", trunk_m, trunk, added),
+        BusSegment("channel, alone", channel_m, channel, on_channel),
+        BusSegment("trunk with a channel", trunk_m + channel_m, both, None),
+    )
+
+
+@dataclass(frozen=True)
+class RingBus:
+    """The bus of a ring at one clock."""
+
+    wiring: str
+    """``direct`` or ``multiplexer``."""
+    hertz: int
+    """Clock, Hz."""
+    period_ms: int
+    """Time between frames, ms."""
+    segments: tuple[BusSegment, ...]
+    """Its parts."""
+    fault: str
+    """Limit that it exceeds; empty if it works."""
+
+
+def _bus(driver: Driver, group: Group, wiring: str, hertz: int) -> RingBus:
+    """Return the bus of a ring at a clock of ``hertz``."""
+    parts = _multiplexed if wiring == "multiplexer" else _direct
+    segments = parts(driver, group.count, group.radius, hertz)
+    busy_ms = 9e3 * driver.bytes_of(group.sensor) * group.count / hertz
+    least, most = _PERIOD_MS
+    period = max(least, math.ceil(busy_ms / _MOST_BUSY))
+    reason = next((line for s in segments if (line := fault(s.line, hertz))), "")
+    if not reason and period > most:
+        reason = f"{busy_ms:.0f} ms for one reading of all, allowed: {_MOST_BUSY * most:.0f}"
+    return RingBus(wiring, hertz, period, segments, reason)
+
+
+def ring_buses(driver: Driver, group: Group, board: ControllerBoard, wiring: str) -> list[RingBus]:
+    """Return the buses that a ring may have, best first.
+
+    Args:
+        driver: driver of its sensors.
+        group: the ring, or a single sensor.
+        board: its controller.
+        wiring: ``direct``, ``multiplexer``, or ``auto`` for both.
+    """
+    choices = (wiring,) if wiring != "auto" else ("direct", "multiplexer")
+    buses = [_bus(driver, group, one, hertz) for one in choices for hertz in RISE_NS]
+    if group.count <= len(board.lines):
+        return buses
+    short = f"the {board.title} has {len(board.lines)} free pins for XSHUT"
+    return [replace(bus, fault=short) if bus.wiring == "direct" else bus for bus in buses]

@@ -1,0 +1,208 @@
+"""Wiring of a ring: which pins, how its sensors share the I2C bus, and what the bus bears.
+
+All sensors of this kind answer at the same address after power-up. Two ways around that:
+
+- ``direct``: one bus, each XSHUT on its own pin. The sensors start one after another and take
+  addresses of their own. It is limited by what a low level must sink: every sensor's board brings
+  its own pull-ups.
+- ``multiplexer``: TCA9548A, with each sensor alone on a channel. Every sensor keeps its address,
+  also after a loss of power; one plug of four wires for each; and a sensor that holds the bus low
+  blocks only its own channel, until the reset line frees the bus. Expanders for the XSHUT lines
+  instead would leave all pull-ups and the load of all sensors on one bus.
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from ...coverage.rings.ring import Group, Setup
+from ...coverage.sensors.sensor import Sensor
+from .controllers import ControllerBoard
+from .drivers import MODES, Driver, driver, model_name
+from .ring_bus import CHANNELS, BusSegment, ring_buses
+
+Wiring = Literal["auto", "direct", "multiplexer"]
+WIRINGS: tuple[str, ...] = get_args(Wiring)
+
+FIRST_MULTIPLEXER = 0x70
+MOST_SENSORS = CHANNELS * 8  # multiplexers have eight addresses
+_SENSOR_ADDRESS = 0x29
+FIRST_ADDRESS = _SENSOR_ADDRESS + 1  # of sensors with their own addresses
+
+
+@dataclass(frozen=True)
+class RingWiring:
+    """ControllerBoard, pins and bus of one ring."""
+
+    name: str
+    """Name of the sketch and of its folder."""
+    title: str
+    """Number and link of the ring."""
+    controller: ControllerBoard
+    """Its board."""
+    driver: Driver
+    """Its sensors' driver."""
+    sensor: Sensor
+    """Its sensor."""
+    mode: str
+    """Distance mode of the sensors; may be empty."""
+    assumed: bool
+    """Whether the sensor of the scene names no model, so that the driver is an assumption."""
+    angles_deg: tuple[float, ...]
+    """Direction of each sensor about the mount axis, degrees; the order is that of the frames."""
+    hertz: int
+    """Clock of the bus, Hz."""
+    period_ms: int
+    """Time between frames, ms."""
+    xshut: tuple[int, ...]
+    """Pin of each sensor's XSHUT; empty with multiplexers."""
+    channels: tuple[int, ...]
+    """Sensors on each multiplexer, in the order of their addresses; empty without."""
+    because: str
+    """Why the sensors need multiplexers; empty without them, or if they were chosen."""
+    segments: tuple[BusSegment, ...]
+    """Parts of the bus."""
+
+    @property
+    def count(self) -> int:
+        """Number of sensors."""
+        return len(self.angles_deg)
+
+    @property
+    def reset(self) -> int | None:
+        """Pin that resets all multiplexers; None without them."""
+        return self.controller.lines[0] if self.channels else None
+
+    @property
+    def pins(self) -> tuple[int, ...]:
+        """All pins in use: SDA, SCL, then the reset or the XSHUT lines."""
+        reset = () if self.reset is None else (self.reset,)
+        return (self.controller.sda, self.controller.scl, *reset, *self.xshut)
+
+    @property
+    def places(self) -> tuple[tuple[int, int], ...]:
+        """Number of the multiplexer, and channel, of each sensor; empty without multiplexers."""
+        return tuple((m, c) for m, used in enumerate(self.channels) for c in range(used))
+
+    @property
+    def addresses(self) -> tuple[int, ...]:
+        """I2C address of each sensor in operation."""
+        if self.channels:
+            return (_SENSOR_ADDRESS,) * self.count
+        return tuple(FIRST_ADDRESS + i for i in range(self.count))
+
+    @property
+    def supply_ma(self) -> float:
+        """Peak current of all sensors, mA."""
+        return self.count * self.driver.carrier.peak_ma
+
+    @property
+    def own_supply(self) -> bool:
+        """Whether the sensors need a supply of their own."""
+        return self.supply_ma > self.controller.supply_ma
+
+    @property
+    def note(self) -> str:
+        """A line that says why the ring has multiplexers; empty if there is nothing to say."""
+        if not self.because:
+            return ""
+        number = len(self.channels)
+        return f"{self.title}: {self.because}; it gets {number} multiplexer{'s' * (number > 1)}"
+
+    @property
+    def parts(self) -> tuple[tuple[int, str], ...]:
+        """Parts to buy, each with its number."""
+        added = Counter[float]()
+        for segment, number in zip(self.segments, (1, self.count), strict=False):
+            if segment.added is not None:
+                added[segment.added] += 2 * number
+        resistors = [
+            (number, f"resistor {ohm / 1000:g} kΩ, pull-up of SDA or SCL")
+            for ohm, number in added.items()
+        ]
+        multiplexers = [(len(self.channels), "TCA9548A multiplexer board")]
+        amperes = math.ceil(self.supply_ma / 500) / 2
+        supply = [(1, f"supply 3.3 V, {amperes:g} A")]
+        return (
+            (1, f"{self.controller.title} board"),
+            *(multiplexers if self.channels else []),
+            (self.count, f"{self.driver.title} on a board ({self.driver.carrier.title})"),
+            *resistors,
+            *(supply if self.own_supply else []),
+        )
+
+
+def plan_ring(
+    title: str, group: Group, board: ControllerBoard, wiring: str = "auto", name: str = "ring"
+) -> RingWiring:
+    """Return the wiring of a ring, or of a single sensor.
+
+    Args:
+        title: number and link of the ring, for messages and pages.
+        group: the ring.
+        board: its controller.
+        wiring: ``direct``, ``multiplexer``, or ``auto``: direct where that works.
+        name: name of the sketch.
+
+    Raises:
+        ValueError: if no firmware reads the sensor, or the bus does not bear so many; one line.
+    """
+    try:
+        kind = driver(group.sensor)
+    except ValueError as error:
+        raise ValueError(f"{title}: {error}") from error
+    if not 1 <= group.count <= MOST_SENSORS:
+        raise ValueError(f"{title}: found {group.count} sensors, allowed: 1 to {MOST_SENSORS}")
+    plural = "sensor" if group.count == 1 else "sensors"
+    buses = ring_buses(kind, group, board, wiring)
+    bus = next((one for one in buses if not one.fault), None)
+    if bus is None:
+        last = next(one for one in buses if one.wiring == buses[-1].wiring)
+        advice = "; multiplexers bear more" if wiring == "direct" else ""
+        raise ValueError(f"{title}: {group.count} {plural}, {wiring}: {last.fault}{advice}")
+    because = f"{group.count} {plural} on one bus: {buses[0].fault}" if buses[0].fault else ""
+    each = 360 / group.count
+    start = math.degrees(group.phase)
+    number = math.ceil(group.count / CHANNELS)
+    spread = tuple(len(range(m, group.count, number)) for m in range(number))
+    return RingWiring(
+        name=name,
+        title=title,
+        controller=board,
+        driver=kind,
+        sensor=group.sensor,
+        mode=MODES.get(model_name(group.sensor), ""),
+        assumed=group.sensor.use is None,
+        angles_deg=tuple(round((start + i * each) % 360, 1) % 360 for i in range(group.count)),
+        hertz=bus.hertz,
+        period_ms=bus.period_ms,
+        xshut=board.lines[: group.count] if bus.wiring == "direct" else (),
+        channels=spread if bus.wiring == "multiplexer" else (),
+        because=because if bus.wiring != buses[0].wiring else "",
+        segments=bus.segments,
+    )
+
+
+def plan_setup(
+    setup: Setup, board: ControllerBoard, wiring: str = "auto"
+) -> tuple[RingWiring, ...]:
+    """Return the wirings of all rings and single sensors of a setup, in the order of their numbers.
+
+    Raises:
+        ValueError: if one cannot be wired so.
+    """
+    return tuple(
+        plan_ring(f"ring {i} ({one.link})", one, board, wiring, f"ring{i}_{_plain(one.link)}")
+        for i, one in enumerate(setup.groups)
+    )
+
+
+def address_pads(number: int) -> str:
+    """Return the pads to bridge on multiplexer ``number``, counted from 0; empty for none."""
+    return ", ".join(f"A{bit}" for bit in range(3) if number >> bit & 1)
+
+
+def _plain(link: str) -> str:
+    """Return a link's name as part of a file name."""
+    return "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in link)[:40]

@@ -1,0 +1,115 @@
+"""Plates of printed parts: 3MF files, each with the parts that a printer's bed holds at once.
+
+The files follow the 3MF core specification (3MF Consortium, version 1.2): lengths in millimetres,
+one named object for each part, and one build item for each object. trimesh's writer draws random
+identifiers and needs two more packages, so that equal parts would give unequal files.
+"""
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import trimesh
+
+from .print_bed import Bed
+from .print_checks import read_stl
+from .print_plan import MM
+
+_GAP = 5.0  # mm, between two parts
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
+_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest of a zip file, so that equal parts give equal files
+_HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
+_TYPES = (
+    f'{_HEAD}<Types xmlns="{_PACKAGE}/content-types">'
+    '<Default Extension="rels"'
+    ' ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model"'
+    ' ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
+)
+_RELATIONS = (
+    f'{_HEAD}<Relationships xmlns="{_PACKAGE}/relationships"><Relationship Id="rel0"'
+    ' Target="/3D/3dmodel.model"'
+    ' Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
+)
+
+
+@dataclass(frozen=True)
+class PlatePart:
+    """A part on a plate."""
+
+    name: str
+    """Name of the part."""
+    mesh: trimesh.Trimesh
+    """Its surface, mm, with its lowest point at z = 0."""
+    at: tuple[float, float]
+    """Position of its lower corner, x and y mm."""
+
+
+def print_plates(files: Mapping[str, bytes], bed: Bed) -> dict[str, bytes]:
+    """Return plates with all parts as 3MF files by name: as many as the bed needs, or one.
+
+    Args:
+        files: STL files by name.
+        bed: width, depth and height that can be printed, m; None: any.
+    """
+    meshes = {name.removesuffix(".stl"): read_stl(data) for name, data in files.items()}
+    return {f"plate{i}.3mf": plate_3mf(parts) for i, parts in enumerate(_packed(meshes, bed))}
+
+
+def _packed(meshes: Mapping[str, trimesh.Trimesh], bed: Bed) -> list[list[PlatePart]]:
+    """Return the parts of each plate, in rows, the deepest parts first.
+
+    Each part fits the bed alone.
+    """
+    sizes = {name: mesh.extents for name, mesh in meshes.items()}
+    area = sum(float((x + _GAP) * (y + _GAP)) for x, y, _ in sizes.values())
+    widest = max((float(size[0]) for size in sizes.values()), default=0.0)
+    wide, deep = (MM * bed[0], MM * bed[1]) if bed else (max(1.1 * area**0.5, widest), np.inf)
+    plates, x, y, row = list[list[PlatePart]](), np.inf, np.inf, 0.0
+    for name in sorted(sizes, key=lambda name: -sizes[name][1]):
+        width, depth, _ = (float(v) for v in sizes[name])
+        if x + width > wide + 1e-3:  # a new row
+            x, y, row = 0.0, y + row, depth + _GAP
+        if y + depth > deep + 1e-3 or not plates:  # a new plate
+            x, y, row = 0.0, 0.0, depth + _GAP
+            plates.append([])
+        plates[-1].append(PlatePart(name, meshes[name], (x, y)))
+        x += width + _GAP
+    return plates
+
+
+def plate_3mf(parts: list[PlatePart]) -> bytes:
+    """Return a 3MF file of parts, each a named object at its place on the build platform."""
+    objects, items = list[str](), list[str]()
+    for number, part in enumerate(parts, 1):
+        corner = np.append(part.mesh.bounds[0, :2], 0.0)
+        x, y, z = np.append(part.at, 0.0) - corner
+        points = "".join(
+            f'<vertex x="{a:.9g}" y="{b:.9g}" z="{c:.9g}"/>' for a, b, c in part.mesh.vertices
+        )
+        faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in part.mesh.faces)
+        objects.append(
+            f'<object id="{number}" type="model" name={quoteattr(part.name)}><mesh>'
+            f"<vertices>{points}</vertices><triangles>{faces}</triangles></mesh></object>\n"
+        )
+        items.append(
+            f'<item objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {x:.6f} {y:.6f} {z:.6f}"/>\n'
+        )
+    model = (
+        f'{_HEAD}<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">\n'
+        f'<metadata name="Application">place-rings</metadata>\n'
+        f"<resources>\n{''.join(objects)}</resources>\n<build>\n{''.join(items)}</build></model>\n"
+    )
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as package:
+        for name, text in (
+            ("[Content_Types].xml", _TYPES),
+            ("_rels/.rels", _RELATIONS),
+            ("3D/3dmodel.model", model),
+        ):
+            package.writestr(zipfile.ZipInfo(name, _DATE), text.encode(), zipfile.ZIP_DEFLATED)
+    return file.getvalue()
