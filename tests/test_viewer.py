@@ -25,7 +25,7 @@ from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.exchange import Round
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, rgb
@@ -35,6 +35,7 @@ from place_rings.viewer.jobs import Job, JobStoppedError
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from place_rings.viewer.robot_surface import read_skin
 from place_rings.viewer.saving import file_named, save
+from place_rings.viewer.sensor_report import SensorReport
 from place_rings.viewer.server import own
 from place_rings.viewer.session import ViewerSession, shown_targets
 from place_rings.viewer.tasks import prove, search_from
@@ -242,8 +243,14 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
     said = [
         words.heading([HOSTILE], HOSTILE, [3], [1]),
         words.zeta_table(
-            [HOSTILE, HOSTILE], [words.TableRow(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))], 0.1, HOSTILE
+            [HOSTILE, HOSTILE],
+            [words.TableRow(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))],
+            HOSTILE,
+            HOSTILE,
         ),
+        words.headline(0.5, HOSTILE, HOSTILE, HOSTILE),
+        words.sensor_text(SensorReport(0, 1, 0.1, 0.1, 0.1, ((HOSTILE, 0.1),)), HOSTILE),
+        words.link(f"?target={HOSTILE}"),
         words.legend([0.25] * 4, HOSTILE, HOSTILE),
         words.proof_table(HOSTILE, proofs),
         words.note(HOSTILE, True),

@@ -1,12 +1,20 @@
 """Colours of the viewer and their legend, from Okabe and Ito's colour-blind safe palette."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import cycle
 
-from ..reporting.rendering.colours import UNSEEN_COLOUR
+from ..formats.export.palette import (
+    COVERED_ONCE,
+    COVERED_TWICE,
+    OBSTACLE,
+    ROBOT,
+    SENSOR,
+    UNCOVERED,
+    link_colours,
+)
+from ..formats.export.palette import SHADOWED as SHADOWED_COLOUR
 from .quick_estimate import ONCE, SHADOWED, TWICE, UNSEEN
 
+__all__ = ["OBSTACLE", "ROBOT", "SENSOR", "link_colours"]  # of the palette, for this room
 Rgb = tuple[int, int, int]
 
 
@@ -27,26 +35,20 @@ class DrawingKind:
     """Colour as ``#rrggbb``."""
     size: float
     """Size of a point where few are uncovered, as a share of the target's diagonal."""
+    covered: bool = False
+    """Whether a sensor covers such points."""
 
 
 KINDS = (
-    DrawingKind(UNSEEN, "uncovered", UNSEEN_COLOUR, 0.0054),
-    DrawingKind(SHADOWED, "shadowed: in a cone, but occluded", "#000000", 0.0054),
-    DrawingKind(ONCE, "covered by one sensor", "#56B4E9", 0.0029),
-    DrawingKind(TWICE, "covered by two or more", "#0072B2", 0.0029),
+    DrawingKind(UNSEEN, "uncovered", UNCOVERED, 0.0054),
+    DrawingKind(SHADOWED, "shadowed: in a cone, but occluded", SHADOWED_COLOUR, 0.0054),
+    DrawingKind(ONCE, "covered by one sensor", COVERED_ONCE, 0.0034, True),
+    DrawingKind(TWICE, "covered by two or more", COVERED_TWICE, 0.0034, True),
 )
-# no blues: points use them
-_LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")
-ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR, FLOOR = (
-    "#b4bbc3",
-    "#23272b",
-    "#8f8a80",
-    "#c9b48c",
-    "#23272b",
-    "#d9dde1",
-)
+CURVE, OUTLINE, FLOOR = "#23272b", "#8f8a80", "#d9dde1"
+_ON_DARK = {SHADOWED_COLOUR: "#f4f4f4", CURVE: "#e8eaed", FLOOR: "#2a2d31", OUTLINE: "#4a4843"}
 
 
-def link_colours(links: Sequence[str]) -> dict[str, str]:
-    """Return the colour of each link's rings and beams."""
-    return dict(zip(links, cycle(_LINKS), strict=False))
+def on_page(colour: str, dark: bool) -> str:
+    """Return a colour as it is drawn: on a dark page, what is nearly black becomes nearly white."""
+    return _ON_DARK.get(colour, colour) if dark else colour

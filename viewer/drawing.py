@@ -29,7 +29,8 @@ from ..reporting.rendering.meshes import (
 )
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
+from .cut import Cut
+from .quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from .robot_surface import Skin
 from .triangle_meshes import beams, bodies, chips, grid, outline
 
@@ -40,6 +41,7 @@ _FLOOR = grid(2.0, 0.5)
 _FEW = 0.15
 _AXIS, _UP = 0.12, 0.05  # m, lines of the selected single sensor
 _VEIL = 0.55  # opacity of a single cone; several cones share it
+_BEAM = 0.4  # opacity of the selected sensor's cone
 
 
 @dataclass(frozen=True)
@@ -95,14 +97,16 @@ class DrawnParts:
     """Target whose points are shown."""
     occlusion: Occlusion
     """Model of occlusion."""
-    cones: Shown = "this link"
+    cones: Shown = "this ring"
     """Rings whose cones are shown."""
     ring: int = 0
     """Index of the selected ring or single sensor; those follow the rings."""
-    kinds: frozenset[int] = field(
-        default_factory=lambda: frozenset(k.number for k in KINDS) - {TWICE}
-    )
+    kinds: frozenset[int] = field(default_factory=lambda: frozenset(k.number for k in KINDS))
     """Classes of points that are shown."""
+    cut: Cut | None = None
+    """Half-space in which points are shown; None: everywhere."""
+    sensor: int | None = None
+    """Index of the selected sensor on the selected ring, or None."""
     outline: bool = True
     """True to show the target's outline."""
     robot: bool = True
@@ -123,6 +127,7 @@ class Drawing:
         self._outline = lru_cache(64)(lambda target, pose: outline(self._outer(target, pose)))
         self._band = lru_cache(1024)(self._band_of)
         self._beams = lru_cache(1024)(self._beams_of)
+        self._beam = lru_cache(64)(self._beam_of)
         self._chip = lru_cache(1024)(self._chip_of)
         self._colours = link_colours(self.scene.robot.links)
 
@@ -194,6 +199,13 @@ class Drawing:
         cones = self._cones(ring, pose)
         return beams(cones, lengths_within(cones, self._outer(target, pose)))
 
+    def _beam_of(
+        self, group: Group, pose: int, target: Target, sensor: int
+    ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
+        cones = self._cones(group, pose)
+        lengths = lengths_within(cones, self._outer(target, pose))
+        return beams(cones, lengths, (sensor,))
+
     def rings(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
         """Draw the rings as bands with their sensors, the single sensors and those of the cell, and
         the chosen cones up to the target's boundary.
@@ -205,7 +217,7 @@ class Drawing:
             colour = self._colours[ring.link]
             hoop, sensors, edge = self._band(ring, choice.pose)
             found[f"ring{i}"] = DrawnMesh(*hoop, colour, 1.0, i)
-            found[f"sensors{i}"] = DrawnMesh(*sensors, SENSOR)
+            found[f"sensors{i}"] = DrawnMesh(*sensors, SENSOR, 1.0, i)
             if i == choice.ring:
                 found["chosen"] = Edges(edge, CURVE, 3.0)
             if i in wanted:
@@ -223,7 +235,32 @@ class Drawing:
                 surface, rims = self._beams(one, choice.pose, choice.target)
                 found[f"cones{i}"] = DrawnMesh(*surface, colour, veil)
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
-        return found
+        return {**found, **self._selected(setup, choice)}
+
+    def _selected(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
+        """Draw the cone of the selected sensor."""
+        group = setup.groups[choice.ring]
+        if choice.sensor is None or choice.sensor >= group.count:
+            return {}
+        surface, rims = self._beam(group, choice.pose, choice.target, choice.sensor)
+        colour = self._colours.get(group.link, CURVE)
+        return {"sensor": DrawnMesh(*surface, colour, _BEAM), "sensor rim": Edges(rims, CURVE, 2.5)}
+
+    def apexes(self, group: Group, pose: int) -> Float[np.ndarray, "K 3"]:
+        """Return the places (K, 3) m of a group's sensors at a pose."""
+        return np.asarray(self._cones(group, pose).apex)
+
+    def curve(self, pose: int) -> Float[np.ndarray, "N 3"]:
+        """Return points (N, 3) m along the robot's centre line at a pose."""
+        return self._robot(pose)[1].reshape(-1, 3)
+
+    def extent(self, choice: DrawnParts) -> Float[np.ndarray, "N 3"]:
+        """Return points (N, 3) m that surround the robot and the target at the pose."""
+        edges = self._outline(choice.target, choice.pose).reshape(-1, 3)
+        low, high = self.box(choice)
+        inside = edges[((edges >= low - 1e-6) & (edges <= high + 1e-6)).all(axis=1)]
+        corners = np.stack(np.meshgrid(*self.box(choice).T), axis=-1).reshape(-1, 3)
+        return np.concatenate([inside if len(inside) else corners, self.curve(choice.pose)])
 
     def points(
         self, setup: Setup, choice: DrawnParts, beside: Sequence[Setup] = ()
@@ -250,14 +287,22 @@ class Drawing:
         shares = tuple(float(np.mean(kind == k.number)) for k in KINDS)
         missed = max(float(np.mean(each < ONCE)) for each in (kind, *others))
         many = dict.fromkeys((UNSEEN, SHADOWED), max(missed / _FEW, 1.0) ** -0.5)
+        shown = np.ones(len(where), bool) if choice.cut is None else choice.cut.keeps(where)
         found: dict[str, Item] = {
             f"points{k.number}": Dots(
-                where[kind == k.number], k.colour, wide * k.size * many.get(k.number, 1.0)
+                where[some], k.colour, wide * k.size * many.get(k.number, 1.0)
             )
-            for k, share in zip(KINDS, shares, strict=True)
-            if k.number in choice.kinds and share > 0
+            for k in KINDS
+            if k.number in choice.kinds and (some := (kind == k.number) & shown).any()
         }
         return found, shares
+
+    def shares(self, setup: Setup, choice: DrawnParts, count: int) -> tuple[float, ...]:
+        """Return the share of each class of points, in the order of ``KINDS``, from ``count``
+        points at the pose.
+        """
+        verdict = self.glance.verdict(setup, choice.target, choice.pose, choice.occlusion, count)
+        return tuple(float(np.mean(verdict.kind == k.number)) for k in KINDS)
 
     def box(self, choice: DrawnParts) -> Float[np.ndarray, "2 3"]:
         """Return the lower and upper corner (2, 3) m of the target at the pose."""

@@ -11,9 +11,25 @@ from ..coverage.rings.rounding import rounded
 from ..objectives.scene import CoreScene
 from .single_pose import SinglePose
 
-MOST_RINGS, MOST_SENSORS = 50, 64  # rings of an edited setup, sensors of an edited ring
+MOST_RINGS, MOST_SENSORS = 64, 64  # rings of an edited setup, sensors of an edited ring
 NEW_COUNT = 8  # sensors of a new ring where no other ring has some
 STEEPEST_DEG = 85.0
+
+
+@dataclass(frozen=True)
+class StatedRing:
+    """What a page may change of a ring."""
+
+    link: str
+    """Name of its link."""
+    position: float
+    """Position in [0, 1] along the link's mount axis."""
+    count: int
+    """Number of sensors."""
+    tilt_deg: float
+    """Tilt, degrees."""
+    phase_deg: float
+    """Phase, degrees."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +117,27 @@ class EditedSetup:
             ring = replace(ring, count=min(max(int(count), 1), self.most(i)))
         ring = ring if length > 0 else replace(ring, position=0.0)
         return self._with([*self.setup.rings[:i], ring, *self.setup.rings[i + 1 :]])
+
+    def arranged(self, rings: Sequence[StatedRing]) -> "EditedSetup":
+        """Return the setup with other rings; single sensors stay.
+
+        A ring that stays on its link keeps its sensor and radius.
+
+        Raises:
+            ValueError: for no ring and no single sensor, for more rings than ``MOST_RINGS``, or as
+                ``changed`` does.
+        """
+        if len(rings) > MOST_RINGS or not (rings or self.setup.singles):
+            raise ValueError(f"found {len(rings)} rings, allowed: 1 to {MOST_RINGS}")
+        old = dict(enumerate(self.setup.rings))
+        kept = [
+            old[i] if i in old and old[i].link == r.link else self._ring(r.link, 1)
+            for i, r in enumerate(rings)
+        ]
+        draft = self._with(kept)
+        for i, r in enumerate(rings):
+            draft = draft.changed(i, None, r.position, r.tilt_deg, r.phase_deg, r.count)
+        return draft
 
     def _ring(self, link: str, count: int) -> Ring:
         """Return a new ring on ``link`` with the radius of the rings there."""

@@ -4,17 +4,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from ..coverage.targets import Target
 from ..formats.escaping import printable
 from ..formats.schema.result_models import VerifyResult
+from ..objectives.scene import CoreScene
+from ..reporting.lines.targets import described
 from ..reporting.tables import percent
 from ..reporting.text import counted
-from .colours import KINDS
+from .colours import KINDS, on_page
+from .sensor_report import SensorReport
 from .tasks import Proof
 
+_FAINT = "opacity:.72"
+
 IDEA = (
-    "Rings of distance sensors around the arm cover <b>cones</b> of the space around it. The dots"
-    " fill a <b>target</b> volume: blue dots are covered, orange dots are not. <b>ζ</b> is the"
-    " covered share."
+    "Each dot is a sample of the target's volume. <b>Blue</b>: at least one sensor sees it."
+    " <b>Orange</b> and shadowed: none does. <b>ζ</b> (coverage) is the blue share."
 )
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 
@@ -55,40 +60,113 @@ def _box(text: str) -> str:
 
 
 def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Sequence[int]) -> str:
-    """Return the setups on the page and an explanation of coverage."""
+    """Return the setups on the page as they are now."""
     each = (
         f"<b>{_text(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
         for n, k, r in zip(names, sensors, rings, strict=True)
     )
+    return _box(f"{'<br>'.join(each)} · robot {_text(robot)}")
+
+
+def meaning(target: Target, scene: CoreScene) -> str:
+    """Return what a target is."""
+    named = {
+        "V_O": f"all points within {scene.robot.reach:g} m of the base",
+        "V_T": f"all points within {scene.shape.tcp_range:g} m of the tool",
+        "V_OT": (
+            f"all points within {scene.robot.reach:g} m of the base or {scene.shape.tcp_range:g} m"
+            " of the tool"
+        ),
+        "V_S": f"all points within {target.radius or 0:g} m of the arm's centre line",
+        "V_P": "the protective volume of ISO/TS 15066",
+    }
+    what = named[target.name] if target.volume is None else described(target)
+    return f"{target} is {what}, less the robot itself"
+
+
+def headline(zeta: float, target: str, what: str, where: str = "") -> str:
+    """Return the coverage in large type, and what it means.
+
+    Args:
+        zeta: ζ in [0, 1].
+        target: label of the target.
+        what: sentence on what the target is, without its stop.
+        where: of which setup, if there are several.
+    """
     return _box(
-        f"{'<br>'.join(each)}<br>robot {_text(robot)}<br><span style='color:#555'>{IDEA}</span>"
+        f"<div style='font-size:21px;font-weight:600;line-height:1.3'>ζ = {100 * zeta:.1f} %"
+        f" <span style='font-size:15px'>of {_text(target)} covered{_text(where)}</span></div>"
+        f"<span style='{_FAINT}'>{_text(what)}. {IDEA}</span>"
     )
 
 
-def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: float, poses: str) -> str:
-    """Return a table of ζ of all targets, as opened and now, in percent."""
+def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: str, poses: str) -> str:
+    """Return a table of ζ of all targets, as opened and now, in percent.
+
+    Args:
+        names: of the setups.
+        rows: coverage by target.
+        seconds: how the estimate was made.
+        poses: at which poses.
+    """
     several = len(names) > 1
     head = ["ζ in %"]
     for name in names:
         head += [f"{name}, as opened", "now"] if several else ["as opened", "now"]
     cells = [[r.target, *(f"{100 * v:.1f}" for pair in r.values for v in pair)] for r in rows]
-    note = f"<span style='color:#555'>estimated from points{_text(poses)}; {seconds:.2f} s</span>"
+    note = f"<span style='{_FAINT}'>estimated from points{_text(poses)}; {_text(seconds)}</span>"
     return _box(_table(head, cells) + note)
 
 
-def legend(shares: Sequence[float], target: str, where: str) -> str:
+def legend(shares: Sequence[float], target: str, where: str, dark: bool = False) -> str:
     """Return the legend of the points.
 
     Args:
         shares: share of the target's points in each class.
         target: label of the target.
         where: setup and pose.
+        dark: whether the page is dark.
     """
-    dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
-    lines = (
-        dot.format(k.colour, _text(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True)
+    rows = list(zip(KINDS, shares, strict=True))
+    rows = [r for r in rows if r[0].covered][::-1] + [r for r in rows if not r[0].covered]
+    edge = "box-shadow:0 0 0 1px rgba(128,128,128,.6)"
+    ink = {k.number: f"background:{on_page(k.colour, dark)};{edge}" for k in KINDS}
+    bar = "".join(f"<span style='{ink[k.number]};width:{100 * s:.2f}%'></span>" for k, s in rows)
+    lines = "".join(
+        f"<span><span style='{ink[k.number]};display:inline-block;width:10px;height:10px;"
+        f"border-radius:5px'></span> {100 * s:.1f} % {_text(k.words)}</span>"
+        for k, s in rows
     )
-    return _box(f"Points of {_text(target)}{_text(where)}<br>" + "<br>".join(lines))
+    return _box(
+        f"Points of {_text(target)}{_text(where)}"
+        f"<div style='display:flex;height:10px;margin:3px 0'>{bar}</div>"
+        f"<div style='display:flex;flex-direction:column'>{lines}</div>"
+    )
+
+
+def sensor_text(report: SensorReport, name: str) -> str:
+    """Return what one sensor does.
+
+    Args:
+        report: of the sensor.
+        name: of its ring, or of itself.
+    """
+    blocked = ", ".join(f"{_text(n)} {100 * s:.2f} %" for n, s in report.blockers[:3])
+    lines = [
+        f"<b>Sensor {report.sensor} of {_text(name)}</b>",
+        f"covers {100 * report.covered:.2f} % of the target; no other sensor covers"
+        f" {100 * report.alone:.2f} %",
+        f"blocked: {100 * report.blocked:.2f} %{f', by {blocked}' if blocked else ''}",
+    ]
+    return _box("<br>".join(lines))
+
+
+def link(address: str) -> str:
+    """Return a link to a state of the page."""
+    return _box(
+        f"<a href='{escape(printable(address), quote=True)}' target='_blank' rel='noopener'"
+        " style='word-break:break-all'>Link to this state</a> (copy its address)"
+    )
 
 
 def proof_table(name: str, proofs: Sequence[Proof]) -> str:
@@ -113,7 +191,12 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
 def note(text: str, bad: bool = False) -> str:
     """Return a line of plain text."""
     return (
-        _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{_text(text)}</span>")
+        _box(f"<span style='color:{'#d33a4e' if bad else 'inherit'}'>{_text(text)}</span>")
         if text
         else ""
     )
+
+
+def paragraphs(lines: Sequence[str]) -> str:
+    """Return lines of text, each in a paragraph of its own."""
+    return _box("".join(f"<p>{_text(line)}</p>" for line in lines))

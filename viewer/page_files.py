@@ -1,5 +1,7 @@
 """Files that a page writes: proposals, and pictures of its view."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import viser
@@ -15,6 +17,7 @@ from .saving import file_named, save
 from .snapshot import picture
 from .tasks import prove
 
+_LONGEST_NAME = 60  # characters of a downloaded file's name
 _LONGEST = 30.0  # s, timeout for a picture from the browser
 
 
@@ -29,8 +32,13 @@ class PageFiles:
     def _path(self, name: str, ending: str = ".toml") -> Path:
         return file_named(self._out, name, bool(self._controls.replace.value), ending)
 
-    def save(self, setup: Setup, scene: CoreScene) -> None:
+    def save(self, setup: Setup, scene: CoreScene, saved: Callable[[str], None]) -> None:
         """Start a job that counts a setup and saves it as a proposal.
+
+        Args:
+            setup: setup to save.
+            scene: its scene.
+            saved: receives the name of the written file, without its ending.
 
         Raises:
             UserError: see ``file_named``.
@@ -41,15 +49,17 @@ class PageFiles:
         def work(job: Job) -> None:
             proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
             save(self._path(path.stem), setup, scene, [p.counted for p in proofs])
+            saved(path.stem)
             values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
             self._work.note(f"saved as {path.name}: {values}, counted")
 
         self._work.start(work)
 
-    def picture(self, title: str, line: str) -> None:
+    def picture(self, name: str, title: str, line: str) -> None:
         """Send a picture of the view to the browser, and save it where there is a folder.
 
         Args:
+            name: what the picture shows; the downloaded file is named after it.
             title: title of the picture.
             line: coverage of the targets.
 
@@ -67,4 +77,5 @@ class PageFiles:
             path = self._path(self._controls.name.value, ".png")
             write_bytes(path, data)
             self._work.note(f"saved as {path.name}")
-        self._client.send_file_download("place-rings.png", data, save_immediately=True)
+        slug = re.sub(r"[^A-Za-z0-9_.]+", "-", name).strip("-.")[:_LONGEST_NAME] or "place-rings"
+        self._client.send_file_download(f"{slug}.png", data, save_immediately=True)

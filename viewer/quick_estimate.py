@@ -74,7 +74,7 @@ class QuickEstimate:
         self.few = int(np.count_nonzero(self.weights))  # representative poses
         self.each: int = max(points // self.few, _FEWEST)
         self.points = lru_cache(len(targets) * _POSES)(self._points)
-        self._beams = lru_cache(2048)(self._beams_of)
+        self.beams = lru_cache(2048)(self._beams_of)
         self._of_ring = lru_cache(int(_KEPT / (4 * max(self.each, SHOWN))))(self._verdict)
 
     def _points(self, target: Target, pose: int, count: int) -> Float[np.ndarray, "N 3"]:
@@ -88,6 +88,9 @@ class QuickEstimate:
         return self.scene.sample(target, pose, count, self.seed)
 
     def _beams_of(self, ring: Group, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
+        """Return the cones of a ring at a pose, and their visible parts; the cones themselves if
+        nothing can occlude them.
+        """
         q = self.scene.poses[pose].q
         cones = sensor_cones(self.scene.robot, setup_of_group(ring), q)
         return cones, sight(replace(self.scene, occlusion=occlusion), cones, q)
@@ -96,7 +99,7 @@ class QuickEstimate:
         self, ring: Group, target: Target, pose: int, occlusion: Occlusion, count: int
     ) -> PointVerdict:
         points = self.points(target, pose, count)
-        cones, seen = self._beams(ring, pose, occlusion)
+        cones, seen = self.beams(ring, pose, occlusion)
         held = np.stack([cones.part(points, k) <= 0 for k in range(len(cones))])
         if seen is cones:
             number = held.sum(axis=0, dtype=np.int16)
@@ -128,15 +131,39 @@ class QuickEstimate:
         none = np.zeros(count, np.int16)
         return PointVerdict(sum((v.held for v in each), none), sum((v.seen for v in each), none))
 
-    def zeta(self, setup: Setup, target: Target, occlusion: Occlusion) -> float:
+    def zeta(
+        self, setup: Setup, target: Target, occlusion: Occlusion, count: int | None = None
+    ) -> float:
         """Return the estimate of ζ in [0, 1]: the covered share of the points, a weighted mean over
         poses.
+
+        Args:
+            setup: setup to evaluate.
+            target: one of the targets.
+            occlusion: model of occlusion.
+            count: number of points at each pose; None for all.
 
         Raises:
             BodilessError: see ``verdict``.
         """
-        shares = {
-            int(p): self.verdict(setup, target, int(p), occlusion, self.each).zeta
+        shares = self.shares(setup, target, occlusion, count)
+        return float(sum(self.weights[p] * share for p, share in shares.items()))
+
+    def shares(
+        self, setup: Setup, target: Target, occlusion: Occlusion, count: int | None = None
+    ) -> dict[int, float]:
+        """Return the covered share in [0, 1] at each representative pose, by the pose's index.
+
+        Args:
+            setup: setup to evaluate.
+            target: one of the targets.
+            occlusion: model of occlusion.
+            count: number of points; None for all.
+
+        Raises:
+            BodilessError: see ``verdict``.
+        """
+        return {
+            int(p): self.verdict(setup, target, int(p), occlusion, count or self.each).zeta
             for p in np.flatnonzero(self.weights)
         }
-        return float(sum(self.weights[p] * share for p, share in shares.items()))

@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 import viser
 
-from .colours import rgb
+from .colours import on_page, rgb
 from .drawing import Dots, DrawnMesh, Edges, Item
+
+# origin, m, and direction of a click's ray, in the frame of the setup
+Ray = tuple[np.ndarray, np.ndarray]
 
 
 class SceneGraph:
@@ -18,7 +21,7 @@ class SceneGraph:
         scene: viser.SceneApi,
         root: str,
         place: tuple[float, float, float],
-        click: Callable[[int], None],
+        click: Callable[[int, Ray], None],
     ) -> None:
         """Create the frame.
 
@@ -26,14 +29,20 @@ class SceneGraph:
             scene: scene of the page.
             root: name of the frame.
             place: position of the frame, m.
-            click: receives the index of the ring that the user clicked.
+            click: receives the index of the ring that the user clicked, and the ray of the click.
         """
         self._scene, self._root, self._click = scene, root, click
+        self._place, self._dark = np.array(place), False
         self._shown: dict[str, tuple[Item, Any]] = {}
-        scene.add_frame(root, show_axes=False, position=place)
+        self.frame = scene.add_frame(root, show_axes=False, position=place)
 
-    def show(self, items: dict[str, Item]) -> None:
-        """Show exactly these items."""
+    def show(self, items: dict[str, Item], dark: bool = False) -> None:
+        """Show exactly these items, on a light or dark page."""
+        if dark != self._dark:
+            self._dark = dark
+            for _, handle in self._shown.values():
+                handle.remove()
+            self._shown.clear()
         for name in self._shown.keys() - items.keys():
             self._shown.pop(name)[1].remove()
         for name, item in items.items():
@@ -43,18 +52,18 @@ class SceneGraph:
 
     def _add(self, name: str, item: Item) -> Any:
         """Add an item; it replaces one of the same name."""
-        scene = self._scene
+        scene, colour = self._scene, rgb(on_page(item.colour, self._dark))
         if isinstance(item, Dots):
             return scene.add_point_cloud(
                 name,
                 item.points,
-                rgb(item.colour),
+                colour,
                 point_size=item.size,
                 point_shape="circle",
-                point_shading="flat",
+                point_shading="gradient",
             )
         if isinstance(item, Edges):
-            colours = np.broadcast_to(np.array(rgb(item.colour), np.uint8), item.ends.shape)
+            colours = np.broadcast_to(np.array(colour, np.uint8), item.ends.shape)
             return scene.add_line_segments(
                 name, item.ends, colours, thickness=item.width, thickness_units="screen"
             )
@@ -63,14 +72,19 @@ class SceneGraph:
             name,
             item.vertices,
             item.faces,
-            color=rgb(item.colour),
+            color=colour,
             opacity=None if solid else item.opacity,
             side="double",
             cast_shadow=False,
             receive_shadow=False,
         )
         if (ring := item.ring) is not None:
-            handle.on_click(lambda _: self._click(ring))
+            handle.on_click(
+                lambda event: self._click(
+                    ring,
+                    (np.array(event.ray_origin) - self._place, np.array(event.ray_direction)),
+                )
+            )
         return handle
 
 

@@ -13,12 +13,13 @@ import viser
 from viser import _messages
 
 from ..formats.errors import UserError, shown
-from .drawing import DrawnParts
+from .camera import FOV
+from .motion import MotionSession
+from .motion_page import MotionPage
 from .page import Page
 from .session import ViewerSession
 
 LOOPBACK = "127.0.0.1"
-FOV = 0.7  # rad, initial field of view
 
 
 def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
@@ -64,11 +65,16 @@ def _check_address(host: str, port: int) -> None:
 class Server:
     """Serves the pages of a session; a context manager that stops everything at its end."""
 
-    def __init__(self, room: ViewerSession, host: str = LOOPBACK, port: int = 0) -> None:
+    def __init__(
+        self,
+        room: ViewerSession | MotionSession,
+        host: str = LOOPBACK,
+        port: int = 0,
+    ) -> None:
         """Start to serve.
 
         Args:
-            room: session to serve.
+            room: session to serve: setups to edit, or a motion to play.
             host: address to listen on.
             port: port to listen on; 0 for any free port.
 
@@ -78,7 +84,7 @@ class Server:
         _check_address(host, port)
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         self.room, self._host = room, host
-        self._pages: dict[int, Page] = {}
+        self._pages: dict[int, Page | MotionPage] = {}
         self._lock, self._closed = threading.Lock(), False
         with contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(host, port, label="place-rings", verbose=False)
@@ -97,7 +103,7 @@ class Server:
         )
         self._server.gui.main_panel.dock_right()
         camera = self._server.initial_camera
-        position, look_at = room.look(DrawnParts(0, room.targets[0], room.scene.occlusion))
+        position, look_at = room.start_view()
         camera.position, camera.look_at, camera.fov = tuple(position), tuple(look_at), FOV
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
@@ -125,7 +131,8 @@ class Server:
         headers = connection.request.headers
         if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
             return  # a foreign page gets no content and no controls
-        page = Page(client, self.room)
+        room = self.room
+        page = MotionPage(client, room) if isinstance(room, MotionSession) else Page(client, room)
         with self._lock:
             if not self._closed and client.client_id in self._server.get_clients():
                 self._pages[client.client_id] = page

@@ -14,16 +14,21 @@ from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import faults
+from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene
+from .camera import fitted
+from .cut import arm_direction
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
 
 _GAP = 0.5  # m, gap between two setups
-# Position of the camera in diagonals of the view: for one setup, and for two that must not hide
-# each other.
-_EYE, _EYE_OF_TWO = np.array([0.62, -1.0, 0.42]), np.array([1.0, -0.35, 0.45])
+# Direction of the first view: of one setup, square to the arm but turned and raised by these parts
+# of it; of two setups, so that they do not hide each other.
+_TURNED, _RAISED, _EYE_OF_TWO = 0.3, 0.3, np.array([1.0, -0.35, 0.45])
+_ASPECT = 1.4  # of a window, until the browser reports its own
+_PRESETS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 
@@ -69,15 +74,43 @@ class ViewerSession:
         low, high = self.drawing.box(DrawnParts(0, self.targets[0], self.scene.occlusion))
         return [(0.0, i * (float(high[1] - low[1]) + _GAP), 0.0) for i in range(len(self.setups))]
 
-    def look(self, choice: DrawnParts) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """Return the camera's position and the point that it looks at, both (3,) m.
+    def extent(self, choice: DrawnParts) -> Float[np.ndarray, "N 3"]:
+        """Return points (N, 3) m that surround what the page shows of all setups."""
+        one = self.drawing.extent(choice)
+        return np.concatenate([one + np.array(place) for place in self.places()])
 
-        The whole target of all setups is visible, from the side and slightly above.
+    def start_direction(self, pose: int = 0) -> Float[np.ndarray, " 3"]:
+        """Return the direction (3,) from the scene to the camera of the first view.
+
+        It looks at the arm from the side, slightly from ahead and above.
         """
-        low, high = self.drawing.box(choice)
-        high = high + np.array(self.places()[-1])
-        middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
-        return middle + far * (_EYE if len(self.setups) == 1 else _EYE_OF_TWO), middle
+        if len(self.setups) > 1:
+            return _EYE_OF_TWO
+        x, y = arm_direction(self.drawing.curve(pose))
+        return np.array([y + _TURNED * x, -x + _TURNED * y, _RAISED])
+
+    def start_view(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """Return the camera's first position and the point that it looks at, both (3,) m."""
+        choice = DrawnParts(0, self.targets[0], self.scene.occlusion)
+        return fitted(self.extent(choice), self.start_direction(), _ASPECT)
+
+    @cached_property
+    def widest(self) -> float:
+        """Largest coordinate of a target at the first pose, m."""
+        boxes = (
+            self.drawing.box(DrawnParts(0, target, self.scene.occlusion)) for target in self.targets
+        )
+        return float(max(np.abs(box).max() for box in boxes))
+
+    @cached_property
+    def presets(self) -> dict[str, Setup]:
+        """The paper's layouts that fit on the robot's links, by name."""
+        found = dict[str, Setup]()
+        for name in _PRESETS:
+            setup = layout_in(self.scene, name)
+            if all(ring.link in self.scene.robot.links for ring in setup.rings):
+                found[name] = rounded(setup, self.scene.sensor)
+        return found
 
     @cached_property
     def _clear(self) -> MountClearance | None:

@@ -55,10 +55,10 @@ class SinglePose:
         if max(map(abs, at)) > FARTHEST:
             raise ValueError(f"a coordinate must be at most {FARTHEST:g} m")
         x, y, z = (round(v, _DIGITS_POSITION) + 0.0 for v in at)
-        there = replace(one, position=(x, y, z))
-        if self != SinglePose.of(one):
-            there = replace(there, lifted=0.0)  # where it was lifted from is no longer its place
-        if replace(SinglePose.of(one), x=self.x, y=self.y, z=self.z) == self:
+        before = SinglePose.of(one)
+        # a sensor that moves is no longer where it was lifted
+        there = replace(one, position=(x, y, z), lifted=one.lifted if self == before else 0.0)
+        if replace(before, x=self.x, y=self.y, z=self.z) == self:
             return there  # turned as before, without another rounding
         azimuth, roll = math.radians(self.azimuth_deg), math.radians(self.roll_deg)
         elevation = math.radians(min(max(self.elevation_deg, -90.0), 90.0))

@@ -1,5 +1,6 @@
 """Triangle meshes of bodies, sensors and beams, and edges of outlines."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -63,22 +64,22 @@ def chips(cones: Cones) -> Surface:
 
 
 def beams(
-    cones: Cones, lengths: Float[np.ndarray, " K"]
+    cones: Cones, lengths: Float[np.ndarray, " K"], some: Sequence[int] | None = None
 ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
     """Return the beams, open at their ends, and the edges of those ends.
 
     Args:
         cones: beams.
         lengths: length (K,) m of each beam.
+        some: indices of the beams to return; None: all.
 
     Returns:
         The surface, and edges (E, 2, 3) m.
     """
     found, edges = [], []
-    for k, length in enumerate(lengths):
-        rim = rim_of(cones, k, float(length))[
-            :: 2 if len(rim_of(cones, k, float(length))) > 8 else 1
-        ]
+    for k in range(len(lengths)) if some is None else some:
+        rim = rim_of(cones, k, float(lengths[k]))
+        rim = rim[:: 2 if len(rim) > 8 else 1]
         n = len(rim)
         faces = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
         found.append((np.vstack([cones.apex[k], rim]), faces))

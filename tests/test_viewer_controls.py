@@ -1,0 +1,188 @@
+"""The viewer's controls, as a page without a browser presses them: names, undo, links, one sensor,
+handles, playing, cuts and themes.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import viser.transforms
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
+from place_rings.viewer.ring_handles import mount_frame
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import ViewerSession
+
+from .browser import until
+from .viser_client import Client
+
+SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -1.2)))
+HOME = CoreScene().poses[0].q
+MOTION = CoreScene(poses=tuple(Pose(HOME + 0.05 * i, time_s=0.5 * i) for i in range(3)))
+
+
+@pytest.fixture(scope="module")
+def served():
+    with Server(ViewerSession(MOTION, {"mine": SMALL})) as server:
+        yield server
+
+
+@pytest.fixture
+def opened(served):
+    clients = []
+
+    def one(**how) -> Client:
+        client = Client(served.port, **how)
+        clients.append(client)
+        client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
+        return client
+
+    yield one
+    for client in clients:
+        client.close()
+    until(lambda: served.pages == 0, "a closed page is still kept")
+
+
+def test_the_page_is_named_for_what_it_shows(opened):
+    page = opened()
+    before = page.zeta("V_S(0.5)")
+    assert "mine : 11 sensors" in page.words
+    assert "all points within 0.5 m of the arm's centre line" in page.words
+    page.set("Sensors", 12)
+    page.until(lambda: "mine, edited : 17 sensors" in page.words, "an edited setup keeps its name")
+    page.until(lambda: any("mine, edited" in s for s in page.scripts), "the title keeps it")
+    page.set("Changes", "Undo")
+    page.until(lambda: "mine : 11 sensors" in page.words, "an edit cannot be undone")
+    page.until(lambda: page.zeta("V_S(0.5)") == before, "undone, but not counted")
+    page.set("Changes", "Redo")
+    page.until(lambda: "mine, edited : 17 sensors" in page.words, "an edit cannot be redone")
+    page.set("Start from", "n1_8_0")
+    page.until(lambda: "n1_8_0 : 24 sensors" in page.words, "no preset came")
+    assert page.value("Start from") == "…"
+    page.set("Changes", "Hop")
+    page.until(lambda: "allowed: Undo, Redo" in page.words, "what no button says is taken")
+    page.set("As opened", True)
+    page.until(lambda: "mine : 11 sensors" in page.words, "it is not as opened")
+
+
+def test_positions_are_in_mm_along_the_link(opened):
+    page = opened()
+    length = 1000 * MOTION.robot.mount("upper_arm").length
+    assert page.value("Position, mm") == pytest.approx(0.7 * length, abs=0.1)
+    page.set("Position, mm", 150.0)
+    page.until(lambda: "edited" in page.words, "the ring stays")
+    page.set("Ring", "1: forearm")
+    far = 1000 * MOTION.robot.mount("forearm").length
+    page.until(
+        lambda: page.value("Position, mm") == pytest.approx(0.4 * far, abs=0.1), "not its own"
+    )
+    page.set("Ring", "0: upper_arm")
+    page.until(lambda: page.value("Position, mm") == 150.0, "it was moved elsewhere")
+
+
+def test_a_link_opens_its_state_and_the_page_gives_one(opened):
+    page = opened(query="pose=2&occlusion=blind&rings=forearm,0.5,9,10,0", dark=True)
+    page.until(lambda: "9 sensors on 1 ring " in page.words, "the link's rings did not come")
+    page.until(lambda: page.value("Pose") == 2, "the pose did not come")
+    page.until(lambda: page.value("Robot's body") == "blind", "the model did not come")
+    page.until(lambda: page.value("Dark") is True, "a dark browser gets a light page")
+    page.until(
+        lambda: "pose=2&amp;occlusion=blind&amp;rings=forearm,0.5,9,10,0&amp;dark=1" in page.said,
+        "the link is another",
+    )
+    page.set("Dark", False)
+    page.until(lambda: "dark=1" not in page.said, "it stays dark")
+    wrong = opened(query="rings=<img src=x>")
+    wrong.until(lambda: "link: rings: found" in wrong.words, "nothing was said of a broken link")
+    assert "<img" not in wrong.said
+    assert "mine : 11 sensors" in wrong.words
+
+
+def test_a_clicked_sensor_says_what_it_does(served, opened):
+    page = opened()
+    room = served.room
+    page.until(lambda: "/setup0/sensors1" in page.drawn, "no sensors are drawn")
+    apexes = room.drawing.apexes(room.setups["mine"].rings[1], 0)
+    outward = apexes[3] - apexes.mean(axis=0)
+    outward /= np.linalg.norm(outward)
+    page.click("/setup0/sensors1", apexes[3] + outward, -outward)
+    page.until(lambda: "Sensor 3 of ring 1: forearm" in page.words, "the click says nothing")
+    assert "no other sensor covers" in page.words
+    page.until(lambda: "/setup0/sensor" in page.drawn, "its cone is not drawn")
+    page.set("Sensor", "0")
+    page.until(lambda: "Sensor 0 of ring 1" in page.words, "the list chooses nothing")
+    page.set("Sensors", 4)
+    page.set("Sensor", "7")
+    page.until(lambda: page.value("Sensor") == "none", "a sensor that does not exist is kept")
+    page.until(lambda: "/setup0/sensor" not in page.drawn, "its cone is still drawn")
+
+
+def test_handles_drag_the_ring_along_and_around(opened):
+    page = opened()
+    page.set("Handles", True)
+    page.until(lambda: {"/setup0/along", "/setup0/around"} <= page.drawn, "no handles came")
+    ring = SMALL.rings[0]
+    T = mount_frame(MOTION.robot, MOTION.poses[0].q, ring, 0.25)
+    wxyz = viser.transforms.SO3.from_matrix(T[:3, :3]).wxyz
+    page.drag("/setup0/along", T[:3, 3], wxyz)
+    length = 1000 * MOTION.robot.mount(ring.link).length
+    page.until(
+        lambda: page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1), "it stays"
+    )
+    turn = viser.transforms.SO3.from_z_radians(math.radians(40))
+    turned = (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
+    page.drag("/setup0/around", T[:3, 3], turned)
+    page.until(lambda: page.value("Phase, °") == pytest.approx(40, abs=0.1), "it does not turn")
+    page.drag("/setup0/around", T[:3, 3], [math.nan] * 4)
+    page.set("Handles", False)
+    page.until(lambda: "/setup0/along" not in page.drawn, "the handles stay")
+    assert page.value("Phase, °") == pytest.approx(40, abs=0.1)
+
+
+def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened):
+    page = opened()
+    (drawn,) = served._pages.values()
+    curve = drawn.controls.curve
+    page.until(lambda: np.isfinite(curve.data[1]).all(), "there is no curve")
+    axis, now, opened_, here = curve.data
+    assert list(axis) == [0.0, 0.5, 1.0]
+    assert np.isfinite(now).all()
+    assert list(now) == list(opened_)
+    assert list(np.isfinite(here)) == [True, False, False]
+    page.set("Play", True)
+    page.until(lambda: page.value("Pose") == 2, "it does not play")
+    page.until(lambda: page.button("Play"), "it does not stop at the end")
+    page.until(lambda: np.isfinite(curve.data[3]).tolist() == [False, False, True], "still")
+
+
+def test_cuts_change_what_is_drawn_and_not_what_is_counted(opened):
+    page = opened()
+    before = page.zeta("V_S(0.5)")
+    page.set("Cut", "z: top")
+    page.until(lambda: page.visible("Plane at, mm"), "the plane cannot be moved")
+    page.set("Plane at, mm", -9000)
+    page.until(lambda: "/setup0/points0" not in page.drawn, "points above the plane are drawn")
+    page.set("Cut", "none")
+    page.until(lambda: "/setup0/points0" in page.drawn, "points are missing")
+    page.set("Points", "covered")
+    page.until(lambda: "/setup0/points0" not in page.drawn, "uncovered points stay")
+    page.set("Cut", "w")
+    page.until(lambda: "cut: found" in page.words, "an unknown cut is taken")
+    page.set("View from", "Top")
+    page.until(lambda: "view=Top" in page.said, "the link says nothing of the view")
+    assert page.zeta("V_S(0.5)") == before
+
+
+def test_two_setups_are_named_each(opened):
+    scene = replace(MOTION, poses=MOTION.poses[:1])
+    with Server(ViewerSession(scene, {"one": SMALL, "two": SMALL})) as server:
+        page = Client(server.port)
+        page.until(lambda: page.zeta("V_S(0.5)", 3) is not None, "the page says no ζ")
+        page.set("Setup to change", "B: two")
+        page.set("Sensors", 3)
+        page.until(lambda: "two, edited : 8 sensors" in page.words, "the other was edited")
+        assert "one : 11 sensors" in page.words
+        page.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")

@@ -1,0 +1,224 @@
+"""Drawing of a page's state: from few points while the user moves something, then from all."""
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.rings.ring import Ring, Setup
+from ..formats.escaping import printable
+from . import html as words
+from .browser_page import BrowserPage
+from .camera import FittedCamera
+from .controls import Controls, set_value
+from .cut import Cut, cut_of
+from .drawing import DrawnParts
+from .page_state import PageState
+from .playback import curve_data, pose_axis
+from .quick_estimate import SHOWN
+from .ring_handles import RingHandles
+from .scene_graph import SceneGraph
+from .sensor_report import sensor_report
+from .session import ViewerSession
+
+_MOST_TOLD = 3  # violated rules that are listed
+_SLOW = 0.12  # s; where all points take longer, few are counted first
+_REST = 0.25  # s without a change, after which all points are counted
+_NAME_SIZE = 60  # characters of a name in the scene
+
+
+class PageDrawing:
+    """Draws the state of one page. One thread at a time draws, and always the newest state."""
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        room: ViewerSession,
+        controls: Controls,
+        stages: Sequence[SceneGraph],
+        handles: RingHandles,
+        camera: FittedCamera,
+        browser: BrowserPage,
+    ) -> None:
+        """Take over the parts of the page that show something.
+
+        Args:
+            client: the browser.
+            room: what all pages share.
+            controls: of the page.
+            stages: scene of each setup.
+            handles: of the selected ring.
+            camera: of the page.
+            browser: the page in the browser.
+        """
+        self._client, self._room, self._controls = client, room, controls
+        self._stages, self._handles = stages, handles
+        self._camera, self._browser = camera, browser
+        self._turn, self._wanted = threading.Lock(), threading.Event()
+        self._closed, self._took, self._dark = False, 0.0, False
+        self.cut: Cut | None = None
+        self.proof: tuple[Setup, Occlusion, str] | None = None
+        """Setup, model and text of the last count; the text is shown while both are."""
+        self._labels = self._names_in_scene()
+
+    def _names_in_scene(self) -> list[viser.LabelHandle]:
+        """Add a label above each of several setups."""
+        names = list(self._room.setups)
+        first = DrawnParts(0, self._room.targets[0], self._room.scene.occlusion)
+        top = float(self._room.drawing.box(first)[1][2])
+        return [
+            self._client.scene.add_label(
+                f"/setup{i}/name", printable(name)[:_NAME_SIZE], position=(0.0, 0.0, top + 0.1)
+            )
+            for i, name in enumerate(names if len(names) > 1 else [])
+        ]
+
+    def show(self, newest: Callable[[], PageState]) -> None:
+        """Show the newest state, in this thread or in the thread that is already drawing."""
+        self._wanted.set()
+        while self._wanted.is_set() and not self._closed and self._turn.acquire(blocking=False):
+            try:
+                while self._wanted.is_set() and not self._closed:
+                    self._wanted.clear()
+                    self._draw(newest(), few=self._took > _SLOW)
+                    if self._took > _SLOW and not self._wanted.wait(_REST) and not self._closed:
+                        self._draw(newest(), few=False)
+            finally:
+                self._turn.release()
+
+    def close(self) -> None:
+        """Draw nothing any more."""
+        self._closed = True
+        self._wanted.set()
+
+    def _draw(self, state: PageState, few: bool) -> None:
+        began = time.perf_counter()
+        room, controls, active = self._room, self._controls, state.active
+        setups = state.setups
+        self.cut = cut_of(
+            state.cut,
+            state.plane,
+            self._camera.direction,
+            room.drawing.curve(state.choice.pose),
+        )
+        choice = replace(state.choice, cut=self.cut)
+        self._theme(state.dark)
+        shares = self._draw_scene(setups, state, choice)
+        count = min(SHOWN, room.glance.each) if few else None
+        if not few and room.glance.each > SHOWN and room.glance.weights[choice.pose] > 0:
+            shares = room.drawing.shares(setups[active], choice, room.glance.each)
+        rows = self._rows(setups, choice.occlusion, count)
+        took = time.perf_counter() - began
+        if not few:
+            self._took = took
+        how = f"{took:.2f} s{', first estimate' if few else ''}"
+        if self._closed:
+            return
+        controls.tell(state.names, setups, rows, how, shares, choice, active)
+        most = state.draft.most(choice.ring)
+        controls.follow(setups[active], choice.ring, active, most, choice.sensor)
+        now = rows[[r.target for r in rows].index(str(choice.target))].values[active][1]
+        covered = f"{100 * now:.1f} % of {choice.target} covered"
+        self._client.gui.set_panel_label(printable(covered))
+        self._browser.title(printable(f"{state.names[active]}: {covered} · place-rings"))
+        controls.address.content = words.link(f"?{state.link().query()}")
+        for control, value in (
+            (controls.pose, state.choice.pose),
+            (controls.target, str(choice.target)),
+            (controls.occlusion, choice.occlusion),
+        ):
+            if control.value != value:
+                set_value(control, value)
+        self._client.flush()
+        if not few and not self._closed:
+            self._draw_details(setups[active], state)
+
+    def _draw_scene(
+        self, setups: list[Setup], state: PageState, choice: DrawnParts
+    ) -> tuple[float, ...]:
+        """Draw the setups; return the share of the active setup's points in each class."""
+        room, drawn = self._room, []
+        shares: tuple[float, ...] = ()
+        for i, setup in enumerate(setups):
+            mine = choice
+            if i != state.active:
+                ring = min(choice.ring, len(setup.groups) - 1)
+                mine = replace(choice, ring=ring, sensor=None)
+            dots, each = room.drawing.points(setup, mine, setups)
+            drawn.append({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots})
+            shares = each if i == state.active else shares
+        with self._client.atomic():
+            for stage, items in zip(self._stages, drawn, strict=True):
+                stage.show(items, state.dark)
+            for label, name in zip(self._labels, state.names, strict=False):
+                label.text = printable(name)[:_NAME_SIZE]
+            group = setups[state.active].groups[choice.ring]
+            if state.handles and isinstance(group, Ring):
+                q = room.scene.poses[choice.pose].q
+                self._handles.show(f"/setup{state.active}", room.scene.robot, q, group)
+            else:
+                self._handles.hide()
+        return shares
+
+    def _rows(
+        self, setups: list[Setup], occlusion: Occlusion, count: int | None
+    ) -> list[words.TableRow]:
+        glance, opened = self._room.glance, self._room.setups.values()
+        return [
+            words.TableRow(
+                str(target),
+                tuple(
+                    (
+                        glance.zeta(before, target, occlusion),
+                        glance.zeta(setup, target, occlusion, None if before == setup else count),
+                    )
+                    for before, setup in zip(opened, setups, strict=True)
+                ),
+            )
+            for target in self._room.targets
+        ]
+
+    def _draw_details(self, setup: Setup, state: PageState) -> None:
+        """Show what may come a little later: rules, the selected sensor, the curve, the count."""
+        controls, choice, room = self._controls, state.choice, self._room
+        proof, report = self.proof, ""
+        holds = proof is not None and proof[:2] == (setup, choice.occlusion)
+        broken = room.broken(setup, choice.occlusion)
+        more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
+        if choice.sensor is not None:
+            at = choice.target, choice.pose, choice.occlusion, choice.ring, choice.sensor
+            ring = "ring " if choice.ring < len(setup.rings) else ""
+            report = words.sensor_text(
+                sensor_report(room.glance, setup, *at), f"{ring}{controls.ring.value}"
+            )
+        curve = self._curve(setup, state) if controls.curve is not None else None
+        if self._closed:
+            return
+        controls.proofs.content = proof[2] if proof is not None and holds else ""
+        controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
+        controls.report.content = report
+        if controls.curve is not None and curve is not None:
+            controls.curve.data = curve
+        self._client.flush()
+
+    def _curve(self, setup: Setup, state: PageState) -> tuple[Float[np.ndarray, " N"], ...]:
+        """Return the arrays of the curve of coverage over the poses."""
+        glance, choice = self._room.glance, state.choice
+        now, then = (
+            glance.shares(one, choice.target, choice.occlusion)
+            for one in (setup, state.history.opened.setup)
+        )
+        return curve_data(now, then, pose_axis(self._room.scene.poses)[0], choice.pose)
+
+    def _theme(self, dark: bool) -> None:
+        if dark != self._dark:
+            self._dark = dark
+            set_value(self._controls.dark, dark)
+            self._client.gui.configure_theme(
+                dark_mode=dark, control_width="large", show_logo=False, show_share_button=False
+            )

@@ -1,0 +1,169 @@
+"""What one page shows and edits, without a browser: setups with their histories, and the view."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
+from ..coverage.rings.ring import Setup
+from ..coverage.targets import Target
+from ..objectives.scene import CoreScene
+from .cut import BEHIND
+from .drawing import DrawnParts
+from .edited_setup import EditedSetup
+from .history import History, Version
+from .link_state import LinkState, ring_values
+
+
+@dataclass
+class PageState:
+    """The state of one page; the page holds a lock while it changes."""
+
+    scene: CoreScene
+    """The scene."""
+    targets: Mapping[str, Target]
+    """Targets by label."""
+    histories: list[History]
+    """Versions of each setup."""
+    choice: DrawnParts
+    """What the page shows of the active setup; its cut is found when it is drawn."""
+    active: int = 0
+    """Index of the setup that controls change."""
+    cut: str = BEHIND
+    """Which points are cut away, one of ``CUTS``."""
+    plane: float = 0.0
+    """Distance of a plane across an axis from the base, m."""
+    dark: bool = False
+    """Whether the page is dark."""
+    handles: bool = False
+    """Whether the selected ring has handles."""
+    view: str | None = None
+    """Standard view that was chosen last, or None."""
+
+    @staticmethod
+    def of(
+        scene: CoreScene, targets: Mapping[str, Target], setups: Mapping[str, Setup]
+    ) -> "PageState":
+        """Return the state of a page that was just opened."""
+        choice = DrawnParts(0, next(iter(targets.values())), scene.occlusion)
+        histories = [History(Version(setup, name)) for name, setup in setups.items()]
+        return PageState(scene, targets, histories, choice)
+
+    @property
+    def setups(self) -> list[Setup]:
+        """The setups as they are now."""
+        return [history.now.setup for history in self.histories]
+
+    @property
+    def names(self) -> list[str]:
+        """What the setups are now."""
+        return [history.now.name for history in self.histories]
+
+    @property
+    def history(self) -> History:
+        """Versions of the active setup."""
+        return self.histories[self.active]
+
+    @property
+    def draft(self) -> EditedSetup:
+        """The active setup, to edit."""
+        return EditedSetup(self.scene, self.history.now.setup)
+
+    def choose(self, **what: Any) -> None:
+        """Change what is shown.
+
+        Raises:
+            ValueError: for a ring that does not exist.
+        """
+        if not 0 <= what.get("ring", 0) < len(self.history.now.setup.groups):
+            raise ValueError(f"ring {what['ring']} does not exist")
+        if what.get("ring", self.choice.ring) != self.choice.ring:
+            what.setdefault("sensor", None)
+        self.choice = replace(self.choice, **what)
+        self._settle()
+
+    def edit(
+        self, edit: Callable[[EditedSetup], EditedSetup], last: bool = False, control: Any = None
+    ) -> None:
+        """Change the active setup.
+
+        Args:
+            edit: the change.
+            last: whether to select the last ring afterwards.
+            control: what the user moved, so that one movement is one step to undo.
+        """
+        after = edit(self.draft).setup
+        self.history.edit(after, control)
+        if last:
+            self.choice = replace(self.choice, ring=len(after.rings) - 1, sensor=None)
+        self._settle()
+
+    def step(self, undo: bool) -> None:
+        """Undo a change of the active setup, or redo it."""
+        self.history.undo() if undo else self.history.redo()
+        self._settle()
+
+    def replaced(self, version: Version) -> None:
+        """Replace the active setup."""
+        self.history.add(version)
+        self._settle()
+
+    def searched(self, i: int, setup: Setup) -> None:
+        """Take the result of a search for setup ``i``."""
+        self.histories[i].searched(setup)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Keep the selected ring and sensor among those that exist."""
+        groups = self.history.now.setup.groups
+        ring = min(self.choice.ring, len(groups) - 1)
+        sensor = self.choice.sensor
+        if sensor is not None and sensor >= groups[ring].count:
+            sensor = None
+        self.choice = replace(self.choice, ring=ring, sensor=sensor)
+
+    def link(self) -> LinkState:
+        """Return what a link to this state says."""
+        now, opened = self.history.now.setup, self.history.opened.setup
+        first = next(iter(self.targets.values()))
+        return LinkState(
+            None if self.choice.target == first else str(self.choice.target),
+            self.choice.pose or None,
+            None if self.choice.occlusion == self.scene.occlusion else self.choice.occlusion,
+            None if now == opened else ring_values(now),
+            self.view,
+            self.dark or None,
+        )
+
+    def open(self, link: LinkState) -> None:
+        """Take over what a link states.
+
+        Raises:
+            ValueError: for a target, pose, model or ring that this page does not have; nothing
+                changes then.
+        """
+        what: dict[str, Any] = {}
+        if link.target is not None:
+            if link.target not in self.targets:
+                raise ValueError(
+                    f"link: found target {link.target[:60]!r}, allowed: {', '.join(self.targets)}"
+                )
+            what["target"] = self.targets[link.target]
+        if link.pose is not None:
+            if not 0 <= link.pose < len(self.scene.poses):
+                raise ValueError(
+                    f"link: found pose {link.pose}, allowed: 0 to {len(self.scene.poses) - 1}"
+                )
+            what["pose"] = link.pose
+        if link.occlusion is not None:
+            allowed = OCCLUSIONS if self.scene.robot.bodies else OCCLUSIONS[:1]
+            if link.occlusion not in allowed:
+                raise ValueError(
+                    f"link: found occlusion {link.occlusion[:40]!r}, allowed: {', '.join(allowed)}"
+                )
+            what["occlusion"] = link.occlusion
+        rings = link.rings
+        if rings is not None:
+            self.edit(lambda draft: draft.arranged(rings))
+        self.choose(**what)
+        self.dark = self.dark if link.dark is None else link.dark

@@ -1,0 +1,134 @@
+"""Handles in the scene that drag the selected ring along and around its link."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import viser
+import viser.transforms
+from jaxtyping import Float
+
+from ..coverage.rings.ring import Ring
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.robot import Robot
+
+_LARGER = 1.5  # size of a handle in radii of its ring
+_LONG = 1e3  # m, and rad: no limit
+
+
+def mount_frame(
+    robot: Robot, q: Float[np.ndarray, " J"], ring: Ring, position: float = 0.0
+) -> Float[np.ndarray, "4 4"]:
+    """Return the frame (4, 4) m of a place on a ring's mount axis, seen from the base.
+
+    Its z axis points along the mount axis, its x axis to the sensor of phase 0.
+    """
+    mount = robot.mount(ring.link)
+    T: np.ndarray = np.asarray(forward(robot.chain, q))[mount.frame] @ mount.T_link_ring(position)
+    return T
+
+
+def dragged_position(
+    T_base_mount: Float[np.ndarray, "4 4"], length: float, point: Float[np.ndarray, " 3"]
+) -> float:
+    """Return the position in [0, 1] on a mount axis that is nearest to a point (3,) m."""
+    along = float((point - T_base_mount[:3, 3]) @ T_base_mount[:3, 2])
+    return min(max(along / length, 0.0), 1.0)
+
+
+def dragged_phase(
+    T_base_mount: Float[np.ndarray, "4 4"], R_base_handle: Float[np.ndarray, "3 3"]
+) -> float:
+    """Return the phase, rad in [0, 2 pi), of a handle whose x axis points to a ring's first
+    sensor.
+    """
+    x = T_base_mount[:3, :3].T @ R_base_handle[:, 0]
+    return math.atan2(x[1], x[0]) % (2 * math.pi)
+
+
+class RingHandles:
+    """The handles of one page.
+
+    Args:
+        scene: scene of the page.
+        dragged: receives the ring's new position in [0, 1] or phase in rad, and None for the
+            other.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, dragged: Callable[[float | None, float | None], None]
+    ) -> None:
+        self._scene, self._dragged = scene, dragged
+        self._root: tuple[str, float, bool] | None = None
+        self._along: viser.TransformControlsHandle | None = None
+        self._around: viser.TransformControlsHandle | None = None
+        self._T, self._length = np.eye(4), 0.0
+        self._held = False
+
+    def hide(self) -> None:
+        """Remove the handles."""
+        for handle in (self._along, self._around):
+            if handle is not None:
+                handle.remove()
+        self._root, self._along, self._around, self._held = None, None, None, False
+
+    def show(self, root: str, robot: Robot, q: Float[np.ndarray, " J"], ring: Ring) -> None:
+        """Show the handles at a ring.
+
+        Args:
+            root: name of the setup's frame in the scene.
+            robot: the robot.
+            q: joint values (J,).
+            ring: the selected ring.
+        """
+        mount = robot.mount(ring.link)
+        self._T, self._length = mount_frame(robot, q, ring), mount.length
+        wanted = (root, ring.radius, mount.length > 0)
+        if self._root != wanted:
+            self.hide()
+            self._add(*wanted)
+        if self._held:
+            return
+        T = mount_frame(robot, q, ring, ring.position)
+        turn = viser.transforms.SO3.from_z_radians(ring.phase)
+        wxyz = (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
+        for handle in (self._along, self._around):
+            if handle is not None:
+                handle.position, handle.wxyz = T[:3, 3], wxyz
+
+    def _add(self, root: str, radius: float, movable: bool) -> None:
+        self._root = root, radius, movable
+        scale = _LARGER * 2 * radius
+        self._around = self._scene.add_transform_controls(
+            f"{root}/around",
+            scale,
+            active_axes=(True, True, False),
+            disable_axes=True,
+            disable_sliders=True,
+            depth_test=False,
+            opacity=0.6,
+        )
+        self._around.on_update(self._moved)
+        if movable:
+            self._along = self._scene.add_transform_controls(
+                f"{root}/along",
+                scale,
+                active_axes=(False, False, True),
+                disable_sliders=True,
+                disable_rotations=True,
+                depth_test=False,
+                opacity=0.6,
+            )
+            self._along.on_update(self._moved)
+
+    def _moved(self, event: viser.TransformControlsEvent) -> None:
+        """Move the ring with a handle; at the end the handles go to where the ring is."""
+        self._held = event.phase != "end"
+        if event.target is self._along and self._length > 0:
+            at = np.asarray(event.target.position, float)
+            if np.isfinite(at).all():
+                self._dragged(dragged_position(self._T, self._length, at), None)
+        elif event.target is self._around:
+            wxyz = np.asarray(event.target.wxyz, float)
+            if np.isfinite(wxyz).all() and np.linalg.norm(wxyz) > 0.5:
+                self._dragged(None, dragged_phase(self._T, viser.transforms.SO3(wxyz).as_matrix()))
