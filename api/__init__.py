@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from ._search import search
     from ._soft import coverage_fraction, sample_points
     from ._solids import attached, obstacle
-    from ._study import StudyReport, study
+    from ._study import study
+    from ._study_runs import StudyReport
     from ._targets import (
         ProtectiveVolume,
         ReachAndToolSpheres,
@@ -139,7 +140,8 @@ _MODULES = {
     "_solids": ("attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
-    "_study": ("StudyReport", "study"),
+    "_study": ("study",),
+    "_study_runs": ("StudyReport",),
     "_own_targets": (
         "Box",
         "Cylinder",

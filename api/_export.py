@@ -8,7 +8,9 @@ from ._errors import InputError, input_errors, writable
 from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .formats.errors import shown
-from .formats.writing import write_bytes
+from .formats.firmware.controllers import DEFAULT_CONTROLLER, controller
+from .formats.firmware.wiring import WIRINGS, Wiring, plan_setup
+from .formats.writing import output_folder, write_bytes
 from .objectives.scene import CoreScene
 
 
@@ -38,6 +40,8 @@ def export(
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
     points: int = 0,
+    board: str = DEFAULT_CONTROLLER,
+    wiring: Wiring = "auto",
     keep: Sequence[str | Path] = (),
 ) -> tuple[Path, ...]:
     """Write a setup as files for other programs: robot models with a frame for each sensor, a 3D
@@ -45,21 +49,25 @@ def export(
 
     Args:
         setup, scene: as in ``verify``.
-        to: one format or several: urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl.
+        to: one format or several: urdf, mjcf, glb, csv, json, coppeliasim, ros2, mcap, stl,
+            firmware.
         folder: output folder; created if it does not exist.
         pose: index of the scene's pose, from 0.
         urdf: the robot's own URDF, to which the sensors are added.
         packages: folders with the meshes of that URDF.
         package: folders of its packages by the packages' names, where the folders have others.
         points: number of points of each target in a GLB.
+        board: controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit, pico.
+        wiring: how the sensors of a ring share its bus, for firmware: ``direct``, each XSHUT on a
+            pin; ``multiplexer``, each sensor on a channel; ``auto``, direct where the bus bears it.
         keep: files that must not be overwritten, because they were inputs.
 
     Returns:
         The paths of the files.
 
     Raises:
-        InputError: for an unknown format, a pose that the scene does not have, or a folder that
-            cannot be written.
+        InputError: for an unknown format or board, a pose that the scene does not have, a ring
+            whose sensors no firmware reads or no bus bears, or a folder that cannot be written.
 
     Example:
         >>> import place_rings as pr, tempfile
@@ -79,12 +87,19 @@ def export(
         last = len(core.poses) - 1
         allowed = f"0 to {last}, the scene's poses" if last else "0, the scene's only pose"
         raise InputError(f"found {pose}, allowed: {allowed}", "pose")
+    with input_errors("board"):
+        chosen = controller(board)
+    if wiring not in WIRINGS:
+        raise InputError(f"found {shown(wiring)}, allowed: {', '.join(WIRINGS)}", "wiring")
+    if "firmware" in kinds:
+        with input_errors("wiring"):
+            plan_setup(placed, chosen, wiring)
     out = Path(folder)
     with input_errors():
         robot = None if urdf is None else read_urdf(Path(urdf))
         folders = tuple(Path(p) for p in packages)
         named = {name: Path(path) for name, path in (package or {}).items()}
-        what = PlacedSetup(core, placed, pose, out, robot, folders, named, points)
+        what = PlacedSetup(core, placed, pose, out, robot, folders, named, points, board, wiring)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
     given = [setup] if isinstance(setup, str | Path) else []
     read = {Path(p).resolve() for p in (*keep, *given, *([urdf] if urdf else []))}
@@ -97,5 +112,5 @@ def export(
     with input_errors():
         made = writable(out)
         for name, data in files.items():
-            write_bytes(made / name, data)
+            write_bytes(output_folder((made / name).parent, "folder ") / Path(name).name, data)
     return tuple(made / name for name in files)

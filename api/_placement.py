@@ -49,11 +49,21 @@ class Placement:
         voxel: float = 0.01,
         draws: int = 100,
         seed: int = 0,
+        revision: str = "",
+        pdf: bool = False,
     ) -> Path:
         """Write the report, one HTML page; see ``place_rings.report``."""
         from ._report import report
 
-        return report(self, folder=folder, voxel=voxel, draws=draws, seed=seed)
+        return report(
+            self,
+            folder=folder,
+            voxel=voxel,
+            draws=draws,
+            seed=seed,
+            revision=revision,
+            pdf=pdf,
+        )
 
     def view(self, **options: Any) -> "View":
         """Show the setup in a browser; see ``place_rings.view``."""

@@ -1,6 +1,7 @@
 """The report of a setup: one self-contained HTML page."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +12,7 @@ from ._errors import input_errors, writable
 from ._scene import Scene
 from ._validation import ResolvedSetup, SetupLike, check_scene, resolve_setup
 from ._versions import versions
+from .formats.fingerprints import file_sha256, scene_sha256
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
 from .formats.schema.proposal_models import FoundModel
@@ -21,7 +23,23 @@ from .reporting.terminal import Terminal
 if TYPE_CHECKING:
     from .reporting.setup_report.facts import Facts
 
-FILE = "report.html"
+FILE, PDF = "report.html", "report.pdf"
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """How a report counts, and what it writes; see ``report``."""
+
+    voxel: float
+    """Side of the voxels, m."""
+    draws: int
+    """Number of random mounting errors."""
+    seed: int
+    """Their random seed."""
+    revision: str = ""
+    """Revision of the report."""
+    pdf: bool = False
+    """Whether to print a PDF as well."""
 
 
 def report(
@@ -32,9 +50,13 @@ def report(
     voxel: float = 0.01,
     draws: int = 100,
     seed: int = 0,
+    revision: str = "",
+    pdf: bool = False,
 ) -> Path:
-    """Write a self-contained HTML report: coverage, blind spots, mounting guide and bill of
-    materials.
+    """Write a self-contained HTML report: verdict, coverage, blind spots, mounting drawings, cables
+    and bill of materials.
+
+    The verdict is against the ``at_least_percent`` of the scene's targets.
 
     Args:
         setup, scene: as in ``verify``.
@@ -42,12 +64,15 @@ def report(
         voxel: side of the voxels of all counts, m.
         draws: number of random mounting errors for the tolerance, 1 to 100,000.
         seed: random seed of the mounting errors.
+        revision: revision of the report, for its cover.
+        pdf: whether to print report.pdf beside it, by a browser on PATH (Chromium, Chrome, Edge).
 
     Returns:
         The path of report.html.
 
     Raises:
-        InputError: for a setup that does not fit the scene, or a folder that cannot be written.
+        InputError: for a setup that does not fit the scene, a folder that cannot be written, or
+            ``pdf`` without a browser.
 
     Example:
         >>> import place_rings as pr, tempfile
@@ -56,23 +81,23 @@ def report(
         ...     print(page.name, page.stat().st_size > 10_000)
         report.html True
     """
-    return write_report(setup, scene, Path(folder), voxel, draws, seed)[0]
+    options = ReportOptions(voxel, draws, seed, revision, pdf)
+    return write_report(setup, scene, Path(folder), options)[0]
 
 
 def write_report(
     setup: SetupLike,
     scene: Scene | CoreScene | None,
     folder: Path,
-    voxel: float,
-    draws: int,
-    seed: int,
+    options: ReportOptions,
     arguments: Sequence[str] = (),
     console: Terminal | None = None,
 ) -> "tuple[Path, Facts]":
     """Write the report as ``report`` does.
 
     Args:
-        setup, scene, folder, voxel, draws, seed: as in ``report``.
+        setup, scene, folder: as in ``report``.
+        options: how to count, and what to write.
         arguments: arguments of the command that the report quotes as its origin.
         console: terminal for the progress; none by default.
 
@@ -83,28 +108,35 @@ def write_report(
         InputError: as in ``report``.
     """
     from .reporting.pages import html
+    from .reporting.pdf import find_browser, write_pdf
+    from .reporting.setup_report.cover import Identity, heading
     from .reporting.setup_report.facts import gather
     from .reporting.setup_report.report_page import page
 
-    whole("draws", draws, 1, 100_000)
-    whole("seed", seed, 0)
+    whole("draws", options.draws, 1, 100_000)
+    whole("seed", options.seed, 0)
     name, placed, core = resolve_setup(setup, scene)
-    check_scene(core, voxel)
+    check_scene(core, options.voxel)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
+        browser = find_browser() if options.pdf else ""
         made = writable(folder)
+        identity = Identity(
+            datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+            options.revision,
+            file_sha256(name),
+            scene_sha256(core),
+        )
         origin = _origin(setup)
-        facts = gather(name, placed, core, voxel, draws, seed, origin, log)
+        facts = gather(name, placed, core, options.voxel, options.draws, options.seed, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:
             _draw(facts, Path(pictures))
-            created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
             words = arguments or ("report", name)
-            text = html(
-                page(facts, words, versions(), created, frame_length),
-                Path(pictures),
-                f"Placement report: {Path(name).name}",
-            )
-        write_text(made / FILE, text)
+            markdown = page(facts, words, versions(), identity, frame_length)
+            write_text(made / FILE, html(markdown, Path(pictures), heading(facts)))
+        if browser:
+            with log.status("printing"):
+                write_pdf(browser, made / FILE, made / PDF)
     return made / FILE, facts
 
 
@@ -118,16 +150,27 @@ def _origin(setup: SetupLike) -> FoundModel | None:
 
 
 def _draw(facts: "Facts", folder: Path) -> None:
-    """Draw the pictures of the page: the setup and the blind spots of each target."""
+    """Draw the pictures of the page: the setup, a section, the blind spots of each target, and the
+    mounting of each link's rings."""
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_picture import blind_picture
-    from .reporting.setup_report.blind_spot_section import blind_name, listed_spots
-    from .reporting.setup_report.report_page import PICTURE
+    from .reporting.setup_report.blind_spot_section import blind_name
+    from .reporting.setup_report.cover import PICTURE
+    from .reporting.setup_report.definition_picture import definition_picture
+    from .reporting.setup_report.mounting_drawing import (
+        drawing_name,
+        mounting_drawing,
+        ringed_links,
+    )
+    from .reporting.setup_report.report_page import SECTION
     from .reporting.tables import target_label
 
     scene, setup = facts.scene, facts.setup
     captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
     placement_picture(folder / PICTURE, scene, setup, captions)
+    definition_picture(folder / SECTION, scene, setup)
     for n, blind in enumerate(facts.blind):
-        if shown := listed_spots(blind):
-            blind_picture(folder / blind_name(n), scene, setup, blind, shown)
+        if blind.spots:
+            blind_picture(folder / blind_name(n), scene, setup, blind)
+    for n, link in enumerate(ringed_links(setup)):
+        mounting_drawing(folder / drawing_name(n), scene, setup, link)

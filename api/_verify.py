@@ -15,8 +15,9 @@ from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
 from .formats.schema.mapping import COVERAGE
-from .formats.schema.result_models import LiftedModel, VerifyResult
+from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
+from .objectives.calibration_effect import calibration_effect
 from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
 from .objectives.scene import CoreScene
@@ -84,11 +85,18 @@ class Coverage(Placement):
         blocked, faults = unseeing(core, self.setup), mount_faults(core, self.setup)
         more: dict[str, Any] = {"sensors": sensor_records(self.setup)}
         more |= {"lifted": LiftedModel.each(self.setup)}
+        effects = CalibrationEffectModel.each(calibration_effect(self.verifier, self.setup))
         return tuple(
             VerifyResult.of(self.name, one, core)
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
-            .model_copy(update=more | {"by_part_percent": self._by_part(one)})
-            for one in self.each
+            .model_copy(
+                update=more
+                | {
+                    "by_part_percent": self._by_part(one),
+                    "calibration": effects[i] if effects else None,
+                }
+            )
+            for i, one in enumerate(self.each)
         )
 
     @property

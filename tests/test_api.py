@@ -21,8 +21,10 @@ from place_rings.coverage.soft.sampling import cloud
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
+from place_rings.placement.redesign import redesign
+from place_rings.placement.redesign.beam_search import BeamPlan
 from place_rings.placement.search import search as searching
-from place_rings.placement.search.exchange import Round
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 
 from .rooms import ROOT
@@ -31,6 +33,7 @@ HEAVY = ("numpy", "jax", "scipy", "matplotlib", "pydantic", "viser", "trimesh", 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
 QUICK = Schedule(2, (Stage(0.02, 512, 4, 1),), rounds=(Round(512, 2, 2, 4, 0.2, 4, 4),))
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -38,6 +41,7 @@ def quick():
     """Searches of few steps: what they find need not be good."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "usual", lambda *_: QUICK)
+        patch.setattr(redesign, "BeamPlan", lambda: TINY)
         yield
 
 

@@ -556,6 +556,7 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
             "ring0_forearm_b.stl",
             "ring0_forearm.png",
             "mounted.png",
+            "plate0.3mf",
             "printing.json",
             "assembled.png",
         )

@@ -563,7 +563,8 @@ def test_names_in_pictures_show(tmp_path, write):
 def test_the_viewers_words_show(text):
     said = words.heading([text], text, [1], [1]) + words.note(text)
     said += words.legend([0.1] * len(KINDS), text, text) + words.proof_table(text, [])
-    said += words.zeta_table([text], [words.TableRow(text, ((0.1, 0.2),))], 1.0, text)
+    said += words.zeta_table([text], [words.TableRow(text, ((0.1, 0.2),))], text, text)
+    said += words.headline(0.1, text, text, text) + words.link(text)
     assert unreadable(said) == set()
 
 

@@ -46,6 +46,14 @@ def test_every_option_is_explained(name):
 
 
 @pytest.mark.parametrize("name", [None, *COMMANDS])
+def test_a_command_that_takes_a_robot_takes_the_folders_of_its_meshes(name):
+    collection = (app if name is None else app[name]).assemble_argument_collection()
+    options = {argument.name for argument in collection}
+    if "--robot" in options and name != "task":  # the paper's robot alone
+        assert options >= {"--packages", "--package", "--base", "--tip", "--hold"}
+
+
+@pytest.mark.parametrize("name", [None, *COMMANDS])
 @pytest.mark.parametrize("columns", [60, 80, 120])
 def test_help_fits_the_window(name, columns, run, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(columns))

@@ -2,6 +2,7 @@
 controls.
 """
 
+import json
 import re
 import socket
 import time
@@ -34,8 +35,19 @@ class Client:
     """One connection, which keeps the page's controls: their properties by their uuids, values
     among them. ``drawn`` are the names of what stands in the scene."""
 
-    def __init__(self, port: int, origin: str | None = None, host: str = "127.0.0.1") -> None:
-        """``host``: by what name the page asked for this machine."""
+    def __init__(
+        self,
+        port: int,
+        origin: str | None = None,
+        host: str = "127.0.0.1",
+        query: str = "",
+        dark: bool = False,
+    ) -> None:
+        """``host``: by what name the page asked for this machine. ``query``: of the address with
+        which it was opened. ``dark``: whether the browser prefers dark pages."""
+        self._opened = {"address": f"http://{host}:{port}/?{query}", "dark": dark}
+        self._owners: dict[str, str] = {}
+        self.scripts: list[str] = []
         self._socket = connect(
             f"ws://{host}:{port}",
             sock=socket.create_connection(("127.0.0.1", port)),
@@ -79,8 +91,20 @@ class Client:
                     "render_uuid": message["render_uuid"],
                 }
             )
+        elif message["type"] == "LocalStorageGetItemRequestMessage":
+            self.send(
+                {
+                    "type": "LocalStorageGetItemResponseMessage",
+                    "value": json.dumps(self._opened),
+                    "error": None,
+                    "request_uuid": message["request_uuid"],
+                }
+            )
+        elif message["type"] == "RunJavascriptMessage":
+            self.scripts.append(message["source"])
         elif "props" in message and "name" in message:
             self.drawn.add(message["name"])
+            self._owners[message["name"]] = message["owner"]
 
     def until(self, what, why: str, seconds: float = 60.0) -> None:
         """Read until something holds; fail with ``why`` where it does not."""
@@ -103,6 +127,25 @@ class Client:
         uuid = self._uuid(label)
         self.controls[uuid]["value"] = value
         self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+
+    def button(self, label: str) -> bool:
+        """Whether there is a control of this label now."""
+        return any(props.get("label") == label for props in self.controls.values())
+
+    def click(self, name: str, origin, direction) -> None:
+        """Click a node of the scene along a ray."""
+        ray = {"ray_origin": [*map(float, origin)], "ray_direction": [*map(float, direction)]}
+        more = {"instance_index": None, "screen_pos": (0.5, 0.5), "modifier": None}
+        owner = self._owners[name]
+        self.send({"type": "SceneNodeClickMessage", "name": name, "owner": owner, **ray, **more})
+
+    def drag(self, name: str, position, wxyz) -> None:
+        """Drag a handle of the scene to a pose."""
+        node = {"name": name, "owner": self._owners[name]}
+        pose = {"position": [*map(float, position)], "wxyz": [*map(float, wxyz)]}
+        self.send({"type": "TransformControlsDragStartMessage", **node})
+        self.send({"type": "TransformControlsUpdateMessage", **node, **pose})
+        self.send({"type": "TransformControlsDragEndMessage", **node})
 
     @property
     def said(self) -> str:

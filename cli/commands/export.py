@@ -1,11 +1,12 @@
 """The command export."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ...formats.firmware.controllers import DEFAULT_CONTROLLER
 from ..options.common import (
     WHOLE,
     Json,
@@ -27,7 +28,7 @@ def export(
         Parameter(
             negative=(),
             help=(
-                "Format: urdf, mjcf, glb, csv, json, coppeliasim, ros2 or stl."
+                "Format: urdf, mjcf, glb, csv, json, coppeliasim, ros2, mcap, stl or firmware."
                 " Repeatable; required."
             ),
         ),
@@ -54,13 +55,30 @@ def export(
             help="Number of target points to draw in a glb, coloured by coverage.",
         ),
     ] = 0,
+    board: Annotated[
+        str,
+        Parameter(
+            help="Controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit or"
+            " pico."
+        ),
+    ] = DEFAULT_CONTROLLER,
+    wiring: Annotated[
+        Literal["auto", "direct", "multiplexer"],
+        Parameter(
+            help="How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on"
+            " a pin), multiplexer (each sensor on a channel), or auto (direct where the bus bears"
+            " it)."
+        ),
+    ] = "auto",
     mounted: FrameOptions = NO_FRAMES,
     as_json: Json = False,
 ) -> None:
-    """Export a setup to URDF, MJCF, GLB, CSV, JSON, CoppeliaSim, ROS 2, or printable STL.
+    """Export a setup to URDF, MJCF, GLB, CSV, JSON, CoppeliaSim, ROS 2, MCAP, STL, or firmware.
 
-    URDF holds the robot with a frame for each sensor, MJCF with a rangefinder for each. GLB is a
-    scene to look at, STL the rings to print.
+    URDF holds the robot with a frame for each sensor and the rings' bodies, MJCF with a rangefinder
+    for each sensor. GLB is a scene to look at, which moves if the scene has several poses, and MCAP
+    a log of the same motion. STL gives the rings to print, part by part and as 3MF plates. Firmware
+    is an Arduino sketch for each ring's board, with a drawing and a page that say how to wire it.
 
     For example:
 
@@ -68,6 +86,7 @@ def export(
     place-rings export n2_16_25 --to urdf --to mjcf --to glb --out exported
     place-rings export proposal.toml --to urdf --urdf my.urdf --out exported
     place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
+    place-rings export n2_16_25 --to firmware --board pico --out firmware
     ```
 
     ``place-rings --help`` explains the terms.
@@ -75,6 +94,8 @@ def export(
     from ..._export import export as write
     from ..._export import formats_of
     from ..._validation import ResolvedSetup
+    from ...formats.firmware.controllers import controller
+    from ...formats.firmware.wiring import plan_setup
     from ...formats.loader import resolve
     from ...formats.schema.written_models import ExportResult
     from ...reporting.terminal import say, say_json
@@ -84,8 +105,9 @@ def export(
     urdf = urdf or urdf_of(robot)
     where = scene_for(subject, scene, robot, paper, reading, urdf)
     setup, place = resolve(subject, where, frames=mounted.resolve())
+    setup = mounted.lifted(setup, place)
     files = write(
-        ResolvedSetup(subject, mounted.lifted(setup, place), place),
+        ResolvedSetup(subject, setup, place),
         to=kinds,
         folder=out,
         pose=pose,
@@ -93,8 +115,14 @@ def export(
         packages=reading.packages,
         package=reading.resolve().package,
         points=points,
+        board=board,
+        wiring=wiring,
         keep=[path for path in (subject, scene, robot) if path is not None],
     )
+    if "firmware" in kinds:
+        for ring in plan_setup(setup, controller(board), wiring):
+            if ring.note:
+                say(ring.note, error=True)
     if as_json:
         record = ExportResult(setup=subject, formats=list(kinds), files=[*map(str, files)])
         say_json(record.model_dump_json(indent=2))

@@ -113,7 +113,13 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._study import StudyOptions, check_machines, check_study, read_layouts
+    from ..._study_arguments import (
+        StudyOptions,
+        check_machines,
+        check_study,
+        read_layouts,
+        study_command,
+    )
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
     from ...objectives.scene import CoreScene
@@ -127,11 +133,9 @@ def study(
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
     where = in_paper(where) if paper else where
-    command = ["place-rings", "study", name, *(["--seed", str(seed)] if seed else [])]
+    command = study_command(name, seed, layout, time)
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]
-    command += [part for file in layout for part in ("--layout", file.name)]
-    command += [] if time is None else ["--time", f"{time:g}"]
     pair = resolve_pair(target, where)
     options = StudyOptions(
         seed, pair, sensors, where, read_layouts(name, layout), time, shlex.join(command)

@@ -75,6 +75,18 @@ RobotOption = Annotated[
         ),
     ),
 ]
+CalibrationOption = Annotated[
+    Path | None,
+    Parameter(
+        name="--calibration",
+        group=SCENE,
+        help=(
+            "Calibration of your own arm of Universal Robots: calibration.conf of its controller,"
+            " or kinematics.yaml of its ROS description. Default: that of the scene, or the"
+            " model's kinematics."
+        ),
+    ),
+]
 PaperOption = Annotated[
     bool,
     Parameter(

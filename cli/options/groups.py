@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.occlusion.occlusion_mode import Occlusion
-from .common import PaperOption, Radius, RobotOption, SceneFileOption, Targets
+from .common import CalibrationOption, PaperOption, Radius, RobotOption, SceneFileOption, Targets
 from .panels import FRAMES, MOTION, SCENE, SENSOR
 from .reading import AS_WRITTEN, ReadingOptions
 
@@ -32,6 +32,7 @@ class SceneOptions:
     radius: Radius = None
     scene: SceneFileOption = None
     robot: RobotOption = None
+    calibration: CalibrationOption = None
     occlusion: Annotated[
         Occlusion | None,
         Parameter(
@@ -64,10 +65,11 @@ class SceneOptions:
             scene: the scene.
             rings_stay: whether rings stay where they are in ``scene``.
         """
-        from .scenes import with_occlusion
+        from .scenes import with_calibration, with_occlusion
         from .targets import parse_goals, with_goals
 
         scene = with_goals(scene, parse_goals(self.target, self.radius))
+        scene = with_calibration(scene, self.calibration)
         return with_occlusion(scene, self.occlusion, self.paper, rings_stay)
 
 

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...coverage.rings.ring import Setup
@@ -16,6 +16,32 @@ from ...rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
+
+
+def check_way(ways: Mapping[str, object], needs: Mapping[str, Mapping[str, object]]) -> None:
+    """Check that a check has one way to its data, and no option of another way.
+
+    Args:
+        ways: the value of each way's option, None where it is not given.
+        needs: the values of further options by the way that they need.
+
+    Raises:
+        UserError: if not.
+    """
+    given = [way for way, value in ways.items() if value is not None]
+    if len(given) != 1:
+        raise UserError(f"check: give exactly one of {', '.join(ways)}")
+    for way, options in needs.items():
+        for option, value in options.items() if way != given[0] else ():
+            if value:
+                hint = ""
+                if option == "move":
+                    moves = {
+                        "--rig sim": "a simulated robot moves without it",
+                        "--joints FILE": "only ur-rtde moves a robot; files are only read",
+                    }
+                    hint = f"; {moves[given[0]]}" if given[0] in moves else ""
+                raise UserError(f"--{option}: allowed only with {way}{hint}")
 
 
 def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:

@@ -8,7 +8,7 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
-from ...formats.loader import is_proposal, read_robot, read_scene, resolve
+from ...formats.loader import is_proposal, read_calibration, read_robot, read_scene, resolve
 from ...formats.recorded_motion import with_record
 from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene, as_in_paper
@@ -72,6 +72,17 @@ def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
         raise UserError(
             f"--robot: {error}, a robot file (.toml), a URDF (.urdf) or an MJCF (.xml)"
         ) from error
+
+
+def with_calibration(scene: CoreScene, file: Path | None) -> CoreScene:
+    """Return ``scene`` with the calibration of ``--calibration``, if a file is given.
+
+    Raises:
+        UserError: if the file is not valid, or belongs to another robot.
+    """
+    if file is None:
+        return scene
+    return replace(scene, robot=read_calibration(file, scene.robot))
 
 
 def with_occlusion(

@@ -92,8 +92,8 @@ def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radiu
     return replace(scene, goals=goals) if goals else scene
 
 
-def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
-    """Return ``scene`` with minimum coverages NAME[:RADIUS]=PERCENT.
+def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-least") -> CoreScene:
+    """Return ``scene`` with minimum coverages NAME[:RADIUS]=PERCENT; errors name ``option``.
 
     A target that the scene lacks is added with weight 0.
     """
@@ -102,23 +102,23 @@ def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
         match = _TARGET.fullmatch(text)
         if match is None or not match["weight"]:
             raise UserError(
-                f"--at-least: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60"
+                f"{option}: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60"
             )
-        percent = positive(f"--at-least {text}, percent", match["weight"])
+        percent = positive(f"{option} {text}, percent", match["weight"])
         if percent > 100:
             raise UserError(
-                f"--at-least {text}: found {percent:g}, allowed: above 0 and at most 100 (percent)"
+                f"{option} {text}: found {percent:g}, allowed: above 0 and at most 100 (percent)"
             )
         if match["name"] == "V_S" and not match["radius"]:
             raise UserError(
-                f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like"
+                f"{option}: found {shown(text)}, allowed: a V_S with its radius, like"
                 f" V_S:0.5={match['weight']}"
             )
-        target = _floored(text.rpartition("=")[0], scene)
-        with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
+        target = _floored(text.rpartition("=")[0], scene, option)
+        with_goals(scene, (Goal(target),), f"{option} {text}, radius")
         if target in floored:
             raise UserError(
-                f"--at-least {text}: {target} has a minimum already; state one for each target"
+                f"{option} {text}: {target} has a minimum already; state one for each target"
             )
         floored.append(target)
         place = next((i for i, g in enumerate(goals) if g.target == target), None)
@@ -129,10 +129,10 @@ def with_floors(scene: CoreScene, floors: Sequence[str]) -> CoreScene:
     return replace(scene, goals=tuple(goals))
 
 
-def _floored(text: str, scene: CoreScene) -> Target:
+def _floored(text: str, scene: CoreScene, option: str) -> Target:
     """Return the target that a minimum names: one of the scene's own, or a named one."""
     own = (goal.target for goal in scene.goals if goal.target.name == text)
-    return next(own, None) or parse_goal(text, None, "--at-least").target
+    return next(own, None) or parse_goal(text, None, option).target
 
 
 def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:

@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import rounded
 from ...formats.errors import UserError
 from ...formats.writing import output_folder
 from ...objectives.scene import CoreScene
@@ -12,16 +13,19 @@ from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
 from ...rig.check.live import LiveCheck
 from ...rig.check.models import PortModel
+from ...rig.check.offline import FileOptions, file_check
 from ...rig.check.planned_check import PlannedCheck, ring_names
 from ...rig.check.plans import CheckOptions, Plans, plan_check, write_plans
+from ...rig.check.preconditions import require_revolute
 from ...rig.check.report import write_files
+from ...rig.check.stopping import StopBound
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops
 from ...rig.recording.recording import RecordingReader
 from ...rig.session.gathering import replay
 from ...rig.session.session import Session
 from ..signals import ended_by_signals, gone_is_an_error
-from .check_confirmation import EXEMPT, confirm, show_near_stops
+from .check_confirmation import EXEMPT, confirm, show_near_stops, show_stopping
 from .check_summary import tell
 from .check_view import CheckView
 
@@ -41,6 +45,9 @@ class TerminalAttendant:
 
     def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
         show_near_stops(stops, setup, scene, self._console)
+
+    def show_stopping(self, bounds: Sequence[StopBound], warning: str | None) -> None:
+        show_stopping(bounds, warning, self._console)
 
     def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
         confirm(scene, plans, itinerary, self._console)
@@ -77,6 +84,8 @@ def check_live(
     if host is None:
         console.print(EXEMPT, highlight=False, soft_wrap=True)
     live = LiveCheck.of(name, setup, scene, options, host)
+    for warning in live.warnings:
+        console.print(f"warning: {warning}", highlight=False, soft_wrap=True, markup=False)
     with console.status("planning"):
         plans = plan_check(live.setup, live.scene, options, live.moved)
     folder = output_folder(out)
@@ -114,6 +123,48 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
         )
     folder = output_folder(out)
     with Terminal(stderr=True).status("assessing"):
-        gathered = replay(recorded, check.ports, check.about.stale_s)
+        gathered = replay(recorded, check.ports, check.about.stale_s, check.scene.link)
         assessment = assess(check, gathered, recorded.wall, recorded.damage)
     return tell(assessment, write_files(check, assessment, folder), folder, as_json)
+
+
+def check_files(
+    name: str, setup: Setup, scene: CoreScene, options: FileOptions, out: Path, as_json: bool
+) -> int:
+    """Assess a check from files and write its report.
+
+    Args:
+        name: name of the setup.
+        setup, scene: the setup and its scene.
+        options: the files and parts.
+        out: output folder.
+        as_json: print JSON instead of text.
+
+    Returns:
+        The exit code of the verdict.
+    """
+    console = Terminal(stderr=True)
+    with console.status("reading"):
+        done = file_check(name, setup, scene, options)
+    folder = output_folder(out)
+    with console.status("assessing"):
+        assessment = assess(done.check, done.gathered, done.wall)
+    return tell(assessment, write_files(done.check, assessment, folder), folder, as_json)
+
+
+def write_only(setup: Setup, scene: CoreScene, options: CheckOptions, out: Path) -> None:
+    """Write the plans of a check that another program runs, and print the names of the files.
+
+    Raises:
+        UserError: if no plan is possible.
+    """
+    if options.parts == ("self",):
+        raise UserError(
+            "--plan-only: found --part self, wanted: mount or coverage, which have plans"
+        )
+    require_revolute(scene.robot)
+    with Terminal(stderr=True).status("planning"):
+        plans = plan_check(rounded(setup, scene.sensor), scene, options, moved=True)
+    folder = output_folder(out)
+    for file in write_plans(scene, plans, folder):
+        say(str(folder / file))

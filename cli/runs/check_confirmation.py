@@ -1,6 +1,7 @@
 """Tell a person what will move, and ask for confirmation."""
 
 import math
+from collections.abc import Sequence
 
 from rich.table import Table
 
@@ -8,9 +9,12 @@ from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal
+from ...rig.check.before_move import HEADING, before_move
+from ...rig.check.dry_run import motion_of
 from ...rig.check.models import DISCLAIMER
 from ...rig.check.planned_check import ring_names
 from ...rig.check.plans import Plans
+from ...rig.check.stopping import StopBound
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops, by_ring
 
@@ -56,6 +60,27 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: CoreScene, console: T
     console.print(table)
 
 
+def show_stopping(bounds: Sequence[StopBound], warning: str | None, console: Terminal) -> None:
+    """Print how soon a real robot stops after each kind of event, and how far it travels."""
+    table = Table(
+        title="Stopping a real robot, at most, within the limits of [link] and [motion]",
+        title_justify="left",
+        caption=(
+            "Distances are those of the fastest point on the route, until standstill. They do not"
+            " include the sensors' own time, the network and the controller."
+        ),
+        caption_justify="left",
+    )
+    table.add_column("event")
+    for name in ("stop begins, ms", "travelled, mm"):
+        table.add_column(name, justify="right")
+    for bound in bounds:
+        table.add_row(bound.event, f"{1000 * bound.seconds:.0f}", f"{1000 * bound.metres:.0f}")
+    console.print(table)
+    if warning:
+        console.print(f"Warning: {warning}", highlight=False, soft_wrap=True)
+
+
 def confirm(scene: CoreScene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
     """Print what will move and what stops it, and ask for confirmation.
 
@@ -77,11 +102,18 @@ def confirm(scene: CoreScene, plans: Plans, itinerary: Itinerary, console: Termi
             " table above, on a ring that is silent, frozen or reports failures, on a fault of a"
             " connection, and on Ctrl-C."
         ),
+        HEADING,
+        *(
+            f"- {line}"
+            for line in before_move(
+                scene, itinerary.clearance.setup, motion_of(scene, plans, itinerary)
+            )
+        ),
         DISCLAIMER,
         "Keep out of its reach, and keep a hand on its emergency stop.",
     ]
     for line in lines:
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
     try:
         answer = console.input("Type yes to let it move > ").strip()
     except (EOFError, OSError, UnicodeDecodeError):

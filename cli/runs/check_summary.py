@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ...reporting.terminal import Terminal, say_json
 from ...rig.check.assessment import Assessment
+from ...rig.check.report import calibration_notes
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 
@@ -18,6 +19,7 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
     console = Terminal()
     lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
     lines += [f"  warning: {warning}" for warning in r.warnings]
+    lines += calibration_notes(r)
     if r.mount is not None:
         for one in r.mount.rings:
             errors = ", ".join(

@@ -3,25 +3,45 @@
 import sys
 from pathlib import Path
 
-from ..._report import write_report
+from ..._report import PDF, ReportOptions, write_report
 from ..._validation import ResolvedSetup
-from ...formats.schema.written_models import ReportResult
+from ...formats.schema.written_models import ReportResult, RequirementModel
 from ...reporting.setup_report.report_page import answer
 from ...reporting.tables import count_error_line
 from ...reporting.terminal import Terminal, say, say_json
 
 
 def report(
-    subject: ResolvedSetup, voxel: float, draws: int, seed: int, out: Path, as_json: bool = False
+    subject: ResolvedSetup, options: ReportOptions, out: Path, as_json: bool = False
 ) -> None:
     """Write the report of a setup."""
     console = Terminal(stderr=True)
-    page, facts = write_report(subject, None, out, voxel, draws, seed, sys.argv[1:], console)
+    page, facts = write_report(subject, None, out, options, sys.argv[1:], console)
+    pdf = page.with_name(PDF) if options.pdf else None
     if as_json:
-        record = ReportResult(setup=facts.name, page=str(page), zeta=facts.own)
+        record = ReportResult(
+            setup=facts.name,
+            page=str(page),
+            pdf=None if pdf is None else str(pdf),
+            zeta=facts.own,
+            requirements=[
+                RequirementModel(
+                    target=one.target,
+                    required_percent=one.percent,
+                    low_percent=one.low,
+                    high_percent=one.high,
+                    passes=one.passes,
+                )
+                for one in facts.required
+            ],
+        )
         say_json(record.model_dump_json(indent=2))
         return
     say(answer(facts).replace("**", ""))
-    if (line := count_error_line(voxel)) is not None:
+    for one in facts.required:
+        say(f"{'passes' if one.passes else 'fails'}: {one.sentence}")
+    if (line := count_error_line(options.voxel)) is not None:
         say(line)
     say(f"  {page}")
+    if pdf is not None:
+        say(f"  {pdf}")

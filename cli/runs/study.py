@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rich.progress import TaskID
 
-from ..._study import CELLS, StudyName, StudyOptions, run_study
+from ..._study_arguments import StudyName, StudyOptions
+from ..._study_runs import CELLS, run_study
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say
 from ..signals import gone_is_an_error

@@ -8,6 +8,7 @@ from ...coverage.voxels.volume_tally import Bracket
 from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
+from ...reporting.lines.calibration import calibration_lines
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import occlusion_table, print_sight, unmounted_lines
 from ...reporting.lines.protective_volume import protective_lines
@@ -77,7 +78,8 @@ def verify(
             console.print(f"{target_label(r)} at each pose, in percent: {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    more = sensor_lines(results[0].sensors)
+    effects = [r.calibration for r in results if r.calibration is not None]
+    more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     for line in (record_line(scene), *protective_lines(results, setup), *more):
         if line:
             console.print(line, highlight=False, soft_wrap=True)

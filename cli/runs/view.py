@@ -4,7 +4,9 @@ import os
 import sys
 import threading
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 from ..._validation import ResolvedSetup
 from ..._views import view as serve
@@ -45,15 +47,20 @@ def view(
             f"Warning: anyone who can reach {host} can use this page; it has no password.",
             highlight=False,
         )
-    say(f"{page.url}  (press Ctrl-C to stop)")
+    serve_page(page.url, page.close, browser, console)
+
+
+def serve_page(url: str, close: Callable[[], None], browser: bool, console: Terminal) -> NoReturn:
+    """Serve a page until Ctrl-C, then end the process."""
+    say(f"{url}  (press Ctrl-C to stop)")
     try:
         if browser:
-            webbrowser.open(page.url)
+            webbrowser.open(url)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass
     finally:
-        ending = threading.Thread(target=page.close, daemon=True)
+        ending = threading.Thread(target=close, daemon=True)
         ending.start()
         ending.join(_PATIENCE)
         console.print("closed")
