@@ -11,7 +11,7 @@ from typing import get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings._study import StudyName
+from place_rings._study_arguments import StudyName
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
@@ -21,7 +21,7 @@ from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
 from place_rings.studies.engine import searching_tasks as searching
-from place_rings.studies.engine.digest import import_closure
+from place_rings.studies.engine.import_closure import import_closure
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
@@ -186,10 +186,13 @@ def test_a_study_imports_the_tasks_that_it_measures_with(name):
 def test_a_study_starts_in_a_fresh_interpreter(tmp_path):
     """No other module has registered its tasks there."""
     text = (
-        "import place_rings._study as s, sys\n"
-        "s._STUDIES['robots'] = lambda measure, folder, options: measure('h', [s.Cell('zeta', {\n"
-        " 'scene': {}, 'setup': 'n1_8_0', 'target': 'V_S', 'radius': 0.5, 'rule': 'centre',\n"
-        " 'voxel': 0.1})])\n"
+        "import place_rings._study as s, place_rings._study_pages as p, sys\n"
+        "def robots(measure, folder, options):\n"
+        "    (folder / 'README.md').touch()\n"
+        "    return measure('h', [p.Cell('zeta', {\n"
+        "        'scene': {}, 'setup': 'n1_8_0', 'target': 'V_S', 'radius': 0.5,\n"
+        "        'rule': 'centre', 'voxel': 0.1})])\n"
+        "p.STUDIES['robots'] = robots\n"
         "print(s.study('robots', folder=sys.argv[1]).data[0]['zeta_percent'] > 0)\n"
     )
     asked = [sys.executable, "-c", text, str(tmp_path / "out")]

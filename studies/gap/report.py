@@ -76,7 +76,7 @@ def page(rows: list[GapRow], command: str) -> str:
             "- **By prices**: Lagrangian relaxation with a price for each place in the target; 100"
             " where no prices beat the volume. The upper bound is the lower of the two."
         ),
-        "- **Seconds**: wall time of the bound, on a machine that did other work beside it.",
+        "- **Seconds**: processor time of the bound.",
         "",
         table(heads, body),
         "",
@@ -105,8 +105,7 @@ def _verdict(rows: list[GapRow]) -> list[str]:
             "The bound counts fractions of rings: a hundred different rings, each to a hundredth,"
             " may share the space without covering any place twice. Real beams must overlap once"
             " there are many of them, or once all of them start close to the target, as in a near"
-            " shell. There the bound exceeds what any layout reaches, and better prices cannot"
-            " mend that: it is a property of the relaxation. In a thin shell the smooth prices cost"
-            " some points more, as beams also collect them beyond the shell's surface."
+            " shell. There the bound exceeds what any layout reaches: it is a property of the"
+            " relaxation."
         ),
     ]

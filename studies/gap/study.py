@@ -17,15 +17,15 @@ CASES = (
 )
 KNOWN = {
     ("V_S(0.5)", 12): 50.42,
-    ("V_S(0.5)", 24): 78.66,
-    ("V_S(0.5)", 48): 95.29,
-    ("V_S(1.5)", 48): 39.03,
-    ("V_S(1.5)", 80): 59.67,
-    ("V_OT", 48): 43.29,
-    ("V_OT", 80): 64.43,
+    ("V_S(0.5)", 24): 79.02,
+    ("V_S(0.5)", 48): 96.60,
+    ("V_S(1.5)", 48): 39.58,
+    ("V_S(1.5)", 80): 61.29,
+    ("V_OT", 48): 43.80,
+    ("V_OT", 80): 66.23,
 }
-"""Best known ζ in percent, by ``place-rings --paper --target ... --sensors ...`` and from
-results/bound. For other cases the study searches."""
+"""Best known ζ in percent, rounded down: the best of some ten seeds of ``place-rings --paper
+--target ... --sensors ...``. For other cases the study searches."""
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 
@@ -47,7 +47,7 @@ class GapRow:
     prices_percent: float
     """Bound by prices."""
     seconds: float
-    """Time that the bound took, s."""
+    """Processor time of the bound, s."""
 
     @property
     def gap(self) -> float:

@@ -13,6 +13,7 @@ from typing import Any
 
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Target
+from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...formats.schema.scene_models import SceneModel
 from ...placement.search.design import Space
@@ -84,8 +85,6 @@ def layouts(own: Sequence[Path] = ()) -> list[PublishedLayout]:
     Raises:
         UserError: if a file is not usable, or two layouts have the same name.
     """
-    from ...formats.errors import UserError
-
     files = sorted(file for file in PUBLISHED.iterdir() if file.suffix in SUFFIXES)
     found: dict[str, PublishedLayout] = {}
     for file in (*files, *own):
@@ -101,20 +100,19 @@ def layouts(own: Sequence[Path] = ()) -> list[PublishedLayout]:
                 f"found layouts called {name} and {name}_search; the results of the search beside"
                 " the first have the second name, so give one of the files another name"
             )
-    for file, layout in zip(own, list(found.values())[-len(own) :], strict=True) if own else ():
-        _check_search(file, layout)
+    for layout in found.values():
+        if layout.path in own:
+            _check_search(layout)
     return list(found.values())
 
 
-def _check_search(file: Path, layout: PublishedLayout) -> None:
+def _check_search(layout: PublishedLayout) -> None:
     """Raise ``UserError`` if no rings on the robot hold as many sensors."""
-    from ...formats.errors import UserError
-
     try:
         Space(layout.scene, sensors=layout.setup.sensors)
     except InfeasibleError as error:
         raise UserError(
-            f"{file}: the search beside it cannot place as many sensors"
+            f"{layout.path}: the search beside it cannot place as many sensors"
             f" ({layout.setup.sensors}) in rings on {layout.scene.robot.name}: {error}"
         ) from error
 
