@@ -1,8 +1,6 @@
-"""Common parts of the benchmarks: the cone task, timing, tables, versions."""
+"""Common parts of the benchmarks: the cone task, timing, tables."""
 
 import math
-import os
-import platform
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -63,12 +61,3 @@ def installed(peer: str) -> bool:
     except PackageNotFoundError:
         return False
     return True
-
-
-def surroundings(packages: Sequence[str]) -> str:
-    """Return a line with machine, Python and versions."""
-    versions = [f"{p} {version(p)}" for p in packages if installed(p)]
-    return (
-        f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()},"
-        f" {', '.join(versions)}."
-    )

@@ -4,8 +4,6 @@ Run: python benchmarks fronts            three seeds
      python benchmarks fronts --seeds=1
 """
 
-import os
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,7 +18,7 @@ from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import setup_from
 from place_rings.studies.engine.store import Cell
 from place_rings.studies.pareto import study as pareto
-from search_task import OverError, Question, Watch, layout
+from search_task import OverError, Question, Watch, layout, processor_seconds
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
 SENSORS, FLOORS = 80, 30
@@ -29,16 +27,6 @@ _VOXEL = 0.02  # m, voxels of the exact count
 _POPULATION = 100  # pymoo's default
 _RULES = Rules(spacing=0.0)
 _KEYS: dict[str, Any] = {"rules": {"spacing": 0.0}}
-
-
-class _Asked(Question):
-    def setup(self, x: np.ndarray) -> Setup:
-        """Return the setup of a candidate (n,)."""
-        return self._setup(self._values(x[None])[0])
-
-
-def _work() -> float:
-    return time.process_time() / (os.cpu_count() or 1)
 
 
 def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
@@ -53,9 +41,9 @@ def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
             found.append(TASKS[cell.work](**arguments))
         return found
 
-    began = _work()
+    began = processor_seconds()
     points = pareto.measure(run, _KEYS, TARGETS, {SENSORS: FLOORS}, seed)
-    spent = _work() - began
+    spent = processor_seconds() - began
     scene = paper_scene(rules=_RULES)
     return [setup_from(p.rings, scene) for p in points if not pareto.is_papers(p)], spent
 
@@ -66,10 +54,10 @@ def nsga2(seed: int, seconds: float) -> list[Setup]:
     from pymoo.core.problem import Problem
     from pymoo.core.termination import NoTermination
 
-    watch = Watch(seconds, work=True)
+    watch = Watch(seconds)
     scenes = [paper_scene(goals=(Goal(t),), rules=_RULES) for t in TARGETS]
     wanted = layout(scenes[0], SENSORS)
-    questions = [_Asked(scene, wanted, seed, watch) for scene in scenes]
+    questions = [Question(scene, wanted, seed, watch) for scene in scenes]
 
     class Coverage(Problem):
         def __init__(self) -> None:
@@ -128,7 +116,7 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
             (
                 "seed",
                 "search",
-                "processor seconds / processors",
+                "processor seconds",
                 "setups",
                 "hypervolume",
             ),

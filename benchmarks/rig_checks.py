@@ -10,10 +10,8 @@ true share of the coverage check is counted at every voxel of the target with th
 Only these errors distinguish the simulated rig from the model.
 """
 
-import hashlib
 import json
 import math
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +20,7 @@ from typing import Any
 import numpy as np
 from common import table
 from jaxtyping import Bool
+from loads import Measured, code, loads, measured, processes_of, runs_of_options
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
@@ -122,30 +121,51 @@ def _trials(found: list[dict[str, Any]]) -> str:
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """Return the tables of all runs; ``--runs=N`` sets their number."""
-    runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
+    """Return the tables of all runs.
+
+    ``--runs=N`` sets their number; ``--busy`` measures beside busy processes.
+    """
+    runs, processes = runs_of_options(options, RUNS), processes_of(options)
+    now = code(__file__)
+    both = measured(f"rig_checks {runs}", now, processes, lambda: _runs(runs, now, processes))
+    figures = next(one.figures for one in both if one)
+    return [*_tables(figures, planned(SCENE, SETUP)), "", *_under_load(*both)]
+
+
+def _runs(runs: int, code: str, processes: int) -> list[dict[str, Any]]:
+    """Return the results of all runs; those that the same code made under this load are kept."""
     kept = [json.loads(line) for line in KEPT.read_text().splitlines()] if KEPT.exists() else []
-    code = _code()
-    done = {r["seed"]: r for r in kept if r["code"] == code}
+    done = {r["seed"]: r for r in kept if (r["code"], r.get("processes")) == (code, processes)}
     plan, where = planned(SCENE, SETUP), places(SCENE, TARGET, Rod())
     for seed in range(runs):
         if seed not in done:
             began = time.process_time()
-            done[seed] = {"code": code, **one(seed, plan, where)}
+            done[seed] = {"code": code, "processes": processes, **one(seed, plan, where)}
             done[seed]["processor"] = time.process_time() - began
             with KEPT.open("a") as file:
                 file.write(json.dumps(done[seed]) + "\n")
-    return _tables([done[seed] for seed in range(runs)], plan)
+    return [done[seed] for seed in range(runs)]
 
 
-def _code() -> str:
-    """Return a fingerprint of all loaded files of the project, including this one."""
-    files = {
-        getattr(m, "__file__", None) for n, m in sys.modules.items() if n.startswith("place_rings")
-    }
-    return hashlib.sha256(
-        b"".join(Path(f).read_bytes() for f in sorted({__file__, *filter(None, files)}))
-    ).hexdigest()[:16]
+def _under_load(quiet: Measured | None, beside: Measured | None) -> list[str]:
+    """Return the loads, and whether both gave the same figures."""
+    lines = loads(quiet, beside)
+    if quiet and beside:
+        pairs = zip(quiet.figures, beside.figures, strict=True)
+        same = sum(_timeless(a) == _timeless(b) for a, b in pairs)
+        took = (np.median([r["processor"] for r in m.figures]) for m in (quiet, beside))
+        seconds = " / ".join(f"{s:.1f}" for s in took)
+        lines += [
+            "",
+            f"{same} of {len(quiet.figures)} runs gave the same figures under both loads. A run"
+            f" took {seconds} s of processor time (quiet / busy).",
+        ]
+    return lines
+
+
+def _timeless(result: dict[str, Any]) -> dict[str, Any]:
+    """Return a run's result without its time and load."""
+    return {k: v for k, v in result.items() if k not in ("processes", "processor")}
 
 
 def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
@@ -182,8 +202,9 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     lines += [
         "",
         (
-            f"`python benchmarks rig_checks`, {len(found)} runs. The last column is a one-sided"
-            " binomial test of a rate of 95 % at the level of 1 %."
+            f"`python benchmarks rig_checks`, {len(found)} runs; with `--busy` beside eight busy"
+            " processes. The last column is a one-sided binomial test of a rate of 95 % at the"
+            " level of 1 %."
         ),
         "",
     ]

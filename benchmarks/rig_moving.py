@@ -5,23 +5,34 @@ own, through unmodified ur-rtde and pyserial, with the limits of a real rig). A 
 random moment of a motion.
 """
 
-import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
 from statistics import median
+from typing import Any
 
 import numpy as np
 import psutil
 from common import table
+from loads import (
+    BUSY,
+    Measured,
+    busy,
+    code,
+    joined_rows,
+    loads,
+    measured,
+    processes_of,
+    runs_of_options,
+    side_by_side,
+)
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.simulated.process import SimulatedRig, command
@@ -32,7 +43,6 @@ from rig_moving_faults import FAULTS, Fault
 # s, bounds of the time to standstill, and of the end of all processes after the check
 STILL, LEFT = 1.0, LEAVE + 0.5
 RUNS = 20
-_BUSY = 8
 _LIMITS = re.compile(
     "no new state came in time|states come too long|is silent|held up|no sign of life|process ended"
 )
@@ -160,18 +170,6 @@ def _alive(process: psutil.Process) -> bool:
         return False
 
 
-@contextmanager
-def busy(count: int) -> Iterator[None]:
-    """Keep the machine busy with ``count`` processes in this context."""
-    spinning = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
-    try:
-        yield
-    finally:
-        for process in spinning:
-            process.kill()
-            process.wait()
-
-
 def runs_of(name: str, runs: int, seed: int) -> tuple[tuple[str, ...], Stillness]:
     """Run a fault on a rig of its own; return its row and results."""
     fault, number = FAULTS[name], list(FAULTS).index(name)
@@ -213,50 +211,52 @@ COLUMNS = (
 )
 
 
-def of_motion(
-    runs: int, seed: int, spinning: int = 0, only: str = ""
-) -> tuple[list[tuple[str, ...]], int, float]:
+def of_motion(runs: int, seed: int, only: str = "") -> dict[str, Any]:
     """Run all faults.
 
     Args:
         runs: number of runs of each fault.
         seed: random seed.
-        spinning: number of busy processes beside the runs.
         only: text that the name of a fault must contain.
 
     Returns:
-        Rows of the table, the number of repeated starts, and the load meanwhile.
+        Rows of the table, and the number of repeated starts.
     """
     names = [name for name in FAULTS if only in name]
-    with busy(spinning), ProcessPoolExecutor(_SIDE_BY_SIDE, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(_SIDE_BY_SIDE, get_context("spawn")) as pool:
         rows, again = [], 0
         for cells, found in pool.map(runs_of, names, [runs] * len(names), [seed] * len(names)):
-            rows.append(cells)
+            rows.append(list(cells))
             again += found.again
             print(*cells, f"again {found.again}", sep=" | ", flush=True)
             for text, count in Counter(
                 [*found.said, *(f"WRONG: {w}" for w in found.wrong)]
             ).most_common():
                 print(f"    {count}: {text}", flush=True)
-        return rows, again, os.getloadavg()[1]
+        return {"rows": rows, "again": again}
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """Return both tables: on a machine without other work, and beside busy processes.
+    """Measure, and return the table with the figures of both loads.
 
-    ``--runs=N`` sets the number of runs of each fault.
+    ``--runs=N`` sets the number of runs of each fault; ``--busy`` measures beside busy processes.
     """
-    runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
-    return page(*(of_motion(runs, 0, spinning) for spinning in (0, _BUSY)))
+    runs = runs_of_options(options, RUNS)
+    both = measured(
+        f"rig_moving {runs}", code(__file__), processes_of(options), lambda: of_motion(runs, 0)
+    )
+    return page(*both)
 
 
-def page(
-    quiet: tuple[list[tuple[str, ...]], int, float],
-    beside: tuple[list[tuple[str, ...]], int, float],
-) -> list[str]:
-    """Return Markdown for the results without and with busy processes."""
+def page(quiet: Measured | None, beside: Measured | None) -> list[str]:
+    """Return Markdown for the figures on a quiet machine and beside busy processes."""
+    each = [m.figures if m else None for m in (quiet, beside)]
+    again = side_by_side(*(f and f["again"] for f in each))
     lines = [
         *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
+        "",
+        "`python benchmarks rig` measures on a quiet machine, `python benchmarks rig --busy` beside"
+        " eight busy processes. Where both are measured, cells state both: quiet / busy.",
         "",
         (
             "- Standstill: time from the fault to standstill, as the rig reports it; bound"
@@ -276,26 +276,16 @@ def page(
         ),
         "- Wrong: runs that exceed a bound without reporting it, or that report something else.",
         "",
-        f"{_SIDE_BY_SIDE} rigs run at the same time, as runs mostly wait.",
+        f"{_SIDE_BY_SIDE} rigs run at the same time, as runs mostly wait. Starts that were"
+        f" repeated, as a limit of a real rig ended them before the fault: {again}.",
+        "",
+        *loads(quiet, beside),
+        "",
     ]
-    for title, (rows, again, load) in (
-        ("No other work on the machine", quiet),
-        (f"Beside {_BUSY} busy processes", beside),
-    ):
-        begun = (
-            f"{again} starts were repeated, as a limit of a real rig ended them before the fault"
-        )
-        lines += [
-            "",
-            f"{title} (load {load:.1f} on {os.cpu_count()} cores; {begun}):",
-            "",
-            *table(COLUMNS, rows),
-        ]
-    return lines
+    return [*lines, *table(COLUMNS, joined_rows([f and f["rows"] for f in each], COLUMNS))]
 
 
 if __name__ == "__main__":
     words = sys.argv[2:]
-    of_motion(
-        int(sys.argv[1]), 0, _BUSY * ("busy" in words), next((w for w in words if w != "busy"), "")
-    )
+    with busy(BUSY * ("busy" in words)):
+        of_motion(int(sys.argv[1]), 0, next((w for w in words if w != "busy"), ""))

@@ -10,7 +10,7 @@ from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.progress import Progress
 from place_rings.placement.search.search import search
-from search_task import OverError, Question, Watch, layout
+from search_task import OverError, Question, Watch, layout, processor_seconds
 
 Peer = Callable[[Question, int], None]
 
@@ -22,7 +22,7 @@ def ours(scene: CoreScene, space: Space, seed: int, watch: Watch) -> None:
         if progress.setup is not None:
             watch.show(progress.best, lambda: progress.setup)
 
-    found = search(scene, space, seed, float("inf") if watch.work else watch.left(), tell=tell)
+    found = search(scene, space, seed, watch.left(), tell=tell, clock=processor_seconds)
     watch.evaluations = found.statistics.evaluations
     watch.show(found.exact, lambda: found.setup, always=True)
 

@@ -1,223 +1,200 @@
-"""Searches: comparison of ours, CMA-ES, differential evolution, TPE, CRS2, ISRES.
+"""Searches under self-occlusion on real mounts: ours, CMA-ES, differential evolution and others.
 
-Run: python benchmarks searches                              everything, hours; it can be resumed
-     python benchmarks searches --runs=0                     the section from existing measurements
-     python benchmarks/searches.py --scenes V_OT --seeds 2   a part of it
-     python benchmarks/searches.py --quick                   a smoke test
+Run: python benchmarks searches                          everything, hours; it can be resumed
+     python benchmarks searches --runs=0                 the section from existing measurements
+     python benchmarks searches --scenes=UR10 --seeds=2  a part of it
+     python benchmarks searches --only=ours,CMA-ES       some methods
+     python benchmarks/searches.py --quick               a smoke test: one robot, one seed, 10 s
 """
 
 import argparse
-import hashlib
-import json
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import psutil
+from cell_runs import ONE, answer, listed, measured
 from common import installed, missing
-from place_rings.placement.search.search import search
-from place_rings.studies.engine.digest import program
-from place_rings.studies.engine.store import Cell, Store
+from place_rings.studies.engine.digest import digest
+from place_rings.studies.engine.import_closure import read_code
+from place_rings.studies.engine.store import Cell
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
 from search_task import (
-    HELD_OUT,
+    PAPER,
     POINTS,
-    RINGS_PER_LINK,
-    SCENES,
+    ROBOTS,
+    SENSORS,
+    VOXEL,
+    Judge,
     Question,
     Watch,
-    held_out,
     layout,
     scene_named,
+    thinned,
 )
 
-FOLDER = Path(__file__).parent.parent / "results" / "searches"
+World = Literal["real", "paper"]
+
+HERE = Path(__file__).parent
+SCENES: dict[World, tuple[str, ...]] = {"real": tuple(ROBOTS), "paper": PAPER}
+FOLDERS: dict[World, str] = {"real": "searches", "paper": "searches_paper"}
 OURS = (MINE, ANY)
-_FIRST = ("V_S(0.5)", "near + far", "trajectory")
-_GAP = 0.05  # s, shortest interval between two judged setups
-_MARK = "result: "
-CLOCKS = ("wall", "work")
-_TIMES = {
-    "wall": "Seconds are wall time.",
-    "work": (
-        "Seconds are processor seconds / number of processors: the time on an idle machine for a"
-        " method that keeps all processors busy, independent of other work. They flatter methods"
-        " that use one processor at a time. Wall times are in `curves.csv`."
+# with CMA-ES and differential evolution: the best of the others in the paper's world
+USUAL = (*OURS, "CMA-ES", "differential evolution", "CRS2")
+SECONDS = 60.0  # processor seconds of a peer: 30 s on two cores
+_RULES: dict[World, str] = {
+    "real": (
+        "The robot's body hides points (`shadow`), and rings have bodies on real mounts. Target:"
+        " V_S(0.5) at each robot's default pose. All methods choose position, tilt and phase of"
+        " the same rings: two on each link that carries rings and one on the tool, or one on each"
+        " link where there is no room for two (Panda), with counts as even as the boards allow"
+    ),
+    "paper": (
+        "Beams pass through the robot, and rings need no room. All methods choose position, tilt"
+        " and phase of the rings of the paper's layouts: five for 80 sensors, seven for 112, which"
+        " may touch"
     ),
 }
-_ABOUT = """All methods choose the same numbers within the same bounds: positions, tilts and \
-phases of the paper's five or seven rings of 16 sensors, which may touch. Only `{any}` also \
-chooses rings and counts, which no peer can. Peers evaluate the exact share of {points:,} points \
-by the function that our search scores with, on all processors, with their own defaults. CMA-ES \
-and differential evolution evaluate batches and restart after convergence. Each run is a separate \
-process: its clock starts after the imports and includes drawing points and compiling. The best \
-answers of a method are judged afterwards on {held:,} points that none has used. Methods run \
-alternately, so that other work on the machine affects all of them."""
-
-
-def _about(clock: str) -> str:
-    return " ".join(
-        [*_ABOUT.format(any=OURS[1], points=POINTS, held=HELD_OUT).split(), _TIMES[clock]]
-    )
-
-
-def _digest() -> str:
-    text = b"".join(
-        (Path(__file__).parent / f"search_{part}.py").read_bytes() for part in ("task", "peers")
-    )
-    return hashlib.sha256(text).hexdigest()[:12]
+_ABOUT = """{rules}. Only `{any}` also chooses links, rings and counts, which no peer can. Peers \
+evaluate the share of {points:,} points by the package's own compiled estimator, the fastest \
+objective that we have, on all processors, with their own defaults. They see the feasible set of \
+our search: a ring goes to the nearest place that the rules allow, and a candidate that would be \
+the best but whose rings collide is rejected. CMA-ES and differential evolution evaluate batches, \
+and restart after convergence. Our search ends by its own schedule; a peer ends after {seconds:g} \
+processor seconds, which are {half:g} s on two idle cores. Each run is a separate process. The \
+clock of ours starts after the imports and includes drawing points and compiling; a peer's starts \
+after compiling. Afterwards every answer that was a method's best is counted exactly (voxels of \
+{voxel:g} cm) and checked against all rules; one that breaks a rule does not count. Values are ζ \
+in percent."""
 
 
 def plan(
-    scenes: list[str], sensors: list[int], seeds: int, seconds: float, clock: str
+    scenes: Sequence[str], sensors: Sequence[int], seeds: int, seconds: float, names: Sequence[str]
 ) -> list[Cell]:
     """Return all runs: for each scene, budget and seed all methods in a row.
 
-    Other work on the machine then affects all methods. A peer's run is repeated for another version
-    of the peer, one of ours for other code.
+    Other work on the machine then affects all methods. A run is repeated if the code that it
+    measures changed, a peer's also for another version of the peer.
     """
+    peers = read_code((HERE / "search_peers.py").read_bytes()).form[:12]
+    rules = f"{digest(HERE / 'search_task.py')} {peers}"
     made_of = {
-        name: f"{package} {version(package)}"
+        name: f"{package} {version(package)}, {rules}"
         for name, (package, _) in PEERS.items()
         if installed(package)
     }
-    made_of = dict.fromkeys(OURS, program(search)) | made_of
-    order = [(s, n) for s in SCENES for n in RINGS_PER_LINK if s in scenes and n in sensors]
-    order.sort(key=lambda sn: (sn[1], sn[0] not in _FIRST))
-    return [
-        Cell(
-            "search",
-            {
-                "scene": s,
-                "sensors": n,
-                "seed": seed,
-                "method": method,
-                "seconds": seconds,
-                "clock": clock,
-                "of": of,
-            },
-        )
-        for s, n in order
+    made_of |= dict.fromkeys(OURS, digest(HERE / "search_peers.py"))
+    order = [
+        (scene, n, seed, name, made_of[name])
+        for n in sensors
+        for scene in scenes
         for seed in range(seeds)
-        for method, of in made_of.items()
+        for name in names
+        if name in made_of
+    ]
+    keys = ("scene", "sensors", "seed", "method", "of")
+    return [
+        Cell("search", dict(zip(keys, row, strict=True)) | {"seconds": seconds}) for row in order
     ]
 
 
 def measure(
-    scene: str, sensors: int, seed: int, method: str, seconds: float, clock: str, of: str = ""
+    scene: str, sensors: int, seed: int, method: str, seconds: float, of: str = ""
 ) -> dict[str, Any]:
-    """Run once; return coverage of held-out points by the answers against the time since the
-    start.
-    """
-    asked = scene_named(scene)
-    watch = Watch(seconds, work=clock == CLOCKS[1])
+    """Run once; return the exact values of its answers against the time since the start."""
+    where = scene_named(scene)
     if method in OURS:
-        ours(asked, space_of(asked, sensors, any_rings=method != OURS[0]), seed, watch)
+        watch = Watch(float("inf"))
+        ours(where, space_of(where, sensors, any_rings=method != OURS[0]), seed, watch)
     else:
-        until_over(PEERS[method][1], Question(asked, layout(asked, sensors), seed, watch), seed)
-    later = [*watch.shown[1:], None]
-    shown = [
-        s
-        for s, after in zip(watch.shown, later, strict=True)
-        if after is None or after.work - s.work > _GAP
-    ]
-    worth = held_out(asked, [s.setup for s in shown]) if shown else []
+        question = Question(where, layout(where, sensors), seed, Watch(float("inf")))
+        watch = question.watch = Watch(seconds)
+        until_over(PEERS[method][1], question, seed)
+    spent, judge = watch.spent, Judge(where)
+    counted = [(s, judge.value(s.setup)) for s in thinned(watch.shown)]
     curve = [
-        [round(s.wall, 3), round(s.work, 3), round(100 * w, 4), round(100 * s.value, 4)]
-        for s, w in zip(shown, worth, strict=True)
+        [round(s.wall, 3), round(s.work, 3), round(100 * value, 4), round(100 * s.value, 4)]
+        for s, value in counted
+        if value is not None
     ]
-    return {"curve": curve, "evaluations": watch.evaluations}
+    return {
+        "curve": curve,
+        "evaluations": watch.evaluations,
+        "seconds": round(spent, 2),
+        "rejected": sum(value is None for _, value in counted),
+    }
 
 
-def in_a_process(cell: Cell) -> dict[str, Any]:
-    """Run in a separate process, so that compilation counts."""
-    found = subprocess.run(
-        [sys.executable, __file__, "--one", json.dumps(cell.arguments)],
-        capture_output=True,
-        text=True,
-    )
-    if found.returncode:
-        raise SystemExit(f"{cell.key}: {found.stderr}")
-    return json.loads(
-        next(line for line in found.stdout.splitlines() if line.startswith(_MARK)).removeprefix(
-            _MARK
-        )
-    )
-
-
-def report(arguments: list[str] | None = None) -> list[str]:
-    """Run missing measurements, write curves, tables and figures into a folder, and describe
+def report(arguments: list[str] | None = None, world: World = "real") -> list[str]:
+    """Run missing measurements, write curves, tables and a figure into a folder, and describe
     them.
     """
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
-    parser.add_argument(
-        "--sensors", nargs="+", type=int, choices=list(RINGS_PER_LINK), default=list(RINGS_PER_LINK)
-    )
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=30.0)
-    parser.add_argument("--methods", nargs="+", choices=[*OURS, *PEERS], default=[*OURS, *PEERS])
-    parser.add_argument("--clock", choices=CLOCKS, default=CLOCKS[1])
+    parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
+    parser.add_argument("--scenes", default=",".join(SCENES[world]), help="separated by commas")
+    parser.add_argument("--sensors", default=",".join(map(str, SENSORS[world])), help="budgets")
+    parser.add_argument("--seeds", type=int, default=5, help="number of seeds, from 0")
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="of a peer's processor time")
+    parser.add_argument("--only", default=",".join(USUAL), help="methods, separated by commas")
     parser.add_argument(
         "--runs",
         type=int,
         default=10**6,
-        help="largest number of new runs; the pages show all existing ones",
+        help="largest number of new runs; the page shows all existing ones",
     )
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="one scene, one seed, few seconds, in a temporary folder",
+        help="one scene, one budget, one seed, 10 s, in a temporary folder unless --out is given",
     )
-    asked = parser.parse_args(arguments or [])
-    if asked.quick:
-        with tempfile.TemporaryDirectory() as folder:
-            return _into(
-                Path(folder),
-                plan(["V_S(0.5)"], [80], 1, min(asked.seconds, 6.0), asked.clock),
-                asked.runs,
-            )
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    cells = plan(asked.scenes, asked.sensors, asked.seeds, asked.seconds, asked.clock)
-    return _into(FOLDER, cells, asked.runs, asked.methods)
+    parser.add_argument("--out", type=Path, help="folder; by default below results/")
+    given = parser.parse_args(arguments or [])
+    scenes, names = listed(given.scenes), listed(given.only)
+    for option, some, known in (
+        ("scenes", scenes, SCENES[world]),
+        ("only", names, (*OURS, *PEERS)),
+    ):
+        if unknown := [one for one in some if one not in known]:
+            parser.error(f"--{option}: found {unknown[0]!r}, allowed: {', '.join(known)}")
+    budgets = [int(n) for n in listed(given.sensors)]
+    every = [*USUAL, *(name for name in PEERS if name not in USUAL)]
+    if given.quick:
+        cells = plan(scenes[:1], budgets[:1], 1, min(given.seconds, 10.0), names)
+        with tempfile.TemporaryDirectory() as temporary:
+            return _into(given.out or Path(temporary), cells, given.runs, names, world)
+    cells = plan(scenes, budgets, given.seeds, given.seconds, every)
+    folder = given.out or HERE.parent / "results" / FOLDERS[world]
+    return _into(folder, cells, given.runs, names, world)
 
 
 def _into(
-    folder: Path, cells: list[Cell], runs: int, methods: Sequence[str] = (*OURS, *PEERS)
+    folder: Path, cells: list[Cell], runs: int, names: Sequence[str], world: World
 ) -> list[str]:
-    found: list[Run] = []
-    with Store(folder / "runs.sqlite", _digest()) as store:
-        for cell in cells:
-            result = store.get(cell)
-            if result is None and runs > 0 and cell.arguments["method"] in methods:
-                runs -= 1
-                result = in_a_process(cell)
-                store.put(cell, result, cell.arguments["seconds"])
-                last = result["curve"][-1] if result["curve"] else None
-                print(
-                    *(cell.arguments[k] for k in ("scene", "sensors", "seed", "method")),
-                    last,
-                    flush=True,
-                )
-            if result is not None:
-                key = (cell.arguments[k] for k in ("scene", "sensors", "seed", "method"))
-                found.append(Run(*key, result["evaluations"], result["curve"]))
-    seconds, clock = (cells[0].arguments[key] for key in ("seconds", "clock"))
-    lines = pages(found, folder, seconds, CLOCKS.index(clock))
-    return [
-        _about(clock),
-        "",
-        *lines,
-        *(missing(package) for package, _ in PEERS.values() if not installed(package)),
-    ]
+    """Measure missing cells of the methods ``names``; describe all that are there."""
+    results = measured(
+        Path(__file__), folder, cells, runs, lambda cell: cell.arguments["method"] in names
+    )
+    keys = ("scene", "sensors", "seed", "method")
+    every = [Run(*(cell.arguments[k] for k in keys), **result) for cell, result in results]
+    seconds = cells[0].arguments["seconds"]
+    about = _ABOUT.format(
+        rules=_RULES[world],
+        any=ANY,
+        points=POINTS,
+        seconds=seconds,
+        half=seconds / 2,
+        voxel=100 * VOXEL,
+    )
+    absent = [missing(package) for package, _ in PEERS.values() if not installed(package)]
+    cores = f"This machine has {psutil.cpu_count()} cores."
+    return [f"{about} {cores}", "", *pages(every, folder, seconds), *dict.fromkeys(absent)]
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--one"]:
-        print(_MARK + json.dumps(measure(**json.loads(sys.argv[2]))))
+    if sys.argv[1:2] == [ONE]:
+        answer(measure, sys.argv[1:])
     else:
         print(*report(sys.argv[1:]), sep="\n")

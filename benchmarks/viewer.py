@@ -1,4 +1,4 @@
-"""Viewer: accuracy of its estimates, and time from a slider to the new estimate.
+"""Viewer: accuracy of its estimates, and time to a new estimate and to the first picture.
 
 Run: python benchmarks viewer
 """
@@ -17,10 +17,11 @@ from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
 sys.path.append(str(Path(__file__).parent.parent))
+from tests.browser import CHROMIUM, Reader, chromium
 from tests.viser_client import Client
 
 SETUPS = ("n1_8_0", "n2_16_25", "n2_16_55", "n3_16_55")
-EVENTS = 20
+EVENTS, OPENED = 20, 3
 
 
 def off() -> float:
@@ -44,7 +45,9 @@ def off() -> float:
 
 
 def waits(occlusion: str) -> list[float]:
-    """Return the seconds from a slider's message to the page's new estimates, over loopback."""
+    """Return the seconds from a slider's message to the page's first new estimates, over
+    loopback.
+    """
     found = []
     with Server(
         ViewerSession(CoreScene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})
@@ -62,8 +65,33 @@ def waits(occlusion: str) -> list[float]:
     return found
 
 
+def first_paint() -> list[tuple[str, str]]:
+    """Return what a browser shows first and after how many seconds; nothing without a browser."""
+    if CHROMIUM is None:
+        return []
+    found: dict[str, list[float]] = {
+        "first paint": [],
+        "coverage": [],
+        "scene fitted and drawn": [],
+    }
+    frames = "new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
+    room = ViewerSession(CoreScene(), {"n3_16_55": named_setup("n3_16_55")})
+    with Server(room) as server, chromium() as browser:
+        for _ in range(OPENED):
+            began = time.perf_counter()
+            reader = Reader(browser, server.url, (1440, 900), 0.2)
+            found["coverage"].append(time.perf_counter() - began)
+            for _ in range(5):
+                reader.page.evaluate(frames)
+            found["scene fitted and drawn"].append(time.perf_counter() - began)
+            paint = "performance.getEntriesByType('paint')[0].startTime"
+            found["first paint"].append(reader.page.evaluate(paint) / 1000)
+            reader.close()
+    return [(what, f"{statistics.median(seconds):.1f}") for what, seconds in found.items()]
+
+
 def report() -> list[str]:
-    """Return both, on the reference scene."""
+    """Return all three, on the reference scene."""
     rows = []
     for occlusion in OCCLUSIONS:
         seconds = waits(occlusion)
@@ -82,4 +110,11 @@ def report() -> list[str]:
         ),
         "",
         *table(("occlusion", "median", "largest"), rows),
+        "",
+        (
+            "Seconds until a browser without a graphics processor, which draws by software, shows"
+            f" the page, median of {OPENED}:"
+        ),
+        "",
+        *table(("what", "seconds"), first_paint()),
     ]

@@ -1,0 +1,198 @@
+"""Searches in every mode beside the plain one: processor time and the exact value of the answer.
+
+Run: python benchmarks search_modes; takes --seeds=2 and the names of rows, such as --only=shadow
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+from common import table
+
+PEERS: tuple[str, ...] = ()
+PLAIN = "plain"
+_PAGE = Path(__file__).parent.parent / "results" / "benchmarks.md"
+_SQUARE = "vl53l5cx"
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One row: how a search differs from the plain one."""
+
+    occlusion: str = "ignore"
+    """Model of self-occlusion; anything but ``ignore`` comes with real mounts."""
+    aim: str = ""
+    """``seen``, ``ring``, ``sensor``, ``errors``, or empty for ζ itself."""
+    free: int | None = None
+    """Sensors in any rings; None: five rings."""
+    each: int = 16
+    """Sensors on each of the five rings."""
+    radius: float = 0.5
+    """Radius of the shell, m."""
+    robot: str = "ur10"
+    """The robot."""
+    square: bool = False
+    """Whether the beams are pyramids."""
+    worst: bool = False
+    """Whether the worst of the 200 poses of the paper's task counts."""
+    limit: float | None = None
+    """Largest ratio that is wanted."""
+
+
+MODES = {
+    PLAIN: Mode(),
+    "shadow": Mode("shadow", limit=1.5),
+    "blind": Mode("blind", limit=1.5),
+    "square": Mode(square=True, each=6, radius=1.5, limit=1.5),
+    "square, shadow": Mode("shadow", square=True, each=6, radius=1.5, limit=1.5),
+    "UR5e, square, shadow, free": Mode("shadow", robot="ur5e", square=True, free=48),
+    "free": Mode(free=80),
+    "free, shadow": Mode("shadow", free=80),
+    "free, shadow, 32 sensors": Mode("shadow", free=32),
+    "free, V_S(1.5)": Mode(free=80, radius=1.5),
+    "redundancy 2": Mode(aim="seen", limit=3),
+    "redundancy 2, shadow": Mode("shadow", aim="seen", limit=3),
+    "losing ring": Mode(aim="ring", limit=3),
+    "losing ring, shadow": Mode("shadow", aim="ring", limit=3),
+    "losing sensor": Mode(aim="sensor", limit=3),
+    "losing sensor, shadow": Mode("shadow", aim="sensor", limit=3),
+    "tolerant": Mode(aim="errors", limit=3),
+    "tolerant, shadow": Mode("shadow", aim="errors", limit=3),
+    "worst of 200 poses": Mode(worst=True),
+}
+
+
+def _scene(mode: Mode) -> Any:
+    from place_rings.coverage.robots.built_in import robot as built_in
+    from place_rings.coverage.sensors.effective_range import effective
+    from place_rings.coverage.sensors.sensor import Use
+    from place_rings.coverage.targets import Target
+    from place_rings.objectives.scene import CoreScene, Goal, Pose, as_in_paper
+    from place_rings.objectives.trajectory import MotionRecord, thin
+    from place_rings.simulation.pick_and_place import pick_and_place
+
+    robot = built_in(mode.robot)
+    scene = CoreScene(
+        robot=robot,
+        goals=(Goal(Target("V_S", mode.radius)),),
+        occlusion=mode.occlusion if mode.occlusion != "ignore" else "shadow",
+    )
+    if mode.square:
+        scene = replace(scene, sensor=effective(Use(_SQUARE)).sensor)
+    if mode.occlusion == "ignore":
+        scene = as_in_paper(scene)
+    if mode.worst:
+        motion = pick_and_place(robot, 50.0)
+        poses = thin(MotionRecord(motion.time_s, motion.q), robot).poses
+        scene = replace(scene, poses=poses, over_poses="worst")
+    elif mode.robot != "ur10":
+        scene = replace(scene, poses=(Pose(robot.rest),))
+    return scene
+
+
+def _aim(mode: Mode) -> Any:
+    from place_rings.coverage.rings.mounting_errors import MountingErrors
+    from place_rings.objectives.criterion import Criterion
+
+    return {
+        "": Criterion(),
+        "seen": Criterion(seen=2),
+        "ring": Criterion(losing="ring"),
+        "sensor": Criterion(losing="sensor"),
+        "errors": Criterion(errors=MountingErrors()),
+    }[mode.aim]
+
+
+def measure(name: str, seed: int) -> dict[str, float]:
+    """Search once in this process.
+
+    Returns:
+        Processor seconds of the search, from the rules to the chosen finalist, compilation
+            included; exact value of the answer in percent; and rings and peak memory, MB.
+    """
+    import resource
+
+    from place_rings.placement.search.design import Space
+    from place_rings.placement.search.layout import ring_layout
+    from place_rings.placement.search.search import search
+
+    mode = MODES[name]
+    scene, aim, began = _scene(mode), _aim(mode), time.process_time()
+    if mode.free is None:
+        space = Space(scene, ring_layout(scene, 2, mode.each))
+    else:
+        space = Space(scene, sensors=mode.free)
+    result = search(scene, space, seed=seed, aim=aim)
+    seconds = time.process_time() - began
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    rings = len(result.setup.rings)
+    return {"seconds": seconds, "exact": 100 * result.exact, "rings": rings, "peak": peak}
+
+
+def _in_a_process(name: str, seed: int) -> dict[str, float]:
+    words = [sys.executable, __file__, name, str(seed)]
+    alone = os.environ | {"OMP_NUM_THREADS": "1"}
+    said = subprocess.run(words, check=True, capture_output=True, text=True, env=alone).stdout
+    measured: dict[str, float] = json.loads(said.splitlines()[-1])
+    return measured
+
+
+def _before() -> dict[str, str]:
+    """Return the column "ζ, %" of the committed page, by mode."""
+    text = _PAGE.read_text() if _PAGE.exists() else ""
+    part = re.search(r"^<!-- search_modes -->\n(.*?)(?=^<!-- |\Z)", text, re.M | re.S)
+    rows = re.findall(r"^\| ([^|]+) \|(?: [^|]+ \|){3} ([^|]+) \|", part[1] if part else "", re.M)
+    return dict(rows)
+
+
+def report(options: Sequence[str] = ()) -> list[str]:
+    """Run each row in new processes, one per seed, and return Markdown."""
+    given = dict(word.lstrip("-").split("=", 1) for word in options)
+    seeds = range(int(given.get("seeds", 1)))
+    names = [PLAIN, *(n for n in MODES if n != PLAIN and re.search(given.get("only", ""), n))]
+    before, rows, plain = _before(), [], 1.0
+    for name in names:
+        each = [_in_a_process(name, seed) for seed in seeds]
+        seconds = mean(one["seconds"] for one in each)
+        plain = seconds if name == PLAIN else plain
+        limit = MODES[name].limit
+        rows.append(
+            (
+                name,
+                f"{seconds:.1f}",
+                f"{seconds / plain:.2f}",
+                "-" if limit is None else f"{limit:g}",
+                ", ".join(f"{one['exact']:.2f}" for one in each),
+                before.get(name, "-"),
+                ", ".join(f"{one['rings']:.0f}" for one in each),
+                f"{max(one['peak'] for one in each):.0f}",
+            )
+        )
+        print(*rows[-1], sep=" | ", flush=True)
+    columns = (
+        *("mode", "processor s", "ratio to plain", "wanted", "exact value, %"),
+        *("before", "rings", "peak, MB"),
+    )
+    return [
+        (
+            "80 sensors for V_S(0.5) on a UR10 unless a row says otherwise; the plain search is"
+            " that of `--paper` in five rings of 16. Each search runs in a new process on one"
+            " thread (a second one makes both slower), with compilation counted. The value is that"
+            " of the criterion: ζ, covered by two, after the worst loss, the mean of 16 mountings,"
+            " or ζ at the worst pose. Before: the committed page."
+        ),
+        "",
+        *table(columns, rows),
+    ]
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(sys.argv[1], int(sys.argv[2]))))
