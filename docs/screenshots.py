@@ -42,6 +42,18 @@ def ring(folder: Path) -> Path:
     return folder / "mounted.png"
 
 
+def parts(folder: Path) -> Path:
+    """Draw a ring in three parts for a small printer, its boards far from the link."""
+    (folder / "scene.toml").write_text(
+        'ring_radius = 0.13\n[sensor]\nmodel = "vl53l4cd"\n'
+        '[printing]\nfastening = "insert"\nbed_mm = [140, 140, 200]\n'
+    )
+    scene = pr.load(folder / "scene.toml")
+    one = scene.ring("forearm", 0.7, 3, tilt=math.radians(23), phase=math.radians(15))
+    pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
+    return folder / "ring0_forearm.png"
+
+
 def assembled(name: str, rings: int, sensors: int) -> Callable[[Path], Path]:
     """Return a function that draws a robot with the printed rings of a proposal."""
 
@@ -53,6 +65,12 @@ def assembled(name: str, rings: int, sensors: int) -> Callable[[Path], Path]:
         return folder / "assembled.png"
 
     return drawn
+
+
+def wiring(folder: Path) -> Path:
+    """Draw the wiring of a ring of sixteen sensors."""
+    pr.export("n2_16_25", to="firmware", folder=folder)
+    return folder / "ring0_upper_arm" / "wiring.png"
 
 
 def robot(folder: Path) -> Path:
@@ -90,9 +108,11 @@ def viewer(folder: Path) -> Path:
 PICTURES: dict[str, Callable[[Path], Path]] = {
     "placement": placement,
     "ring": ring,
+    "parts": parts,
     "assembled_ur10": assembled("ur10", 5, 50),
     "assembled_ur5e": assembled("ur5e", 5, 50),
     "assembled_panda": assembled("panda", 3, 24),
+    "wiring": wiring,
     "robot": robot,
     "viewer": viewer,
 }
