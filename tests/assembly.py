@@ -1,19 +1,23 @@
 """A judge of printed rings by their files alone: placed on the robot at every pose, by manifold3d.
 
-It reads ``printing.json`` and the STL files, and shares no code with what made them but the robot's
-kinematics, which other tests compare with MuJoCo.
+It reads ``printing.json``, the STL files and the plates, and shares no code with what made them but
+the robot's kinematics and the sensors' beams, which other tests compare with MuJoCo and with closed
+forms.
 """
 
 import io
 import itertools
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from jaxtyping import Float
-from manifold3d import Manifold, Mesh
+from manifold3d import Manifold, Mesh, OpType
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from place_rings.objectives.scene import CoreScene
@@ -36,6 +40,17 @@ class Verdict:
     """Least gap between a ring and a body of another link."""
     watertight: bool = True
     """Whether every file is a closed surface."""
+    beams: float = _NEAR
+    """Least distance, by the beams' exact functions, of a ring's surface from its own sensors'
+    beams; negative inside."""
+    wall: float = _NEAR
+    """Least thickness that rays measure on a file, between faces parallel within 20 degrees."""
+    parts: int = 0
+    """Number of printed parts."""
+    within: int = 0
+    """Points on a part's surface that lie within another part of its ring."""
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Largest width, depth and height of a file."""
 
 
 def part(data: bytes) -> tuple[Manifold, bool]:
@@ -52,21 +67,76 @@ def capsule(a: Float[np.ndarray, " 3"], b: Float[np.ndarray, " 3"], radius: floa
     return Manifold.batch_hull([ball.translate(tuple(1000 * v)) for v in (a, b)])
 
 
-def judge(scene: CoreScene, data: Mapping[str, bytes]) -> Verdict:
-    """Place the parts of all rings by ``printing.json`` and compare them with each other and with
-    the robot's bodies at every pose of the scene."""
+def wall(data: bytes, seed: int = 0) -> float:
+    """Return the least thickness, mm, by rays through an STL file: from points on its surface
+    inwards to the first face that is parallel within 20 degrees."""
+    mesh = trimesh.load_mesh(io.BytesIO(data), file_type="stl")
+    points, faces = trimesh.sample.sample_surface(mesh, 3000, seed=seed)
+    normals = mesh.face_normals[faces]
+    hits, rays, triangles = mesh.ray.intersects_location(
+        points - 1e-3 * normals, -normals, multiple_hits=False
+    )
+    opposite = np.einsum("ri,ri->r", mesh.face_normals[triangles], normals[rays])
+    thick = np.linalg.norm(hits - points[rays], axis=1)
+    return float(thick[opposite < -math.cos(math.radians(20))].min(initial=_NEAR))
+
+
+def shared(data: Mapping[str, bytes], placed: Mapping[str, list[list[float]]]) -> int:
+    """Return how many points on the surface of a ring's parts lie within another of its parts, by
+    trimesh's rays; a Manifold made of a file may differ from it where triangles are slivers."""
+    meshes = []
+    for file, T in placed.items():
+        mesh = trimesh.load_mesh(io.BytesIO(data[file]), file_type="stl")
+        meshes.append(mesh.apply_scale(0.001).apply_transform(np.array(T)))
+    count = 0
+    for one, other in itertools.permutations(meshes, 2):
+        points, _ = trimesh.sample.sample_surface(one, 4000, seed=0)
+        near = np.all((points > other.bounds[0]) & (points < other.bounds[1]), axis=1)
+        if near.any():
+            # in millimetres, as the rays' tolerances are absolute
+            large = other.copy().apply_scale(1000.0)
+            count += int(large.contains(1000 * points[near]).sum())
+    return count
+
+
+def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold]) -> float:
+    """Return the least value, mm, of the exact function of a ring's own beams on the surfaces of
+    its parts, which are given in the base frame at the first pose, mm."""
+    beams, least = sensor_cones(scene.robot, Setup((ring,)), scene.poses[0].q), _NEAR
+    for part in parts:
+        mesh = part.to_mesh()
+        surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+        points, _ = trimesh.sample.sample_surface(surface, 4000, seed=0)
+        points = np.vstack([surface.vertices, points])
+        least = min(least, 1000 * float(np.min(beams(points / 1000))))
+    return least
+
+
+def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
+    """Place the parts of all rings by ``printing.json`` and compare them with each other, with the
+    sensors' beams, and with the robot's bodies at every pose of the scene."""
     verdict, robot = Verdict(), scene.robot
     frames_of = {name: i for i, name in enumerate((*robot.chain.joints, "tcp"))}
     rings = []
     for ring in json.loads(data["printing.json"])["rings"]:
-        halves = []
+        parts = []
         for file, T in ring["T_link_print"].items():
             solid, closed = part(data[file])
             verdict.watertight &= closed
             placed = np.array(T)
             placed[:3, 3] *= 1000
-            halves.append(solid.transform(placed[:3]))
-        rings.append((frames_of[ring["frame"]], halves[0] + halves[1], f"ring {ring['ring']}"))
+            parts.append(solid.transform(placed[:3]))
+            verdict.wall = min(verdict.wall, wall(data[file]))
+            low, high = np.reshape(solid.bounding_box(), (2, 3))
+            verdict.size = tuple(np.maximum(verdict.size, high - low))
+        verdict.within += shared(data, ring["T_link_print"])
+        T = forward(robot.chain, scene.poses[0].q)[frames_of[ring["frame"]]].copy()
+        T[:3, 3] *= 1000
+        here = [part.transform(T[:3]) for part in parts]
+        verdict.beams = min(verdict.beams, beams_clear(scene, setup.rings[ring["ring"]], here))
+        verdict.parts += len(parts)
+        whole = Manifold.batch_boolean(parts, OpType.Add)
+        rings.append((frames_of[ring["frame"]], whole, f"ring {ring['ring']}"))
     for pose in scene.poses:
         frames = forward(robot.chain, pose.q)
         bodies = robot_capsules(robot, frames)

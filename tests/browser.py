@@ -50,10 +50,15 @@ class Reader:
     """A person at one page. requested: every address that the page asked for."""
 
     def __init__(
-        self, browser, url: str, size: tuple[int, int] = (700, 420), scale: float = 0.2
+        self,
+        browser,
+        url: str,
+        size: tuple[int, int] = (700, 420),
+        scale: float = 0.2,
+        state: str = "visible",
     ) -> None:
         """Open the page. ``scale``: pixels drawn for one of the page's, few, as they are drawn by
-        the processor.
+        the processor. ``state``: of its table of coverage that is waited for.
         """
         self.context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
@@ -66,7 +71,7 @@ class Reader:
         self.page.on("websocket", lambda w: self.requested.append(w.url))
         self.page.on("dialog", lambda d: (self.alarms.append(d.message), d.dismiss()))
         self.page.goto(url)
-        self.page.get_by_text("ζ in %").first.wait_for(timeout=1000 * PATIENCE)
+        self.page.get_by_text("ζ in %").first.wait_for(state=state, timeout=1000 * PATIENCE)
 
     def zeta(self, target: str, column: int = -1) -> float:
         """What the table says of a target, by default in its last column, percent."""
@@ -109,6 +114,12 @@ class Reader:
         """Choose from a list."""
         self._control(label).click()
         self.page.get_by_role("option", name=option, exact=True).filter(visible=True).first.click()
+
+    def tab(self, name: str) -> None:
+        """Open a tab of the panel."""
+        self.page.get_by_role("tab", name=name, exact=True).or_(
+            self.page.get_by_text(name, exact=True)
+        ).first.click()
 
     def tick(self, label: str) -> None:
         """Press a box with a tick."""

@@ -12,6 +12,7 @@ from types import ModuleType
 
 import jax
 import jaxlib
+import jaxtyping
 import numpy as np
 import pytest
 from beartype import BeartypeConf, FrozenDict, beartype
@@ -20,6 +21,7 @@ from hypothesis import Phase, settings
 from jaxtyping import install_import_hook
 
 from .rooms import imported_rooms, shaped_modules
+from .shape_checks import check_once
 
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     # gone when this process ends
@@ -71,6 +73,7 @@ def _checked(function: Callable) -> Callable:
 _checker = ModuleType("place_rings_checker")  # the hook wants its checker by an importable name
 _checker.check = _checked
 sys.modules[_checker.__name__] = _checker
+jaxtyping.jaxtyped = check_once  # what the hook decorates with
 install_import_hook(shaped_modules(), f"{_checker.__name__}.check")
 
 jax.config.update("jax_enable_x64", True)

@@ -10,6 +10,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.printing.print_files import ring_files
@@ -26,14 +27,23 @@ from .assembly import judge
 
 _NOTHING = 1.0  # mm³, rounding of facets
 
+BEDS = (None, (0.22, 0.22, 0.25), (0.12, 0.12, 0.2))  # m
+
 
 def drawn_proposal(rng: np.random.Generator, name: str):
-    """A scene of one to three poses, and rings anywhere that its rules allow; None if there is no
-    room at these poses."""
+    """A scene of one to three poses with drawn bolts and bed, and rings anywhere that its rules
+    allow; None if there is no room at these poses."""
     robot, sensor = ROBOTS[name], effective(Use(str(rng.choice(["vl53l4cd", "vl53l5cx"])))).sensor
     turns = [rng.normal(0, 0.3, len(robot.rest)) * i for i in range(rng.integers(1, 4))]
     poses = tuple(Pose(np.clip(robot.rest + turn, *robot.limits.T)) for turn in turns)
-    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", sensor=sensor)
+    printing = Printing(
+        bolt=float(rng.choice([0.003, 0.003, 0.004, 0.005])),
+        fastening="insert" if rng.uniform() < 0.5 else "nut",
+        bed=BEDS[rng.integers(len(BEDS))],
+    )
+    scene = CoreScene(
+        robot=robot, poses=poses, occlusion="shadow", sensor=sensor, printing=printing
+    )
     try:
         space = Space(scene, sensors=int(rng.integers(6, 25)))
         (candidate,) = apart(space, [fresh(space, rng)], rng)
@@ -75,14 +85,19 @@ def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_senso
         assert np.all(edge == 255)  # nothing is cut off
 
 
-@pytest.mark.parametrize("name", ["ur10", "ur5e", "panda"])
+@pytest.mark.parametrize("name", ["ur10", "ur5e", "ur3e", "ur10e", "panda"])
 def test_printed_rings_overlap_nothing_when_they_are_mounted(name):
     rng = np.random.default_rng([ord(c) for c in name])
     draws = (drawn_proposal(rng, name) for _ in range(50))
     scene, setup = next(drawn for drawn in draws if drawn and len(drawn[1].rings) > 1)
     _, data = ring_files(setup, scene, lambda *_: {})
-    verdict = judge(scene, data)
+    verdict = judge(scene, setup, data)
     assert verdict.watertight
+    assert verdict.within == 0
+    assert verdict.beams > -1e-3
+    assert verdict.wall >= 1000 * scene.printing.least_wall - 1e-3
+    if scene.printing.bed is not None:
+        assert np.all(np.array(verdict.size) <= 1000 * np.array(scene.printing.bed) + 1e-3)
     assert verdict.overlap < _NOTHING, verdict.names
     clearance = 1000 * scene.rules.clearance - 0.1  # facets
     assert verdict.rings >= clearance

@@ -176,7 +176,12 @@ def test_rings_are_refused_exactly_where_no_division_of_the_sensors_fits(
         ),
         (Rules(), {"rings": 3, "sensors": 8}, "8 sensors are too few for 3 rings: they need at"),
         (Rules(), {"rings": 2, "sensors": 49}, "49 sensors do not fit on 2 rings, which hold at"),
-        (Rules(), {"rings": 17, "sensors": 60}, "17 rings do not fit: a search places at most 16"),
+        (
+            Rules(max_rings_per_link=64, spacing=0.005),
+            {"rings": 65, "sensors": 260},
+            "65 rings do not fit: a search places at most 64",
+        ),
+        (Rules(), {"rings": 18, "sensors": 60}, "18 rings of at least 3 sensors do not fit"),
         (
             Rules(fixed=(Ring("forearm", 0.5, 5), Ring("forearm", 0.9, 5))),
             {"rings": 1, "sensors": 40},

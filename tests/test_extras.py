@@ -32,7 +32,7 @@ def names(requirements):
 
 PROPOSAL = ROOT / "results/robots/ur10_shadow.toml"
 CORE = set(names(PROJECT["project"]["dependencies"]))
-CLUSTER, RIG, ALL = (set(names(EXTRAS[name])) for name in ("cluster", "rig", "all"))
+BAGS, CLUSTER, RIG, ALL = (set(names(EXTRAS[name])) for name in ("bags", "cluster", "rig", "all"))
 
 
 def imported(path):
@@ -55,20 +55,22 @@ def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
         room = path.relative_to(ROOT).parts[0]
         by_room.setdefault(room, set()).update(dists)
     used = set().union(*by_room.values())
-    assert used <= CORE | CLUSTER | RIG
+    assert used <= CORE | BAGS | CLUSTER | RIG
+    assert {room for room, dists in by_room.items() if dists & BAGS} == {"rig", "formats"}
     assert {room for room, dists in by_room.items() if dists & CLUSTER} == {"studies"}
     assert {room for room, dists in by_room.items() if dists & RIG} == {"rig"}
     assert CORE - used == {"pycollada"}  # by it trimesh reads COLLADA
 
 
 def test_all_the_features_are_in_all_and_what_tests_need_is_in_test():
-    assert CLUSTER | RIG | set(names(EXTRAS["robots"])) == ALL
-    assert set(names(EXTRAS["test"])) >= CLUSTER | RIG
+    assert BAGS | CLUSTER | RIG | set(names(EXTRAS["robots"])) == ALL
+    assert set(names(EXTRAS["test"])) >= BAGS | CLUSTER | RIG
 
 
 WITHOUT = """
 import sys
-for name in ("dask", "distributed", "cryptography", "serial", "rtde_control", "rtde_receive"):
+for name in ("dask", "distributed", "cryptography", "serial", "rtde_control", "rtde_receive",
+             "rosbags", "lz4", "backports"):
     sys.modules[name] = None  # as if it were not installed
 sys.argv = ["place-rings", *sys.argv[1:]]
 from place_rings.cli.entry import main
@@ -93,6 +95,10 @@ main()
             f"check {PROPOSAL} --rig sim --out made",
             "check: needs rtde_receive, rtde_control, serial, not installed:"
             " pip install 'place-rings[rig]' on Python 3.11 or 3.12",
+        ),
+        (
+            f"check {PROPOSAL} --joints rig.mcap --out made",
+            "--joints rig.mcap: needs rosbags, not installed: pip install 'place-rings[bags]'",
         ),
     ],
 )

@@ -13,10 +13,10 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import fewest_rings as fewest
 from place_rings.placement.search import multistart
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.fewest_rings import fewest_rings
 from place_rings.placement.search.progress import Outcome, Statistics
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.schedule import Schedule
 from place_rings.placement.search.search import SearchResult, search
 from place_rings.placement.search.search_points import SearchPoints
@@ -99,7 +99,8 @@ def test_it_ends_at_the_first_number_that_falls_short(values, within, most, each
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fewest, "search", known)
-        found = fewest_rings(scene, sensors := len(values) * min(each, most), within)
+        sensors = len(values) * min(each, most)
+        found = fewest_rings(scene, sensors, within, schedule=QUICK)
     best, rings = max(r.exact for r in found.tried.values()), len(found.result.setup.rings)
     assert found.result.exact == values[rings - 1] >= best - within
     lowest = min(found.tried)
@@ -118,7 +119,7 @@ def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
         return _result(space.rings, 0.9, outcome)
 
     monkeypatch.setattr(fewest, "search", cut)
-    found = fewest_rings(SCENE, 20)
+    found = fewest_rings(SCENE, 20, schedule=QUICK)
     assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.INTERRUPTED)
 
 
@@ -133,7 +134,7 @@ def test_the_searches_share_the_time(monkeypatch):
 
     monkeypatch.setattr(fewest, "search", cut)
     monkeypatch.setattr(fewest.time, "monotonic", lambda: now[0])
-    found = fewest_rings(SCENE, 20, time_cap=100.0)
+    found = fewest_rings(SCENE, 20, time_cap=100.0, schedule=QUICK)
     assert shares == pytest.approx([50.0, 20.0, 12.0, 7.2])
     assert [*found.tried] == [2, 3, 4, 5]
     assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.TIME)
@@ -148,7 +149,7 @@ def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
 
     monkeypatch.setattr(fewest, "search", slow)
     monkeypatch.setattr(fewest.time, "monotonic", lambda: now[0])
-    found = fewest_rings(SCENE, 20, time_cap=15.0)
+    found = fewest_rings(SCENE, 20, time_cap=15.0, schedule=QUICK)
     assert [*found.tried] == [4, 5]
     assert found.result.outcome is Outcome.TIME
 

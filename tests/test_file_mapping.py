@@ -27,6 +27,7 @@ from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
+from place_rings.objectives.link_limits import LinkLimits
 from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose, Recorded
@@ -172,12 +173,25 @@ MOTIONS = drawn(
     cell_complete=st.booleans(),
     rings_as_proposed=st.booleans(),
 )
+LINKS = drawn(
+    LinkLimits,
+    rate=numbers(100, 500),
+    state_stale=numbers(0.05, 0.5),
+    ring_silent=numbers(0.5, 1),
+    ring_late=numbers(0.01, 0.5),
+    sign_of_life=numbers(0.05, 0.5),
+    watchdog=numbers(0.05, 0.5),
+)
 PRINTINGS = drawn(
     Printing,
     wall=numbers(0.003, 0.01),
     relief=numbers(0, 0.01),
     bolt=st.sampled_from([0.003, 0.004, 0.005]),
     nut=st.booleans(),
+    fastening=st.sampled_from(["nut", "insert"]),
+    bed=st.none() | st.tuples(*[st.integers(20, 900).map(lambda n: n / 1000)] * 3),
+    lettering=st.booleans(),
+    ties=st.booleans(),
     overhang=SHARES,
 )
 SCENES = drawn(
@@ -205,6 +219,7 @@ SCENES = drawn(
     cell_sensors=st.lists(IN_CELL, max_size=2).map(tuple),
     safety=SAFETIES,
     motion=MOTIONS,
+    link=LINKS,
     printing=PRINTINGS,
     prices=st.none()
     | drawn(

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from place_rings.studies.engine.digest import import_closure
+from place_rings.studies.engine.import_closure import import_closure
 
 from .rooms import FRONT, ROOT, folders, installed_parts, modules, rooms, shaped_modules
 

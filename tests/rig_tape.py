@@ -1,0 +1,76 @@
+"""A whole check of a simulated rig, recorded without a process or waiting."""
+
+import json
+
+import numpy as np
+from place_rings.rig.check.planned_check import PlannedCheck
+from place_rings.rig.recording.recording import Recording
+from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.rings.protocol import hello
+from place_rings.rig.robot.state import State
+from place_rings.rig.simulated.ports import ENCODERS
+from place_rings.rig.simulated_cell.cell import SimulatedCell
+
+HZ, EVERY = 125, 5  # states a second, states between two frames
+
+
+class Tape:
+    """Records what a rig would tell that stands at one pose after another, a second apart."""
+
+    def __init__(self, recording, checked, seed=0, ports=None, serials=()):
+        """``ports`` are those of the rings, if they are swapped."""
+        self.put, self.now, self.sequence = recording.put, 100.0, 0
+        self.ports, self.serials = ports or range(9), serials
+        self.world, self.rng = checked.injected.world(checked.scene), np.random.default_rng(seed)
+
+    def say(self, what, at, **more):
+        self.put(Record(Kind.EVENT, 0, at, json.dumps({"what": what, **more}).encode()))
+
+    def stand(self, q, step, number, frames, rod=None):
+        seen = [ring[0] for ring in self.world.seen(q[None], rod)]
+        self.tell(q, step, number, [seen] * (frames + 2))
+
+    def wave(self, q, ring):
+        """A hand before one seat after another, four frames each."""
+        cell, seen = SimulatedCell(self.world), []
+        for seat in range(cell.counts[ring]):
+            cell.tell({"hand": [ring, seat]})
+            seen += [cell.see(q)] * 4
+        self.tell(q, "wave", ring, seen)
+
+    def tell(self, q, step, number, seen):
+        self.now += 1.0
+        for n in range(EVERY * len(seen)):
+            t = self.now + n / HZ
+            state = State(t, t - 90, np.array(q), np.zeros(6))
+            self.put(Record(Kind.STATE, 0, t, state.pack()))
+            if n % EVERY == 2:
+                told = [self.world.told(self.rng, true) for true in seen[n // EVERY]]
+                for i, ring in enumerate(self.world.mounted.groups):
+                    data = ENCODERS["place-rings"](self.sequence, t - 95, *told[i])
+                    if self.serials and self.sequence % 16 == 0:
+                        data += hello(ring.count, self.serials[i])
+                    self.put(Record(Kind.BYTES, self.ports[i], t, data))
+                self.sequence += 1
+            if n == 0:
+                self.say("begin", t, step=step, number=number)
+        self.now += EVERY * len(seen) / HZ
+        self.say("end", self.now)
+
+
+def record(file, asked, **more):
+    """A whole check, as a recording."""
+    checked = PlannedCheck.of(asked)
+    with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
+        tape, plans = Tape(recording, checked, **more), checked.plans.rods
+        tape.stand(checked.scene.poses[0].q, "self", 0, 20)
+        for ring in range(len(checked.setup.rings)):
+            tape.wave(checked.scene.poses[0].q, ring)
+        for i, q in enumerate(checked.plans.mount.joints):
+            tape.stand(q, "mount", i, 8)
+        if plans:
+            tape.stand(plans[0].joints[0], "before", 0, 20)
+        for i, (plan, point) in enumerate((each, x) for each in plans for x in each.point):
+            tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
+        tape.say("ended", tape.now, why="")
+    return file, checked
