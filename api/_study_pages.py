@@ -25,29 +25,28 @@ def _convergence(measure: Measure, folder: Path, options: StudyOptions) -> list[
     from .studies.convergence import report, study
 
     rows = study.measure(lambda cells: measure("measuring", cells))
-    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
-    report.picture(rows, folder / "convergence.png")
-    write_text(folder / PAGE, report.page(rows, options.command))
-    return rows
+    return _page_of_rows(rows, report, folder / "convergence.png", options)
 
 
 def _bound(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     from .studies.bound import report, study
 
     rows = study.measure(measure, options.seed)
-    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
-    report.picture(rows, folder / "bound.png")
-    write_text(folder / PAGE, report.page(rows, options.command))
-    return rows
+    return _page_of_rows(rows, report, folder / "bound.png", options)
 
 
 def _gap(measure: Measure, folder: Path, options: StudyOptions) -> list[Any]:
     from .studies.gap import report, study
 
     rows = study.measure(measure, options.seed)
-    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
-    report.picture(rows, folder / "gap.png")
-    write_text(folder / PAGE, report.page(rows, options.command))
+    return _page_of_rows(rows, report, folder / "gap.png", options)
+
+
+def _page_of_rows(rows: list[Any], report: Any, picture: Path, options: StudyOptions) -> list[Any]:
+    """Write the rows as a table, a picture and a page into the picture's folder; return them."""
+    write_text(picture.with_name("data.csv"), csv_text([vars(row) for row in rows]))
+    report.picture(rows, picture)
+    write_text(picture.with_name(PAGE), report.page(rows, options.command))
     return rows
 
 

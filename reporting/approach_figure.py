@@ -28,7 +28,7 @@ from .plots import COLOURS, GREY, INK, plain, save, sheet
 _DISC = np.stack(
     [f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1
 )
-_BEAM, _ROBOT = COLOURS[5], "#9aa4ae"
+_BEAM, _PALE, _ROBOT = COLOURS[5], "#dceefa", "#9aa4ae"
 _EVERY = 0.1  # m, distance between drawn balls along a path
 
 
@@ -98,8 +98,9 @@ def _view(
     """Draw beams, robot, floor and paths, projected on the plane of two axes."""
     flat = list(plane)
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
-    ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
-    ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.35, lw=0.4))
+    # the fills hide all edges but those of the union
+    ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, lw=1.6, zorder=0.5))
+    ax.add_collection(PolyCollection(beams, facecolor=_PALE, lw=0, zorder=0.6))
     links = capsule_outlines(*bodies.arrays(), flat)
     ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
     for k, found in enumerate(approaches):
@@ -194,7 +195,7 @@ def picture(
         clear.legend(loc="upper right", fontsize=9, frameon=False)
     handles = [
         Patch(facecolor=_ROBOT, edgecolor=INK, lw=0.7, label="robot"),
-        Patch(facecolor=_BEAM, alpha=0.4, label="beams, projected"),
+        Patch(facecolor=_PALE, edgecolor=_BEAM, label="all beams, projected"),
         Line2D([], [], color=COLOURS[1], lw=1.8, label="path of the small ball"),
         Line2D([], [], color=COLOURS[3], lw=1.8, label="path of the large ball"),
         Line2D([], [], color=GREY, lw=1.8, label="clearance from the robot"),

@@ -31,8 +31,7 @@ from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.ring_library import ring_library
 from place_rings.placement.search.ring_places import (
-    _ends,
-    _spacing,
+    _room,
     places_anywhere,
     places_near,
     places_of,
@@ -213,15 +212,16 @@ def test_places_near_rings_let_two_rings_change_places():
     for i, segment in enumerate(rings.segment):
         there = set(np.round(near.position[i * size : (i + 1) * size], 9))
         others = rings.position[rings.segment == segment]
-        first, last = _ends(space, rings.segment[[i] * len(others)], rings.tilt[[i] * len(others)])
+        first, last, _ = _room(
+            space, rings.segment[[i] * len(others)], rings.tilt[[i] * len(others)]
+        )
         assert set(np.round(np.clip(others, first, last), 9)) <= there
 
 
 def test_many_places_anywhere_lie_some_spacings_from_an_end():
     space = _space(REAL, "free")
     places = places_anywhere(space, np.random.default_rng(0), 2000)
-    first, last = _ends(space, places.segment, places.tilt)
-    spacing = _spacing(space, places.segment, places.tilt)
+    first, last, spacing = _room(space, places.segment, places.tilt)
     assert (places.position >= first).all()
     assert (places.position <= last).all()
     assert (spacing[last > first] > 0).all()

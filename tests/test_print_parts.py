@@ -112,7 +112,7 @@ def test_heat_set_inserts_have_their_holes_and_bolts_their_length(bolt):
     printing = Printing(bolt=bolt, fastening="insert", lettering=False, ties=False)
     record, _, plan, made = print_ring(SCENE, 0, ring_of(), printing)
     insert = INSERTS[round(1000 * bolt)]
-    assert f"heat-set inserts M{1000 * bolt:.0f} × {1000 * insert.length:.1f} mm" in record.bolts
+    assert f"heat-set insert M{1000 * bolt:.0f} × {1000 * insert.length:.1f} mm" in record.bolts
     z, length = sum(plan.lug) / 2, 1000 * insert.length
     for wider, fits in ((-0.02, True), (0.1, False)):
         pin = tube(500 * insert.hole + wider, 0, length, 16).rotate((-90, 0, 0))

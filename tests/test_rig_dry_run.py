@@ -104,15 +104,21 @@ def test_the_clock_plays_at_its_rate_and_stops_at_the_end():
     assert clock.at == 0.0
 
 
+def above(eye, look_at) -> bool:
+    x, y, z = np.subtract(eye, look_at)
+    return z > 100 * np.hypot(x, y)
+
+
 def test_the_page_plays_the_motion_and_goes_to_a_pose(run):
     stops = tuple((stop.name, stop.time) for stop in run.stops)
     motion = PlannedMotion(run.time, run.joints, stops)
-    room = MotionSession(SCENE, SETUP, motion, ("Set the <payload>.",))
+    room = MotionSession(SCENE, SETUP, motion, ("Set the <payload>.",), "Dry run")
     with Server(room) as server:
         assert server.url.startswith("http://127.0.0.1:")
         page = Client(server.port)
         page.until(lambda: "at pose 0: start" in page.words, "the page does not come")
         assert "Set the <payload>." in page.words
+        assert any("Dry run" in script for script in page.scripts)
         assert {"/cell/obstacle1", "/link5/body", "/link6/ring1"} <= page.drawn
         page.set("Pose", f"1: {stops[1][0]}")
         page.until(lambda: f"at pose 1: {stops[1][0]}" in page.words, "the pose is not shown")
@@ -124,6 +130,8 @@ def test_the_page_plays_the_motion_and_goes_to_a_pose(run):
         page.set("Pose", "no such pose")
         page.set("Time, s", float("nan"))
         page.until(lambda: "on the way to" in page.words, "it has stopped")
+        page.set("View from", "Top")
+        page.until(lambda: above(page.eye, page.look_at), "the view is not from above")
         page.close()
 
 

@@ -48,6 +48,7 @@ class Client:
         self._opened = {"address": f"http://{host}:{port}/?{query}", "dark": dark}
         self._owners: dict[str, str] = {}
         self.scripts: list[str] = []
+        self.eye = self.look_at = (0.0, 0.0, 0.0)
         self._socket = connect(
             f"ws://{host}:{port}",
             sock=socket.create_connection(("127.0.0.1", port)),
@@ -100,6 +101,10 @@ class Client:
                     "request_uuid": message["request_uuid"],
                 }
             )
+        elif message["type"] == "SetCameraPositionMessage":
+            self.eye = tuple(message["position"])
+        elif message["type"] == "SetCameraLookAtMessage":
+            self.look_at = tuple(message["look_at"])
         elif message["type"] == "RunJavascriptMessage":
             self.scripts.append(message["source"])
         elif "props" in message and "name" in message:

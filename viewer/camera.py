@@ -10,6 +10,7 @@ from jaxtyping import Float
 Vector = Float[np.ndarray, " 3"]
 
 FOV = 0.7  # rad, vertical field of view
+ASPECT = 1.4  # width of a window divided by its height, until the browser reports its own
 START = "Start"
 VIEWS: dict[str, Vector] = {
     "Iso": np.array([1.0, -1.0, 0.8]),

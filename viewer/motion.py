@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -12,13 +13,14 @@ from ..coverage.robots.robot import BASE
 from ..objectives.scene import CoreScene
 from ..reporting.rendering.meshes import band, capsule, faces_of, faces_within, joined, rod, tube
 from ..reporting.rendering.surface import Surface
+from .camera import ASPECT, VIEWS, fitted
 from .colours import CURVE, FLOOR, OBSTACLE, ROBOT, link_colours
 from .drawing import DrawnMesh, Edges, Item
 from .triangle_meshes import grid
 
 TENTH = 0.1
+_AROUND = np.array([[-0.4], [0.4]])  # m, about the joints of all poses
 _STICK = 0.02  # m, radius of the links of a robot without bodies
-_EYE = np.array([0.62, -1.0, 0.42])  # position of the camera in diagonals of the view
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,12 @@ class MotionSession:
     """A motion of a robot with rings in its cell, for many pages at once."""
 
     def __init__(
-        self, scene: CoreScene, setup: Setup, motion: PlannedMotion, notes: tuple[str, ...] = ()
+        self,
+        scene: CoreScene,
+        setup: Setup,
+        motion: PlannedMotion,
+        notes: tuple[str, ...] = (),
+        title: str = "Motion",
     ) -> None:
         """Prepare the drawing.
 
@@ -90,19 +97,23 @@ class MotionSession:
             setup: the rings.
             motion: what to show.
             notes: texts beside it.
+            title: title of its pages.
         """
-        self.scene, self.motion, self.notes = scene, motion, notes
+        self.scene, self.motion, self.notes, self.title = scene, motion, notes, title
         frames = np.asarray(forward(scene.robot.chain, motion.joints))
         self._tcp = frames[:, -1, :3, 3]
         places = frames[..., :3, 3].reshape(-1, 3)
-        margin = np.array([[-0.4], [0.4]])
-        self.box = np.stack([places.min(axis=0), places.max(axis=0)]) + margin  # (2, 3)
+        self.box = np.stack([places.min(axis=0), places.max(axis=0)]) + _AROUND  # (2, 3)
         self.links = self._links(setup)
 
     def start_view(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """Return the camera's position and the point that it looks at, both (3,) m."""
-        middle = self.box.mean(axis=0)
-        return middle + float(np.linalg.norm(np.ptp(self.box, axis=0))) * _EYE, middle
+        """Return the camera's position and the point that it looks at, both (3,) m, for a window
+        of a common shape."""
+        return fitted(self.extent(), VIEWS["Iso"], ASPECT)
+
+    def extent(self) -> Float[np.ndarray, "8 3"]:
+        """Return the corners (8, 3) m of a box about all that moves."""
+        return np.array(list(product(*self.box.T)))
 
     def frames(self, at: float) -> Float[np.ndarray, "F 4 4"]:
         """Return the frames of all links and the TCP (F, 4, 4) m at a time, s."""

@@ -9,7 +9,10 @@ import viser
 import viser.transforms
 
 from ..coverage.robots.robot import BASE
+from ..formats.escaping import printable
 from . import html as words
+from .browser_page import BrowserPage
+from .camera import VIEWS, FittedCamera
 from .closing import closing
 from .motion import TENTH, Clock, MotionSession
 from .scene_graph import Ray, SceneGraph
@@ -26,6 +29,8 @@ class MotionPage:
         self._client, self._room = client, room
         self.clock = Clock(float(room.motion.time[-1]))
         self._ended, self._drawing = threading.Event(), threading.Lock()
+        self._camera, browser = FittedCamera(client), BrowserPage(client)
+        browser.title(printable(f"{room.title} · place-rings"))
         client.scene.configure_default_lights(cast_shadow=False)
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
         SceneGraph(client.scene, "/cell", (0.0, 0.0, 0.0), _nothing).show(room.backdrop())
@@ -43,9 +48,12 @@ class MotionPage:
         self.time: Any = gui.add_slider(
             "Time, s", 0.0, max(round(self.clock.end, 2), 0.01), 0.01, initial_value=0.0
         )
+        self.views = gui.add_button_group("View from", tuple(VIEWS))
         self.stop: Any = gui.add_dropdown("Pose", self._names, initial_value=self._names[0])
         gui.add_html(words.paragraphs(room.notes))
         self._connect()
+        self._camera.show(room.extent(), VIEWS["Iso"])
+        client.camera.on_update(lambda _: self._follow())
         self._show()
         self._thread = threading.Thread(target=self._run, name="motion", daemon=True)
         self._thread.start()
@@ -55,6 +63,7 @@ class MotionPage:
         self._on(self.tenth, lambda slow: setattr(self.clock, "rate", TENTH if slow else 1.0))
         self._on(self.time, self._jump)
         self._on(self.stop, self._go)
+        self.views.on_click(lambda _: self._look(self.views.value))
 
     def _on(self, control: Any, act: Callable[[Any], None]) -> None:
         """Call ``act`` with the control's value after the user changed it, not the page."""
@@ -84,6 +93,16 @@ class MotionPage:
             self.clock.playing = False
             self.clock.jump(self._room.motion.stops[self._names.index(name)][1])
             self._show()
+
+    def _look(self, view: Any) -> None:
+        """Look from a standard view."""
+        if view in VIEWS:
+            self._camera.show(self._room.extent(), VIEWS[view])
+
+    def _follow(self) -> None:
+        """Keep the view fitted to the window."""
+        if not self._ended.is_set():
+            self._camera.follow()
 
     def _run(self) -> None:
         before = time.monotonic()

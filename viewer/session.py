@@ -17,7 +17,7 @@ from ..objectives.feasibility.violations import faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene
-from .camera import fitted
+from .camera import ASPECT, fitted
 from .cut import arm_direction
 from .drawing import Drawing, DrawnParts
 from .quick_estimate import QuickEstimate
@@ -27,7 +27,6 @@ _GAP = 0.5  # m, gap between two setups
 # Direction of the first view: of one setup, square to the arm but turned and raised by these parts
 # of it; of two setups, so that they do not hide each other.
 _TURNED, _RAISED, _EYE_OF_TWO = 0.3, 0.3, np.array([1.0, -0.35, 0.45])
-_ASPECT = 1.4  # of a window, until the browser reports its own
 _PRESETS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
@@ -92,7 +91,7 @@ class ViewerSession:
     def start_view(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
         """Return the camera's first position and the point that it looks at, both (3,) m."""
         choice = DrawnParts(0, self.targets[0], self.scene.occlusion)
-        return fitted(self.extent(choice), self.start_direction(), _ASPECT)
+        return fitted(self.extent(choice), self.start_direction(), ASPECT)
 
     @cached_property
     def widest(self) -> float:

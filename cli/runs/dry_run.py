@@ -63,7 +63,8 @@ def show_dry_run(setup: Setup, given: CoreScene, options: CheckOptions, browser:
     _print(lines)
     stops = tuple((stop.name, stop.time) for stop in run.stops)
     motion = PlannedMotion(run.time, run.joints, stops)
-    server = Server(MotionSession(scene, rings, motion, tuple(lines)))
+    title = f"Dry run with {rings.sensors} sensors"
+    server = Server(MotionSession(scene, rings, motion, tuple(lines), title))
     serve_page(server.url, server.close, browser, Terminal(stderr=True))
 
 

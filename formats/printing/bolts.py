@@ -85,18 +85,22 @@ def bolts(plan: PrintPlan) -> Manifold:
 
 def fastening(plan: PrintPlan) -> str:
     """Return the bolts and what they are screwed into, as a person buys them."""
-    b, count = plan.bolt, len(plan.joints)
+    (bolt, held), count = fasteners(plan), len(plan.joints)
+    return f"{count} × {bolt}, {count} × {held}"
+
+
+def fasteners(plan: PrintPlan) -> tuple[str, str]:
+    """Return the kind of bolt and of what it is screwed into; a ring has one of each per joint."""
+    b = plan.bolt
     if plan.printing.fastening == "insert":
         insert = _insert(plan)
         return (
-            f"{count} × M{b.size:.0f} × {math.ceil(2 * plan.reach)} mm, {count} heat-set inserts"
-            f" M{b.size:.0f} × {insert.length:.1f} mm in holes of {insert.hole:.1f} mm"
-            f" ({clamp.INSERT_SOURCE})"
+            f"M{b.size:.0f} × {math.ceil(2 * plan.reach)} mm",
+            f"heat-set insert M{b.size:.0f} × {insert.length:.1f} mm in a hole of"
+            f" {insert.hole:.1f} mm ({clamp.INSERT_SOURCE})",
         )
-    return (
-        f"{count} × M{b.size:.0f} × {math.ceil(2 * plan.reach + b.nut_height)} mm or longer,"
-        f" {count} nuts"
-    )
+    longest = math.ceil(2 * plan.reach + b.nut_height)
+    return f"M{b.size:.0f} × {longest} mm or longer", f"nut M{b.size:.0f}"
 
 
 def _insert(plan: PrintPlan) -> clamp.Insert:

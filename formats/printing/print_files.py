@@ -53,13 +53,11 @@ def print_ring(
             )
     mount = scene.robot.mount(ring.link)
     name, board = f"ring{number}_{_plain(ring.link)}", plan.pocket.board
-    deep = min((thread(plan, MM * (y - board.lens[1])) for _, y in board.holes), default=0.0)
     names = [f"{name}_{chr(ord('a') + i)}.stl" for i in range(len(files))]
     sizes = [
         np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
         for part, yaw in zip(made.parts, yaws, strict=True)
     ]
-    count = ring.count * len(board.holes)
     record = PrintedRing(
         ring=number,
         link=ring.link,
@@ -71,9 +69,7 @@ def print_ring(
         size_mm=[float(size) for size in np.max(sizes, axis=0)],
         flipped=ring.tilt < 0,
         board=board.source,
-        screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
-        if count
-        else "none: glue",
+        screws="{} × {}".format(*screws) if (screws := board_screws(plan)) else "none: glue",
         bolts=fastening(plan),
         ties=made.ties,
         lettering=[]
@@ -88,6 +84,16 @@ def print_ring(
         checks=checks,
     )
     return record, files, plan, made
+
+
+def board_screws(plan: PrintPlan) -> tuple[int, str] | None:
+    """Return the number and kind of the screws of a ring's boards; None if they are glued."""
+    board = plan.pocket.board
+    if not board.holes:
+        return None
+    deep = min(thread(plan, MM * (y - board.lens[1])) for _, y in board.holes)
+    kind = f"M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
+    return plan.ring.count * len(board.holes), kind
 
 
 def _turned(part: Manifold, yaw: float) -> Manifold:

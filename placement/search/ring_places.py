@@ -46,22 +46,13 @@ def places_anywhere(space: Space, rng: Rng, number: int) -> SinglePlaces:
     segment, count = segment[fit], count[fit]
     low, high = _limits(space, segment, count)  # (K, 3)
     along, tilt, phase = rng.uniform(low, high).T
-    first, last = _ends(space, segment, tilt)
+    first, last, spacing = _room(space, segment, tilt)
     position = first + along * (last - first)
     packed = rng.uniform(size=len(segment)) < _PACKED
-    steps = rng.integers(_STEPS, size=len(segment)) * _spacing(space, segment, tilt)
+    steps = rng.integers(_STEPS, size=len(segment)) * spacing
     end = np.where(rng.uniform(size=len(segment)) < 0.5, first + steps, last - steps)
     position = np.where(packed & (end >= first) & (end <= last), end, position)
     return SinglePlaces(segment, count, position, tilt, phase)
-
-
-def _spacing(
-    space: Space, segment: Int[np.ndarray, " K"], tilt: Float[np.ndarray, " K"]
-) -> Float[np.ndarray, " K"]:
-    """Return the distance of two like rings, as a share of the link."""
-    table, least = rows_at_tilt(space, segment, tilt), np.array([s.least for s in space.segments])
-    spacing: np.ndarray = np.maximum(table[:, ABOVE] + table[:, BELOW], least[segment])
-    return spacing
 
 
 def places_near(
@@ -79,7 +70,7 @@ def places_near(
     alone = rng.integers(4, size=n)
     off[(alone[:, None] != np.arange(2)) & (alone[:, None] < 2)] = 0.0
     tilt = np.clip(some.tilt + off[:, 1] * (high - low)[:, 1], low[:, 1], high[:, 1])
-    first, last = _ends(space, some.segment, tilt)
+    first, last, _ = _room(space, some.segment, tilt)
     middle = _elsewhere(space, rng, rings, some)
     position = np.clip(middle + off[:, 0] * (last - first), first, last)
     turned = rng.uniform(low[:, 2], high[:, 2])
@@ -95,7 +86,8 @@ def _elsewhere(
     n = len(some.sensors)
     other = rings.some(rng.integers(len(rings.sensors), size=n))
     moved = (rng.uniform(size=n) < _EXCHANGED) & (other.segment == some.segment)
-    step = rng.integers(-1, 2, n) * _spacing(space, some.segment, some.tilt)
+    _, _, spacing = _room(space, some.segment, some.tilt)
+    step = rng.integers(-1, 2, n) * spacing
     where: np.ndarray = np.where(moved, other.position + step, some.position)
     return where
 
@@ -139,9 +131,15 @@ def _most(space: Space, segment: Int[np.ndarray, " K"]) -> Int[np.ndarray, " K"]
     return largest
 
 
-def _ends(
+def _room(
     space: Space, segment: Int[np.ndarray, " K"], tilt: Float[np.ndarray, " K"]
-) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Return the lowest and highest position of a ring alone on its segment."""
-    table = rows_at_tilt(space, segment, tilt)
-    return table[:, LOW], table[:, HIGH]
+) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+    """Return the lowest and highest position of a ring alone on its segment, and the distance of
+    two like rings there, as shares of the link.
+    """
+    table, least = rows_at_tilt(space, segment, tilt), np.array([s.least for s in space.segments])
+    return (
+        table[:, LOW],
+        table[:, HIGH],
+        np.maximum(table[:, ABOVE] + table[:, BELOW], least[segment]),
+    )

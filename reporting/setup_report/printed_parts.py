@@ -1,18 +1,17 @@
 """Parts of the printed rings: filament, and what closes the rings and holds the boards."""
 
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 
 from ...coverage.rings.ring import Setup
+from ...formats.printing.bolts import fasteners
+from ...formats.printing.payload import PLASTIC
 from ...formats.printing.print_checks import read_stl
-from ...formats.printing.print_files import print_ring
+from ...formats.printing.print_files import board_screws, print_ring
 from ...formats.printing.print_plan import MM, UnbuildableError
 from ...objectives.scene import CoreScene
 
-DENSITY = 1.27  # g/cm³, of PETG
-_NEXT = re.compile(r", (?=\d+ (?:nut|heat-set))")  # between two kinds of parts
-_NUMBER = re.compile(r"(\d+) (?:× )?(.+)")
+DENSITY = PLASTIC / 1000  # g/cm³
 
 
 @dataclass
@@ -34,14 +33,14 @@ def printed_parts(scene: CoreScene, setup: Setup) -> PrintedParts:
     parts = PrintedParts()
     for number, ring in enumerate(setup.rings):
         try:
-            record, files, *_ = print_ring(scene, number, ring)
+            _, files, plan, _ = print_ring(scene, number, ring)
         except UnbuildableError as error:
             parts.reasons.append(str(error))
             continue
         parts.grams += DENSITY * sum(float(read_stl(file).volume) for file in files) / MM
         parts.rings += 1
-        for kind, text in (("to close the rings", record.bolts), ("for the boards", record.screws)):
-            for one in _NEXT.split(" ".join(text.split())):
-                if match := _NUMBER.fullmatch(one):
-                    parts.hardware[f"{match[2]} ({kind})"] += int(match[1])
+        for kind in fasteners(plan):
+            parts.hardware[f"{kind} (to close the rings)"] += len(plan.joints)
+        if screws := board_screws(plan):
+            parts.hardware[f"{screws[1]} (for the boards)"] += screws[0]
     return parts

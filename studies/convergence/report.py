@@ -41,7 +41,6 @@ def _zeta(ax: Axes, rows: list[ConvergenceRow], robot: str, target: str) -> None
 def _errors(ax: Axes, rows: list[ConvergenceRow], target: str) -> None:
     """Plot the error of all setups on both chains against the voxel."""
     for rule, colour in COLOURS.items():
-        label = f"{rule}: order {order(rows, rule, target):.1f}"
         for key, (voxels, off) in errors(rows, rule).items():
             if key[2] == target:
                 ax.plot(
@@ -50,12 +49,12 @@ def _errors(ax: Axes, rows: list[ConvergenceRow], target: str) -> None:
                     color=colour,
                     lw=0.8,
                     alpha=0.55,
-                    label=label,
                 )
-                label = ""
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.set_title(f"all setups, both chains, {target}", fontsize=10, loc="left", color=INK)
+    orders = ", ".join(f"{rule} {order(rows, rule, target):.1f}" for rule in COLOURS)
+    title = f"all setups, both chains, {target}\norder: {orders}"
+    ax.set_title(title, fontsize=10, loc="left", color=INK)
 
 
 def picture(rows: list[ConvergenceRow], file: Path) -> None:
@@ -67,7 +66,6 @@ def picture(rows: list[ConvergenceRow], file: Path) -> None:
         for line, robot in enumerate(robots):
             _zeta(axes[line][column], rows, robot, target)
         _errors(axes[-1][column], rows, target)
-        axes[-1][column].legend(fontsize=8, framealpha=0.9, edgecolor="none", loc="lower right")
         axes[-1][column].set_xlabel("voxel, cm")
     for line in axes:
         for ax in line:

@@ -4,6 +4,12 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+from matplotlib import path as curves
+from matplotlib.axes import Axes
+from matplotlib.cbook import pts_to_prestep
+from matplotlib.transforms import Bbox
+
 from ...formats.escaping import printable_lines
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
@@ -13,6 +19,16 @@ from ..engine.scenes import PAPERS_WORLD, scene_from
 from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
 
 _POINTS = "points.csv"
+# where the name of a layout may stand: offset in points, and alignment
+_SIDES = (
+    ((9, 5), "left"),
+    ((9, -8), "left"),
+    ((-9, 5), "right"),
+    ((-9, -8), "right"),
+    ((0, -14), "center"),
+    ((0, 14), "center"),
+)
+_STAR = 9.0  # px, about half the width of a star
 _POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")
 
 
@@ -37,23 +53,51 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
             drawstyle="steps-pre",
             label=f"searched, {n} sensors",
         )
-    papers = sorted((p for p in points if is_papers(p)), key=lambda p: p.second)
+    papers = [p for p in points if is_papers(p)]
     for p in papers:
-        crowded = any(0 < o.second - p.second < 15 and abs(o.first - p.first) < 4 for o in papers)
         ax.plot(p.second, p.first, "*", color=INK, ms=11)
-        ax.annotate(
-            f"{p.name} ({p.sensors})",
-            (p.second, p.first),
-            xytext=(0, -16) if crowded else (7, 5),
-            ha="center" if crowded else "left",
-            textcoords="offset points",
-            fontsize=9,
-            color=INK,
-        )
     ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's layouts (sensors)")
     plain(ax, "", f"coverage of {names[1]}, percent", f"coverage of {names[0]}, percent")
     ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
+    _label(ax, papers)
     save(figure, file)
+
+
+def _label(ax: Axes, papers: Sequence[Point]) -> None:
+    """Write the names of the paper's layouts, each on the side where it covers least."""
+    ax.figure.draw_without_rendering()  # so that pixels are final
+    lines = [
+        ax.transData.transform_path(curves.Path(pts_to_prestep(*line.get_data()).T))
+        for line in ax.lines
+    ]
+    stars = ax.transData.transform([(p.second, p.first) for p in papers])  # (P, 2) px
+    placed = list[Bbox]()
+    for k, p in enumerate(papers):
+        others = np.delete(stars, k, axis=0)
+        sides = [
+            ax.annotate(
+                f"{p.name} ({p.sensors})",
+                (p.second, p.first),
+                xytext=offset,
+                ha=side,
+                va="center",
+                textcoords="offset points",
+                fontsize=9,
+                color=INK,
+            )
+            for offset, side in _SIDES
+        ]
+        boxes = [text.get_window_extent().padded(2) for text in sides]
+        hidden = [
+            sum(line.intersects_bbox(box, filled=False) for line in lines)
+            + box.padded(_STAR).count_contains(others)
+            + box.count_overlaps(placed)
+            for box in boxes
+        ]
+        best = int(np.argmin(hidden))
+        placed.append(boxes[best])
+        for text in sides[:best] + sides[best + 1 :]:
+            text.remove()
 
 
 def write(
