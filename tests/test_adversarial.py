@@ -83,6 +83,7 @@ SCENES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_count_interval_and_estimate_hold(name):
     """The octree is the dense count; the interval holds the share of points; the soft estimate is

@@ -88,6 +88,7 @@ def test_type_checkers_see_the_same_names():
     assert {name for _, name in seen} == set(pr.__all__)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", pr.__all__)
 def test_the_examples_of_docstrings_run(name):
     one = getattr(pr, name)
@@ -218,6 +219,7 @@ def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
         assert page.url.startswith("http://127.0.0.1:")
 
 
+@pytest.mark.long
 def test_the_fewest_sensors_are_sought_with_progress():
     counts = []
     few = pr.search(
@@ -493,6 +495,7 @@ CASES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_the_gradient_is_that_of_finite_differences(case):
     scene, setup = CASES[case]

@@ -85,6 +85,7 @@ def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_senso
         assert np.all(edge == 255)  # nothing is cut off
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["ur10", "ur5e", "ur3e", "ur10e", "panda"])
 def test_printed_rings_overlap_nothing_when_they_are_mounted(name):
     rng = np.random.default_rng([ord(c) for c in name])

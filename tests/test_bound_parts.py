@@ -51,6 +51,7 @@ def test_a_blurred_beam_is_the_share_of_a_gaussian_in_it(sensor, along, away, se
     assert share == pytest.approx(beam_share(sensor, along, away, 0.15, seed), abs=0.012)
 
 
+@pytest.mark.long
 def test_long_thin_beams_have_nodes_enough_or_no_prices():
     """160 nodes over 12 m and 32-bit differences of squares missed half of a small target."""
     sensor, sigma = Sensor(math.radians(3.6), 12.0), 0.05
@@ -180,6 +181,7 @@ def test_what_a_sensor_collects_bends_no_more_than_stated(near, seed):
         assert sag <= bends[axis] * size**2 / 2 * 1.05 + 1e-4
 
 
+@pytest.mark.long
 @settings(max_examples=3)
 @given(drawing.seeds)
 def test_no_ring_collects_more_than_its_bound_and_refining_never_raises_it(near, seed):

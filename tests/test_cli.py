@@ -442,6 +442,7 @@ def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     assert (tmp_path / "out" / "proposal.toml").exists() == kept
 
 
+@pytest.mark.long
 def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
     left = [KeyboardInterrupt]
 
@@ -469,6 +470,7 @@ def test_safety_refuses_a_robot_without_stopping_time_before_its_work(run, monke
     assert err.count("\n") == 1
 
 
+@pytest.mark.long
 def test_report_and_export_print_json(run):
     few = ("--voxel", "0.1", "--draws", "1", "--out", "a")
     code, out, _ = run("report", "n1_8_0", *few, "--json")

@@ -98,6 +98,7 @@ def rewritten(source, transformer=None):
     return ast.unparse(tree)
 
 
+@pytest.mark.long
 def test_comments_docstrings_and_layout_change_no_module():
     """Each text is laid out anew, too; every second one gets docstrings, the others lose them."""
     for module, transformer in zip(MODULES, cycle((Documented(), Undocumented())), strict=False):
@@ -107,6 +108,7 @@ def test_comments_docstrings_and_layout_change_no_module():
         assert read_code(other.encode()).form == read_code(source.encode()).form, module
 
 
+@pytest.mark.long
 @IN_PLACE
 @given(st.sampled_from(MODULES), st.data())
 def test_comments_and_blank_lines_change_no_digest(house, before, module, data):
@@ -146,6 +148,7 @@ def test_counts_do_not_depend_on_the_search(house, closures):
     assert house / "placement/search/search.py" in closures[SEARCHING]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("file", FILES, ids=str)
 def test_what_a_task_loads_is_in_its_closure(file):
     """Python's own import of the task's module, in a process of its own, against what is found

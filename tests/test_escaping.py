@@ -361,6 +361,7 @@ def test_what_is_mounted_by_lists_shows(run, tmp_path):
         assert ok(run("verify", f"bad.{kind}", "--voxel", "0.1"), r"\u202egnp\x9b31m") == 2
 
 
+@pytest.mark.long
 def test_a_hostile_proposal_shows(run, tmp_path):
     """In names that commands print and that a report holds."""
     quoted = json.dumps(NASTY)

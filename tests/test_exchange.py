@@ -112,6 +112,7 @@ def _space(scene, sensors=None):
     return Space(scene, sensors=sensors) if sensors else Space(scene, ring_layout(scene, 2, 8))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "sensors"), [(TWO, None), (TWO, 48), (FIXED, 48), (SHARED, None), (FLOOR, 48)]
 )

@@ -163,6 +163,7 @@ def _beams(space, c, pose, drawn, mounting):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_what_rings_see_in_the_exchange_is_what_their_beams_hold(name):
     scene, aim = SCENES[name]

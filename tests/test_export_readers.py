@@ -312,6 +312,7 @@ EACH = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "to"), EACH)
 def test_an_export_is_read_by_a_reader_of_its_format(tmp_path, name, to):
     READERS[to](written(name, to, tmp_path), tmp_path)

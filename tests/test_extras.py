@@ -78,6 +78,7 @@ main()
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
@@ -113,6 +114,7 @@ def test_a_command_without_its_extra_says_what_to_install(arguments, line, tmp_p
     assert done.stderr.removeprefix("place-rings: ").strip() == line
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -168,6 +168,7 @@ def test_rings_of_many_sensors_have_multiplexers(count, multiplexers):
         assert (multiplexers, "TCA9548A multiplexer board") in wiring.parts
 
 
+@pytest.mark.long
 @EACH_BOARD
 @COMPILED
 @EACH_COUNT
@@ -406,6 +407,7 @@ def boxes(figure):
     return texts, [text.get_window_extent() for text in texts], pieces
 
 
+@pytest.mark.long
 @EACH_BOARD
 @pytest.mark.parametrize("count", [1, 2, 5, 6, 8, 9, 13, 16, 24])
 def test_no_line_of_a_drawing_crosses_a_text_and_no_texts_overlap(board, count):

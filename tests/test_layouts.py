@@ -240,6 +240,7 @@ def small(monkeypatch, tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_the_page_is_made_of_its_cells(small, run, monkeypatch):
     folder = small / "out"
     code, out, _ = run("study", "layouts", "--out", folder)

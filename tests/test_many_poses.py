@@ -102,6 +102,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
         judge(verifiers[1], setup, Criterion(seen=2))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["mean", "worst"])
 def test_a_search_counts_all_poses_in_the_end(how, monkeypatch):
     monkeypatch.setattr(finalists, "MANY", 4)

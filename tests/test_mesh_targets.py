@@ -92,6 +92,7 @@ def test_function_is_lipschitz(mesh, rng):
     assert failures(p, np.abs(solid(p) - solid(q)) <= step + 1e-9) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rule", ["centre", "touch"])
 @settings(max_examples=8)
 @given(MESHES)

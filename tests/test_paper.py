@@ -124,6 +124,7 @@ def test_cells_are_asked_once():
     assert all(cell.work == "zeta" for cell in cells)
 
 
+@pytest.mark.long
 def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path, monkeypatch):
     monkeypatch.setattr(paper_page, "SHOWN_VOXEL", 0.1)
     monkeypatch.setattr(cone_figure, "PLACES", 2)

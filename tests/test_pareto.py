@@ -132,6 +132,7 @@ def test_points_that_an_older_front_named_and_a_new_one_has_no_longer_are_told(t
     assert gone == [tmp_path / "point_80_17.toml"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["pareto", "bound", "paper", "robots", "convergence"])
 def test_each_study_begins_in_a_process_of_its_own(name, tmp_path):
     """With a volume of the user's own, too; nothing but the study itself registers its tasks."""

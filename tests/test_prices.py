@@ -44,6 +44,7 @@ RINGS = st.lists(
 CENTS = st.integers(0, 100_000).map(lambda n: n / 100)
 
 
+@pytest.mark.long
 @given(RINGS, RINGS, CENTS, CENTS, CENTS)
 def test_the_price_is_the_sum_over_new_rings_and_their_sensors(new, fixed, ring, sensor, other):
     fixed = [one for one in fixed if one not in new]

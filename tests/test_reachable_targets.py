@@ -130,6 +130,7 @@ def test_a_gap_in_the_wall_lets_the_robot_through():
     assert counted(CUT, left, right).target_voxels == counted(PLAIN, left, right).target_voxels
 
 
+@pytest.mark.long
 @settings(max_examples=8)
 @given(CELLS)
 def test_reachable_cubes_are_the_connected_sets_of_voxels(bodies):

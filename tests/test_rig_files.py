@@ -127,6 +127,7 @@ def written(folder, gathered, kind):
     return ["--joints", str(folder / f"{kind}.mcap")]
 
 
+@pytest.mark.long
 def test_a_check_from_files_alone_finds_what_the_live_check_found(rig, tmp_path):
     """As one test: its rig takes long to simulate."""
     folder, gathered, live = rig

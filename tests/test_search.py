@@ -378,6 +378,7 @@ def test_mean_over_poses_is_weighted(scene):
     assert certified.target_voxels is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scene", [paper_scene(goals=NEAR_AND_FAR), CoreScene(goals=NEAR_AND_FAR, occlusion="blind")]
 )

@@ -67,6 +67,7 @@ def sharp(value):
     return float(min(SHARP, np.abs(value).min() / 40))
 
 
+@pytest.mark.long
 @settings(max_examples=10)
 @given(drawing.seeds)
 @example(4394)  # a point 0.75 um from a surface
@@ -82,6 +83,7 @@ def test_tends_to_the_exact_share(seed):
     ) == pytest.approx(share, abs=1e-6)
 
 
+@pytest.mark.long
 def test_obstacles_go_into_a_search_of_32_bits_without_a_warning():
     cones, bodies, points = drawn(1)
     with jax.enable_x64(False):
@@ -102,6 +104,7 @@ def stops(cones, bodies, obstacles):
     return np.minimum(at, 1.1 * cones.range_m / np.cos(cones.half_angle))
 
 
+@pytest.mark.long
 @settings(max_examples=10)
 @given(drawing.seeds)
 def test_soft_stops_lie_between_exact_ones(seed):

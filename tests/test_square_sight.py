@@ -159,6 +159,7 @@ def test_intervals_hold_the_share_of_points(occlusion):
     assert 0.05 < share < 0.95 * (b(points) <= 0).mean()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("occlusion", "least"), [("shadow", 1), ("blind", 2)])
 def test_slopes_past_bodies_equal_central_differences(occlusion, least):
     rng = np.random.default_rng(4)
@@ -184,6 +185,7 @@ def test_slopes_past_bodies_equal_central_differences(occlusion, least):
             assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
 
 
+@pytest.mark.long
 def test_a_sharp_soft_value_is_the_share_of_points_seen():
     rng = np.random.default_rng(6)
     b, bodies = drawn(rng)
@@ -199,6 +201,7 @@ def test_a_sharp_soft_value_is_the_share_of_points_seen():
     assert float(found) == pytest.approx(exact.mean(), abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("occlusion", "within"), [("shadow", 2 / 512), ("blind", 0.02)])
 def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot(occlusion, within):
     """Under ``blind`` the soft estimator reads bodies as rows of balls."""

@@ -144,6 +144,7 @@ def small(monkeypatch):
         monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
 
 
+@pytest.mark.long
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     with Store(tmp_path / "cells.sqlite", "test") as store:
         rows = study.measure(lambda cells: run(cells, TASKS, store))

@@ -28,6 +28,7 @@ def run(words, **environment):
     return ended.returncode, ended.stdout, ended.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp437", "utf-8"])
 @pytest.mark.parametrize("more", [[], ["--json"]])
 def test_a_count_is_printed_whatever_the_terminal_can_encode(encoding, more):

@@ -36,6 +36,7 @@ def drawn(space, seed):
     return space.setup(fresh(space, np.random.default_rng(seed)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("target", "sensors", "seed"),  # of rough, smooth and constant prices
     [(Target("V_S", 0.5), 9, 0), (Target("V_S", 1.0), 20, 1), (Target("V_T"), 3, 2)],
@@ -60,6 +61,7 @@ def found():
     return search(NEAR, space, time_cap=3, schedule=short, voxel=0.04), space
 
 
+@pytest.mark.long
 def test_no_search_exceeds_the_bound(found):
     result, space = found
     bound = upper_bound(NEAR, space, effort=QUICK)
@@ -84,6 +86,7 @@ def single_shares(scene, points):
     return np.concatenate(some)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("radius", "close"), [(0.5, 0.05), (1.5, 0.004)])
 @pytest.mark.parametrize("seen", [1, 2])
 def test_two_sensors_come_close_to_their_bound(radius, close, seen):
@@ -105,6 +108,7 @@ def test_two_sensors_come_close_to_their_bound(radius, close, seen):
     assert pair - error <= bound.value <= (alone.max() if seen == 2 else pair) + close + error
 
 
+@pytest.mark.long
 def test_given_rings_fixed_rings_and_single_sensors_count():
     layout = Setup((Ring("upper_arm", 0.2, 4), Ring("forearm", 0.6, 5)))
     known = upper_bound(NEAR, Space(NEAR, layout), effort=QUICK)
@@ -123,6 +127,7 @@ def test_given_rings_fixed_rings_and_single_sensors_count():
     assert more.value > nothing.value
 
 
+@pytest.mark.long
 def test_several_poses_targets_and_sensors_have_bounds():
     scene = replace(
         NEAR,
@@ -168,6 +173,7 @@ def test_a_budget_that_covers_all_says_nothing():
     assert not bound.informative
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [(), ("--tolerant",)], ids=["plain", "tolerant"])
 def test_the_command_states_the_gap(run, tmp_path, monkeypatch, more):
     quick = partial(upper_bound, effort=replace(QUICK, steps=0))

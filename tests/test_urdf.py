@@ -312,6 +312,7 @@ def test_targets_of_drawn_chains(seed):
     ).all()
 
 
+@pytest.mark.long
 def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):
     """One note a file; the rest of the body is fitted as before."""
     from place_rings.formats.robots.urdf_options import UrdfOptions

@@ -470,6 +470,7 @@ def run(monkeypatch, capsys, *command):
     return left.value.code or 0, out, err
 
 
+@pytest.mark.long
 def test_every_command_takes_the_options_and_the_robots_file_states_them(
     tmp_path, monkeypatch, capsys
 ):
@@ -506,6 +507,7 @@ def test_every_command_takes_the_options_and_the_robots_file_states_them(
         assert told in err
 
 
+@pytest.mark.long
 def test_python_takes_radians_and_reads_the_same_robot(tmp_path):
     path = tmp_path / "gripped.urdf"
     path.write_text(GRIPPED)

@@ -77,6 +77,7 @@ SIZES = ((1024, 768), (1440, 900), (1920, 1080), (820, 1180))  # and a phone
 PHONE = (390, 844)
 
 
+@pytest.mark.long
 @needs_chromium()
 def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
     with Server(ViewerSession(CoreScene(), {"small": SMALL})) as server:
