@@ -19,7 +19,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
-from ..sensing.readings import Stops, ZoneStops
+from ..sensing.readings import BLOCKED, Stops, ZoneStops
 from .channel_assignment import Order, best_order, costs, mixed, reseated
 from .mounting_error_model import LIMITS, NAMES, free, moved
 from .solve import MountError, Read, Solved, solve
@@ -176,7 +176,10 @@ def _fit(
         turns = _turns(scene, found, zones, joints, order, lost)
     values, covariance, used, scale = found.solved
     seat, wanted, table = found.seat, found.wanted, found.table
-    some, often = free(scene, ring), np.isfinite(wanted).sum(axis=0)[seat] >= _OFTEN
+    # a sensor that works may call what is nearer than it measures uncertain, at every stop
+    near = max(BLOCKED, ring.sensor.near_m)
+    some = free(scene, ring)
+    often = (np.isfinite(wanted) & (wanted >= near)).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
     dead = mute | (none & often) | (same & astray)
     return RingFit(
