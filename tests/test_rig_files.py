@@ -28,8 +28,10 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.models import CheckResult
+from place_rings.rig.check.offline import FileOptions, file_check
 from place_rings.rig.check.planned_check import PlannedCheck, ring_names
 from place_rings.rig.check.plans import Plans, plan_check, read_plans, write_plans
+from place_rings.rig.check.procedure import skipped
 from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rings.protocol import ABSENT, Status
 from place_rings.rig.session.gathering import replay
@@ -149,6 +151,26 @@ def test_a_check_from_files_alone_finds_what_the_live_check_found(rig, tmp_path)
             "ring 0 (forearm)",
             "ring 1 (tool)",
         }
+
+
+def test_a_stop_that_the_files_lack_has_a_reason(rig, tmp_path):
+    """Nothing ended the check before it, as a live check without the stop would say."""
+    folder, gathered, _ = rig
+    notes, lacks = list(gathered.said), []
+    for i, (_, note) in enumerate(notes):
+        if note["what"] == "begin" and note["step"] == "mount" and note["number"] == 1:
+            lacks = [i, i + 1]
+    for without, why in (
+        (lacks, {1: "no step in the files"}),
+        ([i for i, (_, note) in enumerate(notes) if note["what"] in ("begin", "end")], None),
+    ):
+        said = [note for i, note in enumerate(notes) if i not in without]
+        files = tmp_path / f"{len(said)}"
+        write_tables(files, replace(gathered, said=said), CHAIN)
+        paths = (files / f"{name}.csv" for name in ("joints", "readings", "steps"))
+        options = FileOptions(*paths, folder, (), ("mount",), True, 0.05, 0)
+        found = skipped(file_check("small", SETUP, SCENE, options).gathered.said, "mount")
+        assert found == why or set(found.values()) <= {"no standstill there in the files"}
 
 
 def opened(path, robot=ROBOT, setup=SETUP, readings=None, steps=None, pairs=()):
