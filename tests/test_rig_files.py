@@ -173,6 +173,18 @@ def test_a_stop_that_the_files_lack_has_a_reason(rig, tmp_path):
         assert found == why or set(found.values()) <= {"no standstill there in the files"}
 
 
+def test_a_mount_check_in_an_unknown_cell_says_so(rig, tmp_path):
+    """A live check refuses to start; files may hold other parts that can be assessed."""
+    _, gathered, _ = rig
+    write_tables(tmp_path / "csv", gathered, CHAIN)
+    paths = (tmp_path / "csv" / f"{name}.csv" for name in ("joints", "readings", "steps"))
+    options = FileOptions(*paths, None, (), ("self", "mount"), False, 0.05, 0)
+    done = file_check("small", SETUP, replace(SCENE, obstacles=()), options)
+    result = assess(done.check, done.gathered, done.wall).result
+    assert result.verdict == "unfinished"
+    assert any("mount check: the scene has no obstacles" in reason for reason in result.reasons)
+
+
 def opened(path, robot=ROBOT, setup=SETUP, readings=None, steps=None, pairs=()):
     """Read files as a check does."""
     rings = ring_names(setup)
