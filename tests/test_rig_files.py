@@ -496,6 +496,7 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
         ("time,sensor,range_m\nx,tof_0_0,1\n", 'line 2, column time: found "x", wanted: a number'),
         ("time,sensor,range_m\nnan,tof_0_0,1\n", "column time: found the time nan, wanted: 0 to"),
         ("time,sensor,range_m\n1,tof_0_0,far\n", 'column range_m: found "far", wanted'),
+        ("time,sensor,range_m\n1,tof_0_0,612\n", "found 612.0, wanted: m, at most 65.535, or inf"),
         ("time,sensor,range_m\n2,tof_0_0,1\n1,tof_0_1,1\n", "1 s before the last of its ring"),
         ("time,sensor,range_m\n" + "1" * 9999, "line 2: found more than 4096 characters"),
         ("time,sensor,range_m\n1,tof_0_0,1\n", "ring tool: found no reading of its sensors"),
@@ -510,6 +511,13 @@ def test_a_table_that_cannot_be_is_one_line(tmp_path, table, line):
         opened(joints, readings=readings)
     assert line in str(error.value)
     assert str(error.value).startswith(str(readings))
+
+
+def test_a_time_out_of_order_is_named_in_full(tmp_path):
+    rows = [",".join(["time", *CHAIN]), *(f"{START + t},0,0,0,0,0,0" for t in (0.5, 0.25))]
+    (tmp_path / "joints.csv").write_text("\n".join(rows))
+    with pytest.raises(UserError, match=r"allowed: above 1760000000\.5, the time of the row"):
+        opened(tmp_path / "joints.csv", readings=tmp_path / "joints.csv")
 
 
 @pytest.mark.parametrize(
