@@ -170,9 +170,13 @@ def _fit(
     if zones is not None:
         lost = np.flatnonzero(none | mute)
         turns = _turns(scene, found, zones, joints, order, lost)
-        least = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
+        least, nearest = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
         least = np.where(np.isfinite(measured), least, np.nan)
-        found = seated(Read(joints, least, sigma), found.seat)
+        # a zone's nearest ray is farther than the whole beam's nearest point, most at an edge
+        whole = found.wanted[:, found.seat] - found.solved.values[3]
+        both = np.isfinite(nearest) & np.isfinite(whole)
+        apart = np.subtract(nearest, whole, out=np.zeros_like(whole), where=both)
+        found = seated(Read(joints, least - apart, np.hypot(sigma, apart)), found.seat)
         turns = _turns(scene, found, zones, joints, order, lost)
     values, covariance, used, scale = found.solved
     seat, wanted, table = found.seat, found.wanted, found.table
