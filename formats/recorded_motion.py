@@ -286,7 +286,7 @@ class _Reader:
         if not math.isfinite(value):
             allowed = "a finite number"
         elif column == 0:
-            allowed = f"above {before[row]:g}, the time of the row before"
+            allowed = f"above {shown(float(before[row]))}, the time of the row before"
         else:
             unit, hint, most = "degrees", "", self.most[column - 1]
             if self.slides[column - 1]:

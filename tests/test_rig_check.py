@@ -303,6 +303,10 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
             '--ring forearm: port "gone" does not exist; give one that does',
         ),
         (
+            ["--robot-host", "h", "--ring", "0=/dev/null", "--ring", "tool=/dev/./null"],
+            '--ring tool: port "/dev/./null" is that of forearm; give each ring a port of its own',
+        ),
+        (
             ["--robot-host", "h", "--allow-reduced-near-stop"],
             "--allow-reduced-near-stop: allowed only with --move",
         ),

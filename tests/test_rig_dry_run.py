@@ -2,6 +2,8 @@
 controller is stated.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +15,7 @@ from place_rings.cli.runs.dry_run import described, planned_dry_run
 from place_rings.coverage.rings.ring_kinematics import sensor_axes
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.errors import UserError
+from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check.dry_run import DryRun, Stop, dry_run, fastest
 from place_rings.rig.check.plans import CheckOptions, Plans
 from place_rings.rig.mount.stop_plan import FRAMES, MountPlan
@@ -160,6 +163,21 @@ OPTIONS = CheckOptions(("self",), 1.0, False, 3, 2, Rod(), False, False, 0.1, 0)
 def test_a_dry_run_needs_a_part_with_poses():
     with pytest.raises(UserError, match="--dry-run: found --part self"):
         planned_dry_run(SETUP, SCENE, OPTIONS)
+
+
+def test_a_start_that_is_not_clear_is_refused_with_the_reason():
+    """Otherwise no way leads anywhere, and the limits to set are those of a robot at rest."""
+    near = replace(SCENE, motion=Motion(near=1.0))
+    with pytest.raises(UserError, match="first pose: a sensor closer to the cell than 1060 mm"):
+        planned_dry_run(SETUP, near, replace(OPTIONS, parts=("mount",)))
+
+
+def test_a_robot_that_moves_nowhere_states_no_limits(run):
+    still = DryRun(np.zeros(1), run.joints[:1], (Stop("start", 0.0),), ("mount 0",))
+    text = "\n".join(described(SCENE, SETUP, still, True))
+    assert "No clear way leads to: mount 0" in text
+    assert "limit" not in text
+    assert "Safety plane" in text
 
 
 SIMULATED = RigOptions(rig="sim")

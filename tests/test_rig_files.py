@@ -28,8 +28,10 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.models import CheckResult
+from place_rings.rig.check.offline import FileOptions, file_check
 from place_rings.rig.check.planned_check import PlannedCheck, ring_names
 from place_rings.rig.check.plans import Plans, plan_check, read_plans, write_plans
+from place_rings.rig.check.procedure import skipped
 from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rings.protocol import ABSENT, Status
 from place_rings.rig.session.gathering import replay
@@ -150,6 +152,38 @@ def test_a_check_from_files_alone_finds_what_the_live_check_found(rig, tmp_path)
             "ring 0 (forearm)",
             "ring 1 (tool)",
         }
+
+
+def test_a_stop_that_the_files_lack_has_a_reason(rig, tmp_path):
+    """Nothing ended the check before it, as a live check without the stop would say."""
+    folder, gathered, _ = rig
+    notes, lacks = list(gathered.said), []
+    for i, (_, note) in enumerate(notes):
+        if note["what"] == "begin" and note["step"] == "mount" and note["number"] == 1:
+            lacks = [i, i + 1]
+    for without, why in (
+        (lacks, {1: "no step in the files"}),
+        ([i for i, (_, note) in enumerate(notes) if note["what"] in ("begin", "end")], None),
+    ):
+        said = [note for i, note in enumerate(notes) if i not in without]
+        files = tmp_path / f"{len(said)}"
+        write_tables(files, replace(gathered, said=said), CHAIN)
+        paths = (files / f"{name}.csv" for name in ("joints", "readings", "steps"))
+        options = FileOptions(*paths, folder, (), ("mount",), True, 0.05, 0)
+        found = skipped(file_check("small", SETUP, SCENE, options).gathered.said, "mount")
+        assert found == why or set(found.values()) <= {"no standstill there in the files"}
+
+
+def test_a_mount_check_in_an_unknown_cell_says_so(rig, tmp_path):
+    """A live check refuses to start; files may hold other parts that can be assessed."""
+    _, gathered, _ = rig
+    write_tables(tmp_path / "csv", gathered, CHAIN)
+    paths = (tmp_path / "csv" / f"{name}.csv" for name in ("joints", "readings", "steps"))
+    options = FileOptions(*paths, None, (), ("self", "mount"), False, 0.05, 0)
+    done = file_check("small", SETUP, replace(SCENE, obstacles=()), options)
+    result = assess(done.check, done.gathered, done.wall).result
+    assert result.verdict == "unfinished"
+    assert any("mount check: the scene has no obstacles" in reason for reason in result.reasons)
 
 
 def opened(path, robot=ROBOT, setup=SETUP, readings=None, steps=None, pairs=()):
@@ -463,6 +497,7 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
         ("time,sensor,range_m\nx,tof_0_0,1\n", 'line 2, column time: found "x", wanted: a number'),
         ("time,sensor,range_m\nnan,tof_0_0,1\n", "column time: found the time nan, wanted: 0 to"),
         ("time,sensor,range_m\n1,tof_0_0,far\n", 'column range_m: found "far", wanted'),
+        ("time,sensor,range_m\n1,tof_0_0,612\n", "found 612.0, wanted: m, at most 65.535, or inf"),
         ("time,sensor,range_m\n2,tof_0_0,1\n1,tof_0_1,1\n", "1 s before the last of its ring"),
         ("time,sensor,range_m\n" + "1" * 9999, "line 2: found more than 4096 characters"),
         ("time,sensor,range_m\n1,tof_0_0,1\n", "ring tool: found no reading of its sensors"),
@@ -477,6 +512,13 @@ def test_a_table_that_cannot_be_is_one_line(tmp_path, table, line):
         opened(joints, readings=readings)
     assert line in str(error.value)
     assert str(error.value).startswith(str(readings))
+
+
+def test_a_time_out_of_order_is_named_in_full(tmp_path):
+    rows = [",".join(["time", *CHAIN]), *(f"{START + t},0,0,0,0,0,0" for t in (0.5, 0.25))]
+    (tmp_path / "joints.csv").write_text("\n".join(rows))
+    with pytest.raises(UserError, match=r"allowed: above 1760000000\.5, the time of the row"):
+        opened(tmp_path / "joints.csv", readings=tmp_path / "joints.csv")
 
 
 @pytest.mark.parametrize(

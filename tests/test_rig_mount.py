@@ -24,7 +24,7 @@ from place_rings.rig.mount.stop_plan import MountPlan, planned
 from place_rings.rig.poses.clear import clear, drawn, gaps
 from place_rings.rig.sensing.expected import CELL, expected
 from place_rings.rig.sensing.noise import Noise
-from place_rings.rig.sensing.readings import FAILED, at_stops
+from place_rings.rig.sensing.readings import FAILED, VALID, WEAK, at_stops
 from place_rings.rig.simulated_cell.world import DEAD, World
 
 from .drawing import seeds
@@ -142,6 +142,21 @@ def injected(rng, errors):
     seat = np.concatenate([-np.arange(8) % 8, 8 + np.array([0, 4, 2, 3, 1, 5])])
     seat[3] = DEAD
     return Setup(tuple(moved(SCENE, r, e) for r, e in zip(rings, errors, strict=True))), seat
+
+
+@pytest.mark.parametrize(("position", "dead"), [(0.97, ()), (0.5, (2,))])
+def test_a_sensor_too_near_to_the_robot_for_a_sure_reading_is_not_dead(plan, position, dead):
+    """Drivers call readings below the least distance weak. Near the wrist sensor 2 has no others;
+    in the middle of the link it should read the cell.
+    """
+    setup = Setup((replace(SETUP.rings[0], position=position),))
+    near = (expected(SCENE, setup, plan.joints).distance[:, 2] < 0.05).all()
+    assert near == (not dead)
+    world = World(SCENE, setup, np.arange(8), np.zeros(1), Noise())
+    read = world.readings(np.random.default_rng(0), plan.joints, plan.frames)
+    weak = np.where((read.sensor == 2) & (read.status == VALID), WEAK, read.status)
+    stops = at_stops(replace(read, status=weak), setup, plan.joints)
+    assert fit_mount(SCENE, setup, stops)[0].dead == dead
 
 
 def test_what_was_done_is_found(plan, tmp_path):

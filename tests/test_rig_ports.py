@@ -15,11 +15,14 @@ from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.port_matching import by_lines, by_pattern
 from place_rings.rig.check.preconditions import require_ports
 from place_rings.rig.mount.stop_plan import planned
+from place_rings.rig.poses.clear import drawn
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.protocol import Counts
+from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated_cell.ground_truth import injected
+from place_rings.rig.simulated_cell.world import World
 
 from .rig_about import about_file
 from .rig_cell import SCENE
@@ -104,6 +107,21 @@ def test_badly_mounted_rings_at_their_own_ports_are_not_called_swapped(seed):
     assert by_pattern(SCENE, ALIKE, at_stops(readings, ALIKE, plan.joints)) == {}
     crossed = replace(readings, ring=1 - readings.ring)
     assert by_pattern(SCENE, ALIKE, at_stops(crossed, ALIKE, plan.joints)) == {0: 1, 1: 0}
+
+
+@pytest.mark.parametrize("turned", [(0,), (0, 1)])
+def test_rings_of_a_link_that_are_mounted_the_other_way_round_are_not_called_swapped(turned):
+    """Each then looks as the other one of its link should."""
+    ends = (Ring("forearm", 0.1, 16, 0.5, 0.0, 0.08), Ring("forearm", 0.9, 16, -0.5, 0.0, 0.08))
+    pair, rng = Setup(ends), np.random.default_rng(0)
+    rings = [replace(r, tilt=-r.tilt) if i in turned else r for i, r in enumerate(ends)]
+    seat = [np.arange(16) * (-1 if i in turned else 1) % 16 + 16 * i for i in (0, 1)]
+    world = World(SCENE, Setup(tuple(rings)), np.concatenate(seat), np.zeros(2), Noise())
+    joints = drawn(SCENE, 24, 1)
+    readings = world.readings(rng, joints, 5)
+    assert by_pattern(SCENE, pair, at_stops(readings, pair, joints)) == {}
+    crossed = replace(readings, ring=1 - readings.ring)
+    assert by_pattern(SCENE, pair, at_stops(crossed, pair, joints)) == {0: 1, 1: 0}
 
 
 def test_ports_are_refused_before_a_check_with_the_options_to_give():

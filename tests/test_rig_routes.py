@@ -143,6 +143,17 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
     assert np.all(least_gaps(deep, motion.own, motion.cell)[1][2:] >= 0)
 
 
+@given(st.floats(0.001, 0.2))
+def test_the_slack_of_planning_never_excludes_the_scenes_own_pose(gap):
+    """A floor at any distance below the scene's own pose: also one just above ``cell_m``."""
+    motion, far = SCENE.motion, obstacles_of([ObstacleModel(floor=-5.0)])
+    height = gaps(replace(SCENE, obstacles=far), HOME[None])[1][0, 2:].min() - 5.0
+    bench = replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - gap)]))
+    assert clear(bench, HOME[None], motion.cell, motion.own, SLACK)[0]
+    least = least_gaps(bench, motion.own, motion.cell, SLACK)[1]
+    assert np.all(least >= least_gaps(bench, motion.own, motion.cell)[1])
+
+
 def test_bodies_near_each_other_at_the_scenes_own_pose_may_come_no_nearer_but_for_neighbours():
     """An elbow folded until the wrist is 2 cm from the upper arm at the scene's own pose: that near
     they may be, and no nearer."""

@@ -23,7 +23,9 @@ from place_rings.rig.check.part_results import part_results
 from place_rings.rig.check.plans import Plans
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.channel_assignment import Order
+from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.hand_sweep import waved
+from place_rings.rig.mount.mounting_error_model import LIMITS, moved
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.mount.zone_turns import turn_costs, zone_turns
 from place_rings.rig.poses.clear import drawn
@@ -35,7 +37,7 @@ from place_rings.rig.rod.rod import Detection, Rod, seen
 from place_rings.rig.rod.trial_plan import RodPlan, Stratum
 from place_rings.rig.sensing.expected import expected
 from place_rings.rig.sensing.noise import Noise
-from place_rings.rig.sensing.readings import Readings, ZoneStops
+from place_rings.rig.sensing.readings import Readings, Stops, ZoneStops
 from place_rings.rig.sensing.zone_grid import GridTurn, every_turn
 from place_rings.rig.sensing.zone_targets import SEPARATION, expected_zones
 from place_rings.rig.session.gathering import replay
@@ -71,6 +73,28 @@ def test_a_swapped_pair_and_a_turned_sensor_of_64_zones_are_found(zoned):
     (k,) = np.flatnonzero(done.turns_deg)
     line = f"ring 0 (forearm): sensor {k} is turned by {done.turns_deg[k]}° about its own axis"
     assert any(reason.startswith(line) for reason in result.reasons)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_ring_of_zones_is_found_where_it_sits(seed):
+    """Without noise: zones have rays, whose nearest is farther than the nearest point of the beam,
+    which once gave an offset of 3 mm.
+    """
+    ring = Ring("upper_arm", 0.5, 6, -0.3, 0.2, 0.08, effective(Use("vl53l5cx-4x4")).sensor)
+    errors, joints = np.random.default_rng(seed).uniform(-1, 1, 4) * LIMITS, drawn(SCENE, 12, 3)
+    seen = expected_zones(SCENE, Setup((moved(SCENE, ring, errors),)), 0, joints) + errors[3]
+    zones = np.where(np.isfinite(seen), seen, np.nan).reshape(len(joints), ring.count, -1)
+    least = np.nanmin(np.where(np.isnan(zones), 9.0, zones), axis=2)
+    least = np.where(least < 9.0, least, np.nan)
+    each, all_ = (np.full(a.shape, 10) for a in (least, zones))
+    stops = Stops(joints, least, np.where(np.isnan(least), 0, 10), each, 0 * each, 0 * least)
+    valid = np.where(np.isnan(zones), 0, 10)
+    (fit,) = fit_mount(
+        SCENE, Setup((ring,)), stops, zones={0: ZoneStops(zones, valid, all_, 0 * all_)}
+    )
+    off = np.abs(fit.values - errors)
+    assert off[[0, 3]].max() < 0.0005  # m
+    assert np.degrees(off[[1, 2]]).max() < 0.05
 
 
 @pytest.mark.parametrize("turn", every_turn(4, 4))

@@ -200,7 +200,7 @@ BAD_RECORDS = {
     f"{HEADER}\n0,{STILL}\n\n1,0,x,0,0,0,0": 'line 4, column q1: found "x", allowed: a number',
     f"{HEADER}\n0,{STILL}\n1,0,0": "line 3: found 3 columns, allowed: 7, as line 1 names",
     f"{HEADER}\n0,{STILL}\n1,{STILL}\n1,{STILL}": (
-        "line 4, column t: found 1.0, allowed: above 1, the time of the row before"
+        "line 4, column t: found 1.0, allowed: above 1.0, the time of the row before"
     ),
     f"{HEADER}\n0,{STILL}\n-1,{STILL}": "line 3, column t: found -1.0, allowed: above 0",
     f"{HEADER}\n0,{STILL}\n1,0,0,13,0,0,0": (

@@ -83,11 +83,13 @@ def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
 
 
 def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
-    """Check that all ports exist and that the user may read and write them.
+    """Check that all ports exist, that the user may read and write them, and that each is given
+    once, by whatever name.
 
     Raises:
         UserError: if not.
     """
+    owners = dict[str, str]()
     for name, port in zip(ring_names(setup), ports, strict=True):
         if os.name == "posix" and not Path(port.name).exists():
             raise UserError(
@@ -98,6 +100,12 @@ def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
             raise UserError(
                 f"--ring {name}: no right to read and write port {shown(port.name)}; join the group"
                 " that owns it"
+            )
+        other = owners.setdefault(os.path.realpath(port.name), name)
+        if other != name:
+            raise UserError(
+                f"--ring {name}: port {shown(port.name)} is that of {other}; give each ring a port"
+                " of its own"
             )
 
 

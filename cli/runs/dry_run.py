@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.errors import UserError
@@ -11,6 +13,7 @@ from ...rig.check.before_move import HEADING, before_move
 from ...rig.check.dry_run import DryRun, dry_run
 from ...rig.check.plans import CheckOptions, plan_check
 from ...rig.check.preconditions import require_revolute
+from ...rig.poses.routes import SLACK, Clearance
 from ...rig.simulated_cell.cell import with_cell
 from ...viewer.motion import MotionSession, PlannedMotion
 from ...viewer.server import Server
@@ -28,13 +31,19 @@ def planned_dry_run(
     """Return the scene, the setup and the motion of a check.
 
     Raises:
-        UserError: if no plan is possible, or no part of it moves the robot.
+        UserError: if no plan is possible, no part of it moves the robot, or the robot cannot start
+            from the scene's first pose.
     """
     if options.parts == ("self",):
         raise UserError("--dry-run: found --part self, wanted: mount or coverage, which have poses")
     require_revolute(given.robot)
     scene = with_cell(given)
     rings = rounded(setup, scene.sensor)
+    if wrong := Clearance(scene, rings).fault(np.asarray(scene.poses[0].q, float), SLACK):
+        raise UserError(
+            f"--dry-run: the robot cannot start from the scene's first pose: {wrong}; put a clear"
+            " pose first in [[poses]], or correct [[obstacles]] or the distances in [motion]"
+        )
     with Terminal(stderr=True).status("planning"):
         plans = plan_check(rings, scene, options, moved=True)
         return scene, rings, dry_run(scene, rings, plans, options.seed)

@@ -28,7 +28,9 @@ def before_move(scene: CoreScene, setup: Setup, run: DryRun) -> list[str]:
         setup: the rings as proposed.
         run: the check's motion.
     """
-    lines = [*_payload(payload(scene, setup), ring_names(setup)), *_limits(scene, setup, run)]
+    lines = list(_payload(payload(scene, setup), ring_names(setup)))
+    if run.time[-1] > 0:  # else nothing that a limit could be taken from
+        lines += _limits(scene, setup, run)
     return [*lines, *_planes(scene)]
 
 

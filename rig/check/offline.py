@@ -173,11 +173,16 @@ class _Steps:
         """Return the stops of the mount check: planned, noted, or where the robot stood still."""
         noted, plan = self._of("mount"), self._mount
         if plan is not None:
-            if not noted:
-                for still in self._undisturbed():
-                    off = np.abs(plan.joints - still.q).max(axis=1)
-                    if off.min() <= WITHIN:
-                        self._add("mount", int(off.argmin()), still)
+            held = {span.number for span in noted}
+            for still in () if noted else self._undisturbed():
+                off = np.abs(plan.joints - still.q).max(axis=1)
+                if off.min() <= WITHIN:
+                    held.add(int(off.argmin()))
+                    self._add("mount", int(off.argmin()), still)
+            for number in sorted(set(range(len(plan.joints))) - held):
+                why = "no step in the files" if noted else "no standstill there in the files"
+                note = {"what": "skipped", "step": "mount", "number": number, "why": why}
+                self._said.append((0.0, note))
             return plan
         if noted:
             self._renumber({s.number: i for i, s in enumerate(noted)})

@@ -13,6 +13,7 @@ from ...coverage.rings.ring import Setup
 from ..mount.as_built import AsBuilt
 from ..mount.fit import fit_mount
 from ..mount.hand_sweep import Waving, waved
+from ..mount.stop_plan import require_cell
 from ..rod.coverage_estimate import RodCheck, check_rod
 from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_at_stops
 from ..sensing.zone_grid import zone_grid, zoned
@@ -177,6 +178,7 @@ class _Parts:
         if read is None or some is None:
             raise ValueError("no stop has readings")
         scene, setup = self._check.scene, self._check.setup
+        require_cell(scene)
         rings = tuple(replace(r, serial=self.serials[i]) for i, r in enumerate(setup.rings))
         setup = replace(setup, rings=rings)
         zones = {i: zones_at_stops(some[0], setup, i, some[1]) for i in zoned(setup)}

@@ -70,9 +70,12 @@ def by_waving(waves: Mapping[int, Readings], setup: Setup) -> Ports:
 
 def by_pattern(scene: CoreScene, setup: Setup, stops: Stops) -> Ports:
     """Return the ports that belong to other rings, from the readings at stops: what each ring
-    should see of the robot itself and of the cell, in any order of its wires.
+    should see of the robot itself and of the cell, in any order of its wires, mounted as proposed
+    or the other way round.
     """
-    wanted, rings = expected(scene, setup, stops.joints).distance, len(setup.rings)
+    rings = len(setup.rings)
+    turned = replace(setup, rings=tuple(replace(r, tilt=-r.tilt) for r in setup.rings))
+    wanted = [expected(scene, one, stops.joints).distance for one in (setup, turned)]
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     parts = [slice(int(first[i]), int(first[i + 1])) for i in range(rings)]
     table = np.full((rings, rings), np.inf)
@@ -80,7 +83,7 @@ def by_pattern(scene: CoreScene, setup: Setup, stops: Stops) -> Ports:
         for ring in range(rings):
             if setup.rings[port].count == setup.rings[ring].count:
                 read = stops.distance[:, parts[port]]
-                table[port, ring] = _cost(read, wanted[:, parts[ring]])
+                table[port, ring] = _cost(read, [one[:, parts[ring]] for one in wanted])
     finite = np.where(np.isfinite(table), table, 1e12)
     port, ring = linear_sum_assignment(finite + 1e-6 * (1 - np.eye(rings)))
     if finite.trace() - finite[port, ring].sum() <= _SURE:
@@ -88,11 +91,17 @@ def by_pattern(scene: CoreScene, setup: Setup, stops: Stops) -> Ports:
     return _distinct({int(p): int(r) for p, r in zip(port, ring, strict=True)})
 
 
-def _cost(read: Float[np.ndarray, "P n"], wanted: Float[np.ndarray, "P n"]) -> float:
-    """Return the cost of readings of a ring, in the best order of its wires."""
+def _cost(read: Float[np.ndarray, "P n"], wanted: Sequence[Float[np.ndarray, "P n"]]) -> float:
+    """Return the cost of readings of a ring, in the best order of its wires.
+
+    Args:
+        read: readings at P stops, m.
+        wanted: expected readings of the ring as proposed, and mounted the other way round, m.
+    """
     silent = np.flatnonzero(~np.isfinite(read).any(axis=0))
-    table = costs(read, wanted, _COARSE)
-    seat = best_order({False: table}, silent).seat(len(table))
+    tables = {bool(i): costs(read, one, _COARSE) for i, one in enumerate(wanted)}
+    order = best_order(tables, silent)
+    table, seat = tables[order.flipped], order.seat(read.shape[1])
     wires = np.setdiff1d(np.arange(len(table)), silent)
     return float(table[wires, seat[wires]].sum())
 

@@ -19,7 +19,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
-from ..sensing.readings import Stops, ZoneStops
+from ..sensing.readings import BLOCKED, Stops, ZoneStops
 from .channel_assignment import Order, best_order, costs, mixed, reseated
 from .mounting_error_model import LIMITS, NAMES, free, moved
 from .solve import MountError, Read, Solved, solve
@@ -170,13 +170,20 @@ def _fit(
     if zones is not None:
         lost = np.flatnonzero(none | mute)
         turns = _turns(scene, found, zones, joints, order, lost)
-        least = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
+        least, nearest = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
         least = np.where(np.isfinite(measured), least, np.nan)
-        found = seated(Read(joints, least, sigma), found.seat)
+        # a zone's nearest ray is farther than the whole beam's nearest point, most at an edge
+        whole = found.wanted[:, found.seat] - found.solved.values[3]
+        both = np.isfinite(nearest) & np.isfinite(whole)
+        apart = np.subtract(nearest, whole, out=np.zeros_like(whole), where=both)
+        found = seated(Read(joints, least - apart, np.hypot(sigma, apart)), found.seat)
         turns = _turns(scene, found, zones, joints, order, lost)
     values, covariance, used, scale = found.solved
     seat, wanted, table = found.seat, found.wanted, found.table
-    some, often = free(scene, ring), np.isfinite(wanted).sum(axis=0)[seat] >= _OFTEN
+    # a sensor that works may call what is nearer than it measures uncertain, at every stop
+    near = max(BLOCKED, ring.sensor.near_m)
+    some = free(scene, ring)
+    often = (np.isfinite(wanted) & (wanted >= near)).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
     dead = mute | (none & often) | (same & astray)
     return RingFit(

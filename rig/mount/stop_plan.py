@@ -102,10 +102,7 @@ def planned(
     Raises:
         ValueError: if the scene has no obstacles, or leaves no clear poses.
     """
-    if not scene.obstacles:
-        raise ValueError(
-            "the scene has no obstacles; a mount check needs a known cell: a floor, a table, boxes"
-        )
+    require_cell(scene)
     noise, joints = noise or Noise(), drawn(scene, candidates, seed, good)
     rng, parts = np.random.default_rng((seed, 1)), []
     for draw in range(1 + _DRAWS):
@@ -121,6 +118,14 @@ def planned(
         total = total + each[chosen[-1]]
     order = _short_way(joints[chosen], scene.poses[0].q)
     return MountPlan(joints[chosen][order], frames, total - np.eye(4))
+
+
+def require_cell(scene: CoreScene) -> None:
+    """Raise ValueError if the scene has no obstacles, so that no reading shows how rings sit."""
+    if not scene.obstacles:
+        raise ValueError(
+            "the scene has no obstacles; a mount check needs a known cell: a floor, a table, boxes"
+        )
 
 
 def _information(

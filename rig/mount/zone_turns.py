@@ -128,18 +128,20 @@ def nearest_zones(
     joints: Float[np.ndarray, "P J"],
     seat: Int[np.ndarray, " n"],
     turns: ZoneTurns,
-) -> Float[np.ndarray, "P n"]:
-    """Return the reading of the zone of each wire that should be nearest, m; nan without one.
+) -> tuple[Float[np.ndarray, "P n"], Float[np.ndarray, "P n"]]:
+    """Return the reading of the zone of each wire that should be nearest, m, nan without one; and
+    its expected reading without the ring's offset, m, infinite without a target.
 
     The least of all zones is less on average, because it is chosen by its noise.
     """
     wanted = expected_zones(scene, Setup((built,)), 0, joints)[..., 0]
     read = np.full((len(joints), built.count), np.nan)
+    nearest = wanted.min(axis=(2, 3))[:, seat]
     for wire, at in enumerate(seat):
         turn = turns.turn.after(turns.turned.get(wire, GridTurn()))
         zone = turn.arrives(wanted[:, at]).reshape(len(joints), -1).argmin(axis=1)
         read[:, wire] = stops.distance[np.arange(len(joints)), wire, zone]
-    return read
+    return read, nearest
 
 
 def _besides(turn: GridTurn, common: GridTurn) -> GridTurn:

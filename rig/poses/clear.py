@@ -106,7 +106,7 @@ def least_gaps(
     distance if they are neighbours. Otherwise they may come as close as they are there and no
     closer. A body that is closer than ``cell`` to an obstacle at one of these poses may come as
     close as it is there, but never into it. A body that no joint moves relative to an obstacle,
-    such as a base on its floor, needs no distance.
+    such as a base on its floor, needs no distance. The slack never excludes one of these poses.
     """
     bodies, obstacles = (
         known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses]))
@@ -114,8 +114,10 @@ def least_gaps(
     near_bodies = np.where(neighbours(scene), -np.inf, bodies - _ROUNDING)
     near_obstacles = np.where(fixed(scene), -np.inf, np.maximum(obstacles - _ROUNDING, 0.0))
     return (
-        np.where(bodies >= own, own + slack, near_bodies),
-        np.where(obstacles >= cell, cell + slack, near_obstacles),
+        np.where(bodies >= own, np.clip(bodies - _ROUNDING, own, own + slack), near_bodies),
+        np.where(
+            obstacles >= cell, np.clip(obstacles - _ROUNDING, cell, cell + slack), near_obstacles
+        ),
     )
 
 

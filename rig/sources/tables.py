@@ -9,7 +9,15 @@ from typing import TextIO
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, shown
 from ...formats.recorded_motion import MOST_ROWS, TIMES, read_record
-from .messages import JointMessage, RangeMessage, StepMessage, checked_time, ranged, refuse
+from .messages import (
+    FARTHEST,
+    JointMessage,
+    RangeMessage,
+    StepMessage,
+    checked_time,
+    ranged,
+    refuse,
+)
 
 _LONGEST = 1 << 12  # characters of a line
 
@@ -35,7 +43,8 @@ class JointTable:
 
 class RangeTable:
     """Readings, one a row: a column of times, ``sensor`` (name of its frame) and ``range_m``:
-    ``inf`` without a target, ``nan`` or nothing where the sensor failed.
+    ``inf`` without a target, ``nan`` or nothing where the sensor failed. A larger number than any
+    sensor measures is refused: it is in another unit.
     """
 
     def __init__(self, path: Path) -> None:
@@ -45,6 +54,9 @@ class RangeTable:
         """Yield the rows."""
         for line, time, (sensor, text) in _rows(self._path, ("sensor", "range_m")):
             distance = _number(self.name, line, "range_m", text or "nan")
+            if math.isfinite(distance) and distance > FARTHEST:
+                wanted = f"m, at most {FARTHEST:g}, or inf without a target"
+                raise refuse(self.name, f"line {line}, column range_m", shown(distance), wanted)
             yield RangeMessage(self.name, sensor, time, math.nan, *ranged(distance, 0.0, 0.0))
 
 
