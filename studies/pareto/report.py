@@ -59,13 +59,16 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
     ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's layouts (sensors)")
     plain(ax, "", f"coverage of {names[1]}, percent", f"coverage of {names[0]}, percent")
     ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
+    figure.draw_without_rendering()  # so that pixels are final
     _label(ax, papers)
     save(figure, file)
 
 
 def _label(ax: Axes, papers: Sequence[Point]) -> None:
-    """Write the names of the paper's layouts, each on the side where it covers least."""
-    ax.figure.draw_without_rendering()  # so that pixels are final
+    """Write the names of the paper's layouts, each on the side where it covers least.
+
+    The figure is drawn already, so that its pixels are final.
+    """
     lines = [
         ax.transData.transform_path(curves.Path(pts_to_prestep(*line.get_data()).T))
         for line in ax.lines
