@@ -33,11 +33,14 @@ def printed_parts(scene: CoreScene, setup: Setup) -> PrintedParts:
     parts = PrintedParts()
     for number, ring in enumerate(setup.rings):
         try:
-            _, files, plan, _ = print_ring(scene, number, ring)
+            record, files, plan, _ = print_ring(scene, number, ring)
         except UnbuildableError as error:
             parts.reasons.append(str(error))
             continue
-        parts.grams += DENSITY * sum(float(read_stl(file).volume) for file in files) / MM
+        volumes = [float(read_stl(file).volume) for file in files]
+        if record.lids:  # whose file is the last
+            volumes[-1] *= record.lids.copies
+        parts.grams += DENSITY * sum(volumes) / MM
         parts.rings += 1
         for kind in fasteners(plan):
             parts.hardware[f"{kind} (to close the rings)"] += len(plan.joints)
