@@ -332,6 +332,10 @@ def test_cover_in_a_scenes_file(tmp_path):
     board = "[sensor.board]\nwidth = 0.02\nheight = 0.02\n"
     for text, says in (
         (board, "its board has no holes for screws and is glued"),
+        (
+            f"{board}holes = [[0.0, 0.008]]\nplugs = [0.0, 0.005]",
+            "its plugs stand where the screws of its lid do",
+        ),
         (f"[sensor]\nfov_deg = 120\n{board}holes = [[0.0, 0.008]]", r"a window of .* mm for its"),
     ):
         path.write_text(f"[printing]\ncover = true\n{text}")

@@ -8,7 +8,7 @@ with the origin at the lens.
 import math
 from dataclasses import dataclass
 
-from .boards import Board
+from .boards import PLUG_HALF, Board
 from .sensor import Sensor
 
 MARGIN = 0.0005
@@ -113,8 +113,10 @@ class Lid:
         return free + x, free + y
 
     def fault(self, sensor: Sensor) -> str | None:
-        """Return a message on why the beams of ``sensor`` leave no room for a lid; None if they
-        do."""
+        """Return a message on why the beams of ``sensor`` or the plugs leave no room for a lid;
+        None if they do."""
+        if self._plugs_meet_screws():
+            return "its plugs stand where the screws of its lid do"
         wide, high = self.window(sensor, self.front)
         x0, x1, y0, y1 = self.extent()
         beside = min(-x0, x1) - wide, min(-y0, y1) - high
@@ -124,6 +126,18 @@ class Lid:
             meets = meets or "the screws of its lid"
         size = f"{2000 * wide:.1f} × {2000 * high:.1f} mm"
         return f"a window of {size} for its beam meets {meets}" if meets else None
+
+    def _plugs_meet_screws(self) -> bool:
+        """Whether the rim's opening for a plug leaves a screw less than a wall."""
+        board, least = self.board, self.hole + self.thick
+        sides = (board.width / 2, board.height / 2)
+        for at in board.holes:
+            for side in (0, 1):
+                plug = min(PLUG_HALF, sides[1 - side]) + self.clearance
+                beside = max(abs(at[1 - side]) - plug, 0.0)
+                if board.plugs[side] and math.hypot(beside, sides[side] - abs(at[side])) < least:
+                    return True
+        return False
 
 
 def lid_of(board: Board, clearance: float, least_wall: float) -> Lid | None:

@@ -6,10 +6,10 @@ import math
 import numpy as np
 from manifold3d import Manifold
 
+from ...coverage.sensors.boards import PLUG_HALF
 from .primitives import SMALL, box, union
 from .print_plan import MM, PrintPlan
 
-_PLUG = 3.0  # half the width of a plug along its edge, or half the edge where that is less
 _PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
@@ -60,7 +60,7 @@ def beyond_plugs(
     x, y = on_board(plan, 0.0, 0.0)
     w, h = MM * b.width / 2, MM * b.height / 2
     side, up = (max(MM * v, least) if v else 0.0 for v in b.plugs)
-    across, upright = min(_PLUG, w) + aside, min(_PLUG, h) + aside
+    across, upright = (min(MM * PLUG_HALF, v) + aside for v in (w, h))
     rooms = []
     for sign in (-1.0, 1.0):
         if up:
