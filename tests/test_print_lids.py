@@ -24,16 +24,21 @@ from place_rings.coverage.sensors.lids import lid_fault
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
-from place_rings.formats.printing.lids import lid_solid, mounted_lids
+from place_rings.formats.printing.lids import flat_lid, lid_solid, mounted_lids, screw_heads
+from place_rings.formats.printing.mounted_boards import beam
 from place_rings.formats.printing.payload import ring_parts
+from place_rings.formats.printing.primitives import union
+from place_rings.formats.printing.print_checks import least_wall, read_stl, stl
 from place_rings.formats.printing.print_files import board_screws, print_ring, ring_files
 from place_rings.formats.printing.print_plan import plan_ring
+from place_rings.formats.printing.ring_solids import assemble
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.board_fit import most_sensors
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
+from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.printed_parts import printed_parts
 
 from . import drawing
@@ -310,6 +315,9 @@ def test_lids_add_to_mass_filament_and_pictures():
     assert ring_parts(scene, ring)["plastic"].mass == pytest.approx(1270e-9 * whole, rel=1e-4)
     bought = printed_parts(scene, Setup((ring,)))
     assert bought.grams == pytest.approx(1.27e-3 * whole, rel=1e-4)
+    assert bought.lids == 5
+    page = "\n".join(materials(scene, Setup((ring,)), lambda _: 1))
+    assert "for 1 ring and 5 lids, printed solid" in page
     assert any("of lid and board" in text for text in bought.hardware)
 
 
@@ -352,6 +360,42 @@ def test_a_glued_board_has_no_lid_and_its_ring_is_refused_in_one_line():
     ring = Ring("forearm", 0.5, 3, 0.2, 0.0, scene.radius_of("forearm"), sensor)
     with pytest.raises(UserError, match=r"^ring 0 \(forearm\): .*glued$"):
         ring_files(Setup((ring,)), scene, lambda *_: {})
+
+
+def drawn_board(rng: np.random.Generator) -> Board:
+    """A board with one to four holes near its edges, its lens anywhere near the middle."""
+    (w, h), hole = rng.uniform(0.012, 0.04, 2), float(rng.choice([0.0017, 0.0025, 0.0033]))
+    inset = hole / 2 + rng.uniform(0.0002, 0.003)
+    x, y = float(w / 2 - inset), float(h / 2 - inset)
+    spots = [[(x, y), (-x, y), (x, -y), (-x, -y)], [(x, y), (-x, -y)], [(0.0, -y)], [(x, 0.0)]]
+    return Board(
+        float(w),
+        float(h),
+        float(rng.choice([0.001, 0.0016])),
+        (float(rng.uniform(-0.1, 0.1) * w), float(rng.uniform(-0.1, 0.1) * h)),
+        float(rng.uniform(0, 0.003)),
+        tuple(spots[rng.integers(4)]),
+        hole,
+        plugs=[(0.0, 0.0), (0.007, 0.0), (0.0, 0.0001), (0.006, 0.006)][rng.integers(4)],
+        plug_height=float(rng.uniform(0, 0.006)),
+    )
+
+
+@given(drawing.seeds, st.sampled_from([0.0, 0.0003, 0.001]))
+def test_the_lid_of_any_board_that_allows_one_keeps_its_walls(seed, clearance):
+    rng = np.random.default_rng(seed)
+    sensor = replace(sensor_of(str(rng.choice(MODELS))), board=drawn_board(rng))
+    assume(lid_fault(sensor.board, sensor, clearance, 0.0012) is None)
+    printing = replace(COVERED, clearance=clearance)
+    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=printing)
+    plan = plan_ring(scene, Ring("forearm", 0.5, 3, float(rng.uniform(-1, 1)), 0.0, 0.2, sensor))
+    lid = lid_solid(plan)
+    assert len(lid.decompose()) == 1
+    assert least_wall(lid, seed % 7) >= 1.2
+    assert read_stl(stl(flat_lid(plan))).is_watertight
+    whole = union([*assemble(plan).boards, *assemble(plan).plugs, *screw_heads(plan)])
+    assert (union(mounted_lids(plan)) ^ whole).volume() < 0.01
+    assert (union([beam(plan, k) for k in range(3)]) ^ union(screw_heads(plan))).volume() == 0
 
 
 @given(st.floats(1, 89))

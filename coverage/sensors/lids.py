@@ -119,13 +119,14 @@ class Lid:
             return "its plugs stand where the screws of its lid do"
         wide, high = self.window(sensor, self.front)
         x0, x1, y0, y1 = self.extent()
-        beside = min(-x0, x1) - wide, min(-y0, y1) - high
-        meets = "the edge of its lid" if min(beside) < 0 else ""
-        wide, high = self.window(sensor, self.front + SCREW_HEAD)
-        if any(max(abs(x) - wide, abs(y) - high) < self.boss for x, y in self.spots):
-            meets = meets or "the screws of its lid"
-        size = f"{2000 * wide:.1f} × {2000 * high:.1f} mm"
-        return f"a window of {size} for its beam meets {meets}" if meets else None
+        size = f"a window of {2000 * wide:.1f} × {2000 * high:.1f} mm for its beam"
+        if min(min(-x0, x1) - wide, min(-y0, y1) - high) < 0:
+            return f"{size} meets the edge of its lid"
+        for ahead, radius in ((self.front, self.boss), (self.front + SCREW_HEAD, self.board.hole)):
+            wide, high = self.window(sensor, ahead)
+            if any(max(abs(x) - wide, abs(y) - high) < radius for x, y in self.spots):
+                return f"{size} meets the screws of its lid"
+        return None
 
     def _plugs_meet_screws(self) -> bool:
         """Whether the rim's opening for a plug leaves a screw less than a wall."""
