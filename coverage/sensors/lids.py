@@ -116,16 +116,16 @@ class Lid:
         """Return a message on why the beams of ``sensor`` or the plugs leave no room for a lid;
         None if they do."""
         if self._plugs_meet_screws():
-            return "its plugs stand where the screws of its lid do"
+            return "the board's plugs stand where the screws of a lid would"
         wide, high = self.window(sensor, self.front)
         x0, x1, y0, y1 = self.extent()
-        size = f"a window of {2000 * wide:.1f} × {2000 * high:.1f} mm for its beam"
+        size = f"a window of {2000 * wide:.1f} × {2000 * high:.1f} mm for the beam"
         if min(min(-x0, x1) - wide, min(-y0, y1) - high) < 0:
-            return f"{size} meets the edge of its lid"
+            return f"{size} meets the edge of a lid"
         for ahead, radius in ((self.front, self.boss), (self.front + SCREW_HEAD, self.board.hole)):
             wide, high = self.window(sensor, ahead)
             if any(max(abs(x) - wide, abs(y) - high) < radius for x, y in self.spots):
-                return f"{size} meets the screws of its lid"
+                return f"{size} meets the screws of a lid"
         return None
 
     def _plugs_meet_screws(self) -> bool:
@@ -157,6 +157,6 @@ def lid_fault(board: Board, sensor: Sensor, clearance: float, least_wall: float)
     if it can. For the arguments see ``lid_of``."""
     lid = lid_of(board, clearance, least_wall)
     if lid is None:
-        return "its board has no holes for screws and is glued"
+        return "the sensor's board has no holes for screws and is glued"
     turned = Lid(board.turned, lid.clearance, lid.thick)
     return lid.fault(sensor) or turned.fault(sensor)
