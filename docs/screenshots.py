@@ -3,7 +3,7 @@
 The picture of a robot needs the extra ``robots``, that of the viewer Chromium and the extra
 ``test``.
 
-Run: python docs/screenshots.py [placement | ring | assembled_ur10 | robot | viewer | ...] ...
+Run: python docs/screenshots.py [placement | ring | lids | assembled_ur10 | viewer | ...] ...
 """
 
 import math
@@ -38,6 +38,15 @@ def ring(folder: Path) -> Path:
     """Draw a printed ring with its boards."""
     scene = pr.Scene(sensor=pr.sensors["vl53l4cd"])
     one = scene.ring("forearm", 0.9, 12, tilt=math.radians(-45), phase=math.radians(15))
+    pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
+    return folder / "mounted.png"
+
+
+def lids(folder: Path) -> Path:
+    """Draw a printed ring whose boards have lids."""
+    (folder / "scene.toml").write_text('[sensor]\nmodel = "vl53l5cx"\n[printing]\ncover = true\n')
+    scene = pr.load(folder / "scene.toml")
+    one = scene.ring("forearm", 0.8, 8, tilt=math.radians(-40), phase=math.radians(22))
     pr.export(pr.Setup([one]), scene, to="stl", folder=folder)
     return folder / "mounted.png"
 
@@ -108,6 +117,7 @@ def viewer(folder: Path) -> Path:
 PICTURES: dict[str, Callable[[Path], Path]] = {
     "placement": placement,
     "ring": ring,
+    "lids": lids,
     "parts": parts,
     "assembled_ur10": assembled("ur10", 5, 50),
     "assembled_ur5e": assembled("ur5e", 5, 50),

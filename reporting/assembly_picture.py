@@ -58,7 +58,8 @@ def printed_parts(
     names, rings = (*robot.chain.joints, TCP_FRAME), []
     for record in result.rings:
         T_base_link, parts = frames[names.index(record.frame)], []
-        for file, T_link_print in record.T_link_print.items():
+        lids = [(record.lids.file, T) for T in record.lids.T_link_print] if record.lids else []
+        for file, T_link_print in (*record.T_link_print.items(), *lids):
             mesh = read_stl(data[file])
             T = T_base_link @ np.array(T_link_print) @ np.diag([1 / MM, 1 / MM, 1 / MM, 1.0])
             solid = Manifold(

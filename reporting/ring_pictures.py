@@ -6,26 +6,31 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..formats.printing.lids import flat_lid
 from ..formats.printing.primitives import union
 from ..formats.printing.print_files import MOUNTED
 from ..formats.printing.print_plan import PrintPlan
 from ..formats.printing.ring_solids import Assembly
-from ..formats.schema.print_models import PrintedRing
+from ..formats.schema.print_models import PrintedLids, PrintedRing
 from .rendering.canvas import Canvas
 from .rendering.figures import png
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _BODY, _OTHER, _THIRD = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46), (0.80, 0.48, 0.20)
 _BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)
+_LID = (0.36, 0.47, 0.62)
 _INK = "#333333"
 _APART = 14.0  # mm, gap between the parts in the exploded view
+_PAGE, _STRIP = 8.2, 2.2  # inches, height of a ring's picture, and of the strip for lids below
 _STEP = 1.2  # mm, step in depth between neighbouring pixels that gets an outline
 _CREASE = 30.0  # degrees, angle between faces that makes a sharp edge
 _ABOVE, _SIDE = (-90, 90), (-90, 0)  # azimuth and elevation of the eye, degrees
 _ABOUT_ORIGIN = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+Place = tuple[float, float, float, float]
 Parts = list[tuple["Manifold", tuple[float, float, float]]]
 
 
@@ -66,7 +71,8 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     """Return a PNG of a ring: the exploded parts, views with dimensions, and measured values."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
+    strip = _STRIP if made.lids else 0.0
+    figure = Figure(figsize=(13, _PAGE + strip), dpi=100, facecolor="white")
     parts: Parts = [*zip(made.parts, itertools.cycle((_BODY, _OTHER)))]
     if len(parts) % 2:
         parts[-1] = (made.parts[-1], _THIRD)
@@ -74,8 +80,8 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     for (part, colour), arc in zip(parts, plan.arcs, strict=True):
         way = sum(arc) / 2
         apart.append((part.translate((off * math.cos(way), off * math.sin(way), 0)), colour))
-    _show(figure.add_axes((0.01, 0.40, 0.56, 0.53)), apart, (-62, 38), 3)
-    above = figure.add_axes((0.57, 0.36, 0.43, 0.57))
+    _show(figure.add_axes(_above((0.01, 0.40, 0.56, 0.53), strip)), apart, (-62, 38), 3)
+    above = figure.add_axes(_above((0.57, 0.36, 0.43, 0.57), strip))
     _show(above, parts, _ABOVE, 14)
     (left, right), (bottom, _) = above.get_xlim(), above.get_ylim()
     low = bottom + 6
@@ -91,7 +97,7 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
         )
         _dimension(above, tail, tip, f"{label} ⌀ {2 * radius:.1f}", shift)
         slant = math.radians(-38)
-    side = figure.add_axes((0.57, 0.02, 0.43, 0.30))
+    side = figure.add_axes(_above((0.57, 0.02, 0.43, 0.30), strip))
     _show(side, parts, _SIDE, 12)
     left, right = side.get_xlim()
     _dimension(
@@ -102,7 +108,26 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     )
     side.axhline(plan.low, color=_INK, lw=0.8, ls=(0, (6, 3)))
     side.text(left + 1, plan.low - 2, "bed", fontsize=9, color=_INK, va="top")
-    lines = [
+    _, low, _, _ = _above((0.0, 0.385, 0.0, 0.0), strip)
+    text = "\n".join(_lines(record))
+    figure.text(0.02, low, text, fontsize=8.6, va="top", color=_INK, linespacing=1.25)
+    if record.lids:
+        _draw_lid(figure, plan, record.lids)
+    figure.suptitle(f"Ring {record.ring} on {record.link}", x=0.02, ha="left", fontsize=14)
+    return png(figure)
+
+
+def _above(place: Place, strip: float) -> Place:
+    """Return a place (left, low, width, height) on a page, as shares of the page with a strip of
+    ``strip`` inches below it."""
+    left, low, width, height = place
+    whole = _PAGE + strip
+    return left, (low * _PAGE + strip) / whole, width, height * _PAGE / whole
+
+
+def _lines(record: PrintedRing) -> list[str]:
+    """Return the lines of text on the picture of a ring."""
+    return [
         (
             f"{record.count} boards, tilted by {abs(record.tilt_deg):.1f}°,"
             f" {record.position_mm:.1f} mm along {record.link}"
@@ -116,9 +141,19 @@ def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
             for c in record.checks
         ),
     ]
-    figure.text(0.02, 0.385, "\n".join(lines), fontsize=8.6, va="top", color=_INK, linespacing=1.25)
-    figure.suptitle(f"Ring {record.ring} on {record.link}", x=0.02, ha="left", fontsize=14)
-    return png(figure)
+
+
+def _draw_lid(figure: "Figure", plan: PrintPlan, lids: PrintedLids) -> None:
+    """Draw a lid as it is printed, and from its front, in the strip below a ring."""
+    lid = flat_lid(plan)
+    x0, y0, z0, x1, y1, z1 = lid.bounding_box()
+    turned = lid.rotate((180.0, 0.0, 0.0)).translate((1.25 * (x1 - x0), y0 + y1, z0 + z1))
+    ax = figure.add_axes((0.57, 0.0, 0.43, (_STRIP - 0.3) / (_PAGE + _STRIP)))
+    _show(ax, [(lid, _LID), (turned, _LID)], (-62, 42), 2)
+    size = " × ".join(f"{v:.1f}" for v in lids.size_mm)
+    ax.set_title(
+        f"lid, as printed and from its front: {lids.copies} copies of {size} mm", fontsize=9
+    )
 
 
 def _allowed(least: float | None, most: float | None) -> str:
@@ -128,7 +163,7 @@ def _allowed(least: float | None, most: float | None) -> str:
 
 
 def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
-    """Return a PNG of a ring with boards and bolts around its link, from two sides.
+    """Return a PNG of a ring with boards, lids and bolts around its link, from two sides.
 
     Arrows show the directions of the sensors.
     """
@@ -143,6 +178,7 @@ def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> byt
     )
     parts: Parts = [*zip(made.parts, itertools.cycle((_BODY, _OTHER)))]
     parts += [(union(made.boards), _BOARD), (made.bolts, _METAL), (link, _LINK)]
+    parts += [(union(made.lids), _LID), (union(made.heads), _METAL)] if made.lids else []
     for place, eye in (
         ((0.0, 0.02, 0.53, 0.9), (-58, 28)),
         ((0.5, 0.02, 0.5, 0.9), (-90, 62)),

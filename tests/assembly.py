@@ -9,8 +9,9 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -81,11 +82,17 @@ def wall(data: bytes, seed: int = 0) -> float:
     return float(thick[opposite < -math.cos(math.radians(20))].min(initial=_NEAR))
 
 
-def shared(data: Mapping[str, bytes], placed: Mapping[str, list[list[float]]]) -> int:
+def places(ring: Mapping[str, Any]) -> list[tuple[str, list[list[float]]]]:
+    """Return file and matrix of every part of a ring of ``printing.json``, lids included."""
+    lids = ring.get("lids") or {"file": "", "T_link_print": []}
+    return [*ring["T_link_print"].items(), *((lids["file"], T) for T in lids["T_link_print"])]
+
+
+def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[float]]]]) -> int:
     """Return how many points on the surface of a ring's parts lie within another of its parts, by
     trimesh's rays; a Manifold made of a file may differ from it where triangles are slivers."""
     meshes = []
-    for file, T in placed.items():
+    for file, T in placed:
         mesh = trimesh.load_mesh(io.BytesIO(data[file]), file_type="stl")
         meshes.append(mesh.apply_scale(0.001).apply_transform(np.array(T)))
     count = 0
@@ -120,7 +127,7 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
     rings = []
     for ring in json.loads(data["printing.json"])["rings"]:
         parts = []
-        for file, T in ring["T_link_print"].items():
+        for file, T in places(ring):
             solid, closed = part(data[file])
             verdict.watertight &= closed
             placed = np.array(T)
@@ -129,7 +136,7 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
             verdict.wall = min(verdict.wall, wall(data[file]))
             low, high = np.reshape(solid.bounding_box(), (2, 3))
             verdict.size = tuple(np.maximum(verdict.size, high - low))
-        verdict.within += shared(data, ring["T_link_print"])
+        verdict.within += shared(data, places(ring))
         T = forward(robot.chain, scene.poses[0].q)[frames_of[ring["frame"]]].copy()
         T[:3, 3] *= 1000
         here = [part.transform(T[:3]) for part in parts]

@@ -30,7 +30,7 @@ _NOTHING = 1.0  # mm³, rounding of facets
 BEDS = (None, (0.22, 0.22, 0.25), (0.12, 0.12, 0.2))  # m
 
 
-def drawn_proposal(rng: np.random.Generator, name: str):
+def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False):
     """A scene of one to three poses with drawn bolts and bed, and rings anywhere that its rules
     allow; None if there is no room at these poses."""
     robot, sensor = ROBOTS[name], effective(Use(str(rng.choice(["vl53l4cd", "vl53l5cx"])))).sensor
@@ -40,6 +40,7 @@ def drawn_proposal(rng: np.random.Generator, name: str):
         bolt=float(rng.choice([0.003, 0.003, 0.004, 0.005])),
         fastening="insert" if rng.uniform() < 0.5 else "nut",
         bed=BEDS[rng.integers(len(BEDS))],
+        cover=cover,
     )
     scene = CoreScene(
         robot=robot, poses=poses, occlusion="shadow", sensor=sensor, printing=printing

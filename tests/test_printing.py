@@ -29,11 +29,12 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
+from place_rings.formats.printing.blocks import thread
 from place_rings.formats.printing.primitives import FACETS, union
 from place_rings.formats.printing.print_checks import least_wall, overhang, read_stl, stl
 from place_rings.formats.printing.print_files import print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
-from place_rings.formats.printing.ring_solids import assemble, collar, envelope_solid, thread
+from place_rings.formats.printing.ring_solids import assemble, collar, envelope_solid
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.ring_envelopes import envelope

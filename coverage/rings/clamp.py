@@ -12,16 +12,16 @@ import numpy as np
 
 from ..sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
 from ..sensors.boards import Board
+from ..sensors.lids import SCREW_HEAD
 
 FRONT = 0.006
-"""Depth in front of a lens that the clamp leaves free, m."""
+"""Depth in front of a lens that the clamp leaves free, m; of lids more where they need it."""
 NUT_CLEARANCE = 0.00015
 """Clearance of a nut in its trap, on each side, m."""
 NUT_COVER = 0.0003
 """Material between a nut and the split, m."""
-_SCREW_HEAD = 0.0025  # m, height of the screw heads on a board
 _LIFT = 0.0005  # m, from the pockets up to the ears
-_PLUG_GAP = 0.0005  # m, from plugs up to the ears
+_PLUG_GAP = 0.0005  # m, from plugs and lids up to the ears
 
 
 @dataclass(frozen=True)
@@ -171,21 +171,26 @@ class Clamp:
         """Lower and upper end of the ears.
 
         They stand above the pockets, which would weaken them, above the space in front of the
-        lenses where they would reach into it, and above plugs that would meet them.
+        lenses where they would reach into it, and above plugs and lids that would meet them.
         """
         c, s = math.cos(self.tilt), math.sin(self.tilt)
         # where the upper edge of a pocket crosses the plane of its lens
         edge = self.radius - self.pocket.high * s
         outer = math.hypot(self.ear, self.reach)
         under = (outer - edge) / max(c, 1e-9)
-        low = self.top + (self.seat + min(max(under, 0.0), FRONT)) * s + _LIFT
-        board = self.pocket.board
-        up = self.pocket.high + board.plugs[1]
-        inside = self.radius - board.lens_height * c - up * s  # the plugs' distance from the axis
-        if board.plugs[1] and inside < self.bolted:
-            # the slope under an ear must clear them, too
-            slope = max(self.ear - inside, 0.0)
-            low = max(low, up * c + self.in_front * s + slope + _PLUG_GAP)
+        low = self.top + (self.seat + min(max(under, 0.0), self.front)) * s + _LIFT
+        board, lid = self.pocket.board, self.pocket.lid
+        ends = list[tuple[float, float, float]]()  # up, and rear and front of plugs and lids
+        if board.plugs[1]:
+            ends.append((self.pocket.high + board.plugs[1], -board.lens_height, self.on_board))
+        if lid is not None:
+            ends.append((lid.high, lid.back, self.in_front))
+        for up, back, front in ends:
+            inside = self.radius + back * c - up * s  # distance of plugs or lid from the axis
+            if inside < self.bolted:
+                # the slope under an ear must clear them, too
+                slope = max(self.ear - inside, 0.0)
+                low = max(low, up * c + front * s + slope + _PLUG_GAP)
         return low, low + 2 * self.bolt.widest + self.wall
 
     @property
@@ -200,10 +205,24 @@ class Clamp:
 
     @property
     def in_front(self) -> float:
-        """Distance from the plane of a lens forwards to the ends of plugs and screw heads."""
+        """Distance from the plane of a lens forwards to the ends of plugs, lids and screw heads."""
+        lid = self.pocket.lid
+        return self.on_board if lid is None else lid.front + SCREW_HEAD
+
+    @property
+    def on_board(self) -> float:
+        """Distance from the plane of a lens forwards to the ends of plugs, and of the heads of
+        screws on a board without a lid."""
         board = self.pocket.board
-        heads = _SCREW_HEAD if board.holes else 0.0
+        heads = SCREW_HEAD if board.holes and self.pocket.lid is None else 0.0
         return max(heads, board.plug_height if any(board.plugs) else 0.0) - board.lens_height
+
+    @property
+    def front(self) -> float:
+        """Depth in front of a lens that the clamp leaves free."""
+        if self.pocket.lid is None:
+            return FRONT
+        return max(FRONT, self.in_front + self.printing.clearance)
 
     @property
     def foot(self) -> float:

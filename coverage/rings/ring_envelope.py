@@ -1,4 +1,5 @@
-"""The envelope of a mounted ring: one solid around its clamp, boards, plugs, screws and bolts.
+"""The envelope of a mounted ring: one solid around its clamp, boards, plugs, lids, screws and
+bolts.
 
 The envelope is a union of hollow cylinders about the mount axis, all with the bore of the clamp. It
 does not depend on the ring's phase: the parts between the boards and ears are included. It is
@@ -96,7 +97,7 @@ def envelope_of(clamp: Clamp, leans_back: bool = False) -> Envelope:
 
 
 def _board_band(clamp: Clamp) -> Band:
-    """Return the band of blocks, boards, plugs, packages and screw heads."""
+    """Return the band of blocks, boards, plugs, packages, lids and screw heads."""
     c, s, pocket = math.cos(clamp.tilt), math.sin(clamp.tilt), clamp.pocket
     board = pocket.board
     side, up = board.plugs
@@ -105,9 +106,13 @@ def _board_band(clamp: Clamp) -> Band:
     corners = [
         (u, v, half)
         for u in (pocket.low - up, pocket.high + up)
-        for v in (-pocket.deep, -board.lens_height, clamp.in_front)
+        for v in (-pocket.deep, -board.lens_height, clamp.on_board)
     ]
     corners += [(u, 0.0, _PACKAGE[0] / 2) for u in (-_PACKAGE[1] / 2, _PACKAGE[1] / 2)]
+    if (lid := pocket.lid) is not None:
+        corners += [
+            (u, v, lid.half) for u in (lid.low, lid.high) for v in (lid.back, clamp.in_front)
+        ]
     heights = [v * s + u * c for u, v, _ in corners]
     radii = [math.hypot(clamp.radius + v * c - u * s, w) for u, v, w in corners]
     arms = clamp.collar / math.cos(_MOST_LEAN)

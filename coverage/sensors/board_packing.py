@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .boards import Board
+from .lids import Lid, lid_of
 
 _STEPS = 181  # number of tilts in a quarter turn at which counts are computed
 _TILTS = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
@@ -57,6 +58,8 @@ class Printing:
     """Whether each part is engraved with its number, its link and an arrow to the wrist."""
     ties: bool = True
     """Whether each part has a bridge to which a cable tie holds the cables."""
+    cover: bool = False
+    """Whether each board has a lid, which its screws hold."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,8 @@ class Pocket:
     """Extent upwards across the sensor's axis, m; positive."""
     deep: float
     """Depth behind the lens, m."""
+    lid: Lid | None = None
+    """The board's lid, if it has one."""
 
     def floor(self, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
         """Return the distance of the pocket from the ring's axis, m.
@@ -83,12 +88,12 @@ class Pocket:
         return gap
 
     def innermost(self, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
-        """Return the distance of the pocket and of the board's plugs from the ring's axis, m; for
-        the arguments see ``floor``."""
+        """Return the distance of the pocket, of the board's plugs and of its lid from the ring's
+        axis, m; for the arguments see ``floor``."""
         up = self.high + self.board.plugs[1]
         plug = radius - self.board.lens_height * np.cos(tilt) - up * np.abs(np.sin(tilt))
         least: np.ndarray = np.minimum(self.floor(radius, tilt), plug)
-        return least
+        return least if self.lid is None else np.minimum(least, _lid_floor(self.lid, radius, tilt))
 
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
@@ -106,6 +111,7 @@ def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
             -reach - b.lens[1],
             reach - b.lens[1],
             b.lens_height + b.thickness + printing.relief,
+            lid_of(b, printing.clearance, printing.least_wall) if printing.cover else None,
         )
 
     return pocket(narrow), pocket(narrow.turned)
@@ -114,14 +120,28 @@ def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
 def _counts(
     pocket: Pocket, printing: Printing, radius: float, tilt: Float[np.ndarray, " T"], inside: float
 ) -> Float[np.ndarray, " T"]:
-    floor = pocket.floor(radius, tilt)
-    across = np.hypot(floor, pocket.half)
-    slope = np.arctan2(pocket.half, floor) + np.arcsin(
-        np.clip((printing.wall + printing.gap) / 2 / across, 0.0, 1.0)
-    )
+    slope = _slope(pocket.half, pocket.floor(radius, tilt), printing.wall + printing.gap)
+    if pocket.lid is not None:
+        lid = _slope(pocket.lid.half, _lid_floor(pocket.lid, radius, tilt), printing.clearance)
+        slope = np.maximum(slope, lid)
     least = pocket.innermost(radius, tilt)
     held = least >= max(inside, 0.0) - _ROUNDING if inside else least > 0
     return np.where(held, np.maximum(np.floor(np.pi / slope + _ROUNDING), 1.0), 0.0)
+
+
+def _slope(half: float, floor: Float[np.ndarray, " T"], apart: float) -> Float[np.ndarray, " T"]:
+    """Return half the least angle (T,) rad between neighbours of half the width ``half`` m at
+    distances ``floor`` (T,) m from the ring's axis that are ``apart`` m from each other."""
+    across = np.hypot(floor, half)
+    slope: np.ndarray = np.arctan2(half, floor) + np.arcsin(np.clip(apart / 2 / across, 0.0, 1.0))
+    return slope
+
+
+def _lid_floor(lid: Lid, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
+    """Return the distance (T,) m of lids from the axis of a ring of ``radius`` m at ``tilt`` (T,)
+    rad."""
+    floor: np.ndarray = radius + lid.back * np.cos(tilt) - lid.high * np.abs(np.sin(tilt))
+    return floor
 
 
 def inner_radius(around: float, printing: Printing) -> float:

@@ -10,6 +10,8 @@ MM = 0.001  # m
 # JST SH, side entry: 2.95 mm above the board, by the maker's sheet; the room beyond the edge, for
 # the housing of the plug and the bend of its wires, is an estimate
 _SH_REACH, _SH_HEIGHT = 7 * MM, 3 * MM
+PLUG_HALF = 3 * MM
+"""Half the width of the room of a plug along its edge, or half the edge where that is less, m."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Board:
     """Room for plugs and the bend of their wires beyond the edges left and right, and beyond those
     above and below, m; 0: none."""
     plug_height: float = 0.003
-    """Height of plugs above the board's front, m."""
+    """Height of plugs, and of the tallest other part, above the board's front, m."""
 
     @property
     def turned(self) -> "Board":

@@ -28,7 +28,7 @@ def tie_bridges(
 
     Args:
         plan: the ring.
-        occupied: beams, boards and plugs.
+        occupied: beams, boards, plugs and lids.
     """
     bridges, slots, free = list[Manifold](), list[Manifold](), list[tuple[float, float]]()
     high = plan.lug[1]

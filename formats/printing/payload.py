@@ -91,9 +91,9 @@ def of_solid(solid: Manifold, density: float) -> MassProperties:
 
 
 def ring_parts(scene: CoreScene, ring: Ring, number: int = 0) -> dict[str, MassProperties]:
-    """Return the mass properties of a printed ring's ``plastic``, ``boards`` and ``bolts`` in the
-    frame of its mount, ``forward``'s; ``number`` is the ring's in its setup, which it is engraved
-    with.
+    """Return the mass properties of a printed ring's ``plastic`` with its lids, ``boards`` and
+    ``bolts`` in the frame of its mount, ``forward``'s; ``number`` is the ring's in its setup, which
+    it is engraved with.
 
     Raises:
         UnbuildableError: if it cannot be printed, so that its body is not known.
@@ -101,7 +101,7 @@ def ring_parts(scene: CoreScene, ring: Ring, number: int = 0) -> dict[str, MassP
     plan, made = build_ring(scene, ring, number)
     boards = [of_solid(board, BOARD) for board in made.boards]
     parts = {
-        "plastic": joined([of_solid(part, PLASTIC) for part in made.parts]),
+        "plastic": joined([of_solid(part, PLASTIC) for part in (*made.parts, *made.lids)]),
         "boards": joined([replace(one, mass=one.mass + PARTS) for one in boards]),
         "bolts": of_solid(made.bolts, STEEL),
     }

@@ -22,10 +22,12 @@ _PARALLEL = math.cos(math.radians(20))  # least cosine between opposite faces of
 _STEEP = math.cos(math.radians(45)) + 1e-6
 _SEAM = 2e-3  # mm
 _DIGITS = 4  # decimals of a millimetre to which vertices that coincide agree
-_NOTHING = 0.01  # mm³, rounding error of Booleans
 _FAR = 60.0  # mm, length of the rays
 _IN = 1e-4  # mm, start of the rays below a face
-_NEAR = 5.0  # mm, largest gap that is measured
+NOTHING = 0.01
+"""Rounding error of Booleans, mm³."""
+NEAR = 5.0
+"""Largest gap that is measured, mm."""
 
 
 def printing_origin(solid: Manifold) -> tuple[float, float, float]:
@@ -118,9 +120,9 @@ def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
 
 
 def neighbours(boards: list[Manifold]) -> float:
-    """Return the least distance between boards, mm, measured from the first, because all are
-    arranged alike about the axis."""
-    return float(boards[0].min_gap(union(boards[1:]), _NEAR)) if len(boards) > 1 else _NEAR
+    """Return the least distance between boards, or lids, mm, measured from the first, because all
+    are arranged alike about the axis."""
+    return float(boards[0].min_gap(union(boards[1:]), NEAR)) if len(boards) > 1 else NEAR
 
 
 def check_ring(
@@ -134,73 +136,77 @@ def check_ring(
     hull = sum(part.hull().volume() for part in made.parts)
     volume = float(sum(mesh.volume for mesh in meshes))
     checks = [
-        _check("open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
-        _check(
+        print_check(
+            "open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0
+        ),
+        print_check(
             "separate pieces of a part",
             float(max(len(part.decompose()) for part in made.parts)),
             "",
             most=1.0,
         ),
-        _check("volume of all parts", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
-        _check(
+        print_check("volume of all parts", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
+        print_check(
             "volume error of the files",
             abs(volume - sum(part.volume() for part in made.parts)) / volume * 100,
             "%",
             most=0.1,
         ),
-        _check(
+        print_check(
             "overhang beyond 45°",
             100 * max(overhang(m) for m in meshes),
             "%",
             most=100 * p.overhang,
         ),
-        _check(
+        print_check(
             "least wall",
             min(least_wall(part) for part in made.parts),
             "mm",
             least=MM * p.least_wall,
         ),
-        _check(
+        print_check(
             "wall behind the lettering",
             _behind(plan, made),
             "mm",
             least=MM * p.least_wall,
         ),
-        _check("overlap of two parts", _shared(made.parts), "mm³", most=_NOTHING),
-        _check("overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=_NOTHING),
-        _check(
+        print_check("overlap of two parts", _shared(made.parts), "mm³", most=NOTHING),
+        print_check(
+            "overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=NOTHING
+        ),
+        print_check(
             "distance between boards",
             neighbours(made.boards),
             "mm",
             least=MM * min(p.clearance, p.wall),
         ),
-        _check(
+        print_check(
             "distance from boards to bolts",
-            boards.min_gap(made.bolts, _NEAR),
+            boards.min_gap(made.bolts, NEAR),
             "mm",
             least=MM * p.clearance,
         ),
-        _check(
+        print_check(
             "distance from boards to link",
-            boards.min_gap(made.link, _NEAR),
+            boards.min_gap(made.link, NEAR),
             "mm",
             least=MM * p.slack,
         ),
-        _check(
+        print_check(
             "volume outside the envelope",
             (solid + boards - inside).volume(),
             "mm³",
-            most=_NOTHING,
+            most=NOTHING,
         ),
-        _check("overlap of boards and ring", (boards ^ solid).volume(), "mm³", most=_NOTHING),
-        _check("overlap of link and ring", (made.link ^ solid).volume(), "mm³", most=_NOTHING),
-        _check(
+        print_check("overlap of boards and ring", (boards ^ solid).volume(), "mm³", most=NOTHING),
+        print_check("overlap of link and ring", (made.link ^ solid).volume(), "mm³", most=NOTHING),
+        print_check(
             "overlap of beams with ring, bolts and boards",
             (made.beams ^ (solid + boards)).volume(),
             "mm³",
-            most=_NOTHING,
+            most=NOTHING,
         ),
-        _check(
+        print_check(
             "distance from lenses to apexes",
             max(lens_of(b, plan, k) for k, b in enumerate(made.boards)),
             "mm",
@@ -213,9 +219,9 @@ def check_ring(
 def _behind(plan: PrintPlan, made: Assembly) -> float:
     """Return the least material between the lettering and the ring's bore, mm."""
     if made.letters.is_empty():
-        return _NEAR
+        return NEAR
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
-    return float(made.letters.min_gap(hole, _NEAR))
+    return float(made.letters.min_gap(hole, NEAR))
 
 
 def _shared(parts: list[Manifold]) -> float:
@@ -223,9 +229,10 @@ def _shared(parts: list[Manifold]) -> float:
     return float(max((a ^ b).volume() for a, b in itertools.combinations(parts, 2)))
 
 
-def _check(
+def print_check(
     name: str, measured: float, unit: str, least: float | None = None, most: float | None = None
 ) -> PrintCheck:
+    """Return a measurement with its smallest and largest allowed value, judged to within 1e-6."""
     holds = (least is None or measured >= least - 1e-6) and (
         most is None or measured <= most + 1e-6
     )

@@ -14,15 +14,18 @@ from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import CoreScene
 from ..errors import UserError
-from ..schema.print_models import PrintedRing, PrintResult
+from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
+from .blocks import thread
 from .bolts import fastening
 from .lettering import part_label
-from .print_bed import bed_yaw, build_ring, rotation_z
+from .lid_checks import check_lids
+from .lids import flat_lid, lid_frames
+from .print_bed import Bed, bed_yaw, build_ring, rotation_z
 from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError
 from .print_plates import print_plates
-from .ring_solids import Assembly, thread
+from .ring_solids import Assembly
 
 ASSEMBLED = "assembled.png"  # picture of the robot with all rings
 MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
@@ -33,6 +36,8 @@ def print_ring(
 ) -> tuple[PrintedRing, list[bytes], PrintPlan, Assembly]:
     """Return a printed ring: its record, its parts as STL, and the plan and solids behind them.
 
+    With lids, the last file is that of a lid; all lids of a ring are alike.
+
     Raises:
         UnbuildableError: if it cannot be built, or a measurement is outside its limits.
     """
@@ -40,7 +45,11 @@ def print_ring(
     plan, made = build_ring(scene, ring, number)
     yaws = [bed_yaw(part, plan.printing.bed) or 0.0 for part in made.parts]
     files = [stl(part, yaw) for part, yaw in zip(made.parts, yaws, strict=True)]
+    name = f"ring{number}_{_plain(ring.link)}"
+    lids, lid_files = printed_lids(scene.robot, plan, f"{name}_lid.stl")
     checks = check_ring(plan, made, files, envelope(scene, ring))
+    if made.lids:
+        checks += check_lids(plan, made, lid_files[0], envelope(scene, ring))
     for check in checks:
         if not check.holds:
             allowed = (
@@ -52,7 +61,7 @@ def print_ring(
                 f"{check.name}: found {check.measured:.4g} {check.unit}, allowed: {allowed}"
             )
     mount = scene.robot.mount(ring.link)
-    name, board = f"ring{number}_{_plain(ring.link)}", plan.pocket.board
+    board = plan.pocket.board
     names = [f"{name}_{chr(ord('a') + i)}.stl" for i in range(len(files))]
     sizes = [
         np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
@@ -75,15 +84,40 @@ def print_ring(
         lettering=[]
         if made.letters.is_empty()
         else [part_label(plan.label, i) for i in range(len(files))],
-        files=[*names, f"{name}.png"],
+        files=[*names, *([lids.file] if lids else []), f"{name}.png"],
         frame=(*scene.robot.chain.joints, TCP_FRAME)[mount.frame],
         T_link_print={
             file: np.round(placed(scene.robot, plan, part, yaw), 9).tolist()
             for file, part, yaw in zip(names, made.parts, yaws, strict=True)
         },
         checks=checks,
+        lids=lids,
     )
-    return record, files, plan, made
+    return record, [*files, *lid_files], plan, made
+
+
+def printed_lids(
+    robot: Robot, plan: PrintPlan, file: str
+) -> tuple[PrintedLids | None, list[bytes]]:
+    """Return the record of a ring's lids and the STL file of one; None and no file without lids.
+
+    Raises:
+        UnbuildableError: if a lid does not fit the bed.
+    """
+    lid, bed = flat_lid(plan), plan.printing.bed
+    if lid.is_empty():
+        return None, []
+    if (yaw := bed_yaw(lid, bed)) is None:
+        raise UnbuildableError("its lids do not fit printing.bed_mm")
+    places = [placed(robot, plan, lid, yaw, T) for T in lid_frames(plan)]
+    size = np.ptp(np.reshape(_turned(lid, yaw).bounding_box(), (2, 3)), axis=0)
+    lids = PrintedLids(
+        file=file,
+        copies=len(places),
+        size_mm=[float(v) for v in size],
+        T_link_print=[np.round(T, 9).tolist() for T in places],
+    )
+    return lids, [stl(lid, yaw)]
 
 
 def board_screws(plan: PrintPlan) -> tuple[int, str] | None:
@@ -93,6 +127,9 @@ def board_screws(plan: PrintPlan) -> tuple[int, str] | None:
         return None
     deep = min(thread(plan, MM * (y - board.lens[1])) for _, y in board.holes)
     kind = f"M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
+    if (lid := plan.pocket.lid) is not None:
+        grip = MM * lid.grip
+        kind += f" behind {grip:.1f} mm of lid and board: at most {grip + deep:.1f} mm long"
     return plan.ring.count * len(board.holes), kind
 
 
@@ -102,20 +139,31 @@ def _turned(part: Manifold, yaw: float) -> Manifold:
 
 
 def placed(
-    robot: Robot, plan: PrintPlan, part: Manifold, yaw: float = 0.0
+    robot: Robot,
+    plan: PrintPlan,
+    part: Manifold,
+    yaw: float = 0.0,
+    T_print_part: Float[np.ndarray, "4 4"] | None = None,
 ) -> Float[np.ndarray, "4 4"]:
-    """Return T_link_print (4, 4), m, of the file of a part that is turned by ``yaw`` degrees in it.
+    """Return T_link_print (4, 4), m, of the file of a part.
 
     It transforms a point of the file, whose millimetres are converted to metres, to the frame of
     the link that carries the ring.
+
+    Args:
+        robot: the robot.
+        plan: the ring.
+        part: the part, mm.
+        yaw: angle by which the part is turned in its file, degrees.
+        T_print_part: pose (4, 4) mm of the part in the print frame; None: it is stated in it.
     """
     ring, mount = plan.ring, robot.mount(plan.ring.link)
-    T_ring_file = np.eye(4)
-    T_ring_file[:3, :3] = plan.T_ring_print @ rotation_z(-yaw)
+    T_ring_file, T = np.eye(4), np.eye(4) if T_print_part is None else T_print_part
+    T_ring_file[:3, :3] = plan.T_ring_print @ T[:3, :3] @ rotation_z(-yaw)
     origin = np.array(printing_origin(_turned(part, yaw)))
-    T_ring_file[:3, 3] = T_ring_file[:3, :3] @ origin / MM
-    T: np.ndarray = mount.T_link_ring(ring.position) @ T_ring_file
-    return T
+    T_ring_file[:3, 3] = (T_ring_file[:3, :3] @ origin + plan.T_ring_print @ T[:3, 3]) / MM
+    T_link_file: np.ndarray = mount.T_link_ring(ring.position) @ T_ring_file
+    return T_link_file
 
 
 def _screw(hole: float) -> float:
@@ -129,6 +177,13 @@ def _screw(hole: float) -> float:
 def _plain(link: str) -> str:
     """Return a link's name as part of a file name."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in link)[:60]
+
+
+def _plates(records: list[PrintedRing], data: Mapping[str, bytes], bed: Bed) -> dict[str, bytes]:
+    """Return the plates of all parts and lids of rings, by name."""
+    copies = {record.lids.file: record.lids.copies for record in records if record.lids}
+    names = [file for record in records for file in record.T_link_print]
+    return print_plates({file: data[file] for file in (*names, *copies)}, bed, copies)
 
 
 Drawing = Callable[[PrintPlan, Assembly, PrintedRing], Mapping[str, bytes]]
@@ -159,10 +214,11 @@ def ring_files(
         except UnbuildableError as error:
             raise UserError(f"ring {number} ({ring.link}): {error}") from error
         records.append(record)
-        data |= dict(zip(record.T_link_print, files, strict=True))
+        names = [*record.T_link_print, *([record.lids.file] if record.lids else [])]
+        data |= dict(zip(names, files, strict=True))
         data |= drawing(plan, made, record)
     bed = (printing or scene.printing).bed
-    plates = print_plates({file: data[file] for one in records for file in one.T_link_print}, bed)
+    plates = _plates(records, data, bed)
     data |= plates
     result = PrintResult(rings=records, assembled=ASSEMBLED, mounted=MOUNTED, plates=[*plates])
     data["printing.json"] = (result.model_dump_json(indent=2) + "\n").encode()

@@ -16,6 +16,7 @@ from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing
 from ...coverage.sensors.boards import Board
+from ...coverage.sensors.lids import lid_fault
 from ...objectives.feasibility.board_fit import unfit
 from ...objectives.scene import CoreScene
 
@@ -36,6 +37,7 @@ _LENGTHS = (
     "ear",
     "seat",
     "rim",
+    "front",
     "wall",
     "half",
     "outermost",
@@ -86,6 +88,8 @@ class PrintPlan:
     """Distance from the lens back to a board's rear face."""
     rim: float
     """Distance from the lens back to the ring's front."""
+    front: float
+    """Depth in front of a lens that the ring leaves free."""
     wall: float
     """Thickness of load-bearing walls."""
     half: float
@@ -172,6 +176,10 @@ def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
             "no board is known for its sensor: choose a sensor that has one (vl53l0x, vl53l1x,"
             " vl53l4cd, vl53l5cx) or state the board in the scene's [sensor.board]"
         )
+    if printing.cover and (
+        why := lid_fault(board, ring.sensor, printing.clearance, printing.least_wall)
+    ):
+        raise UnbuildableError(f"printing.cover: found true, allowed: false, because {why}")
     mount, tube = (robot.mount(ring.link) for robot in (scene.robot, scene.robot.with_links(True)))
     beside = float(np.linalg.norm(np.cross(mount.start - tube.start, tube.axis)))
     if beside > _BESIDE:

@@ -1,8 +1,8 @@
 """Plates of printed parts: 3MF files, each with the parts that a printer's bed holds at once.
 
 The files follow the 3MF core specification (3MF Consortium, version 1.2): lengths in millimetres,
-one named object for each part, and one build item for each object. trimesh's writer draws random
-identifiers and needs two more packages, so that equal parts would give unequal files.
+one named object for each part, and one build item for each copy of it. trimesh's writer draws
+random identifiers and needs two more packages, so that equal parts would give unequal files.
 """
 
 import io
@@ -49,28 +49,36 @@ class PlatePart:
     """Position of its lower corner, x and y mm."""
 
 
-def print_plates(files: Mapping[str, bytes], bed: Bed) -> dict[str, bytes]:
+def print_plates(
+    files: Mapping[str, bytes], bed: Bed, copies: Mapping[str, int] | None = None
+) -> dict[str, bytes]:
     """Return plates with all parts as 3MF files by name: as many as the bed needs, or one.
 
     Args:
         files: STL files by name.
         bed: width, depth and height that can be printed, m; None: any.
+        copies: number of copies by file; 1 where it is not stated.
     """
     meshes = {name.removesuffix(".stl"): read_stl(data) for name, data in files.items()}
-    return {f"plate{i}.3mf": plate_3mf(parts) for i, parts in enumerate(_packed(meshes, bed))}
+    counts = {name.removesuffix(".stl"): count for name, count in (copies or {}).items()}
+    packed = _packed(meshes, bed, counts)
+    return {f"plate{i}.3mf": plate_3mf(parts) for i, parts in enumerate(packed)}
 
 
-def _packed(meshes: Mapping[str, trimesh.Trimesh], bed: Bed) -> list[list[PlatePart]]:
+def _packed(
+    meshes: Mapping[str, trimesh.Trimesh], bed: Bed, copies: Mapping[str, int]
+) -> list[list[PlatePart]]:
     """Return the parts of each plate, in rows, the deepest parts first.
 
     Each part fits the bed alone.
     """
     sizes = {name: mesh.extents for name, mesh in meshes.items()}
-    area = sum(float((x + _GAP) * (y + _GAP)) for x, y, _ in sizes.values())
+    each = [name for name in sizes for _ in range(copies.get(name, 1))]
+    area = sum(float((x + _GAP) * (y + _GAP)) for x, y, _ in (sizes[name] for name in each))
     widest = max((float(size[0]) for size in sizes.values()), default=0.0)
     wide, deep = (MM * bed[0], MM * bed[1]) if bed else (max(1.1 * area**0.5, widest), np.inf)
     plates, x, y, row = list[list[PlatePart]](), np.inf, np.inf, 0.0
-    for name in sorted(sizes, key=lambda name: -sizes[name][1]):
+    for name in sorted(each, key=lambda name: -sizes[name][1]):
         width, depth, _ = (float(v) for v in sizes[name])
         if x + width > wide + 1e-3:  # a new row
             x, y, row = 0.0, y + row, depth + _GAP
@@ -82,22 +90,31 @@ def _packed(meshes: Mapping[str, trimesh.Trimesh], bed: Bed) -> list[list[PlateP
     return plates
 
 
+def _object(part: PlatePart, number: int) -> str:
+    """Return a part as an object of a 3MF file with an identifier."""
+    points = "".join(
+        f'<vertex x="{a:.9g}" y="{b:.9g}" z="{c:.9g}"/>' for a, b, c in part.mesh.vertices
+    )
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in part.mesh.faces)
+    return (
+        f'<object id="{number}" type="model" name={quoteattr(part.name)}><mesh>'
+        f"<vertices>{points}</vertices><triangles>{faces}</triangles></mesh></object>\n"
+    )
+
+
 def plate_3mf(parts: list[PlatePart]) -> bytes:
-    """Return a 3MF file of parts, each a named object at its place on the build platform."""
-    objects, items = list[str](), list[str]()
-    for number, part in enumerate(parts, 1):
+    """Return a 3MF file of parts, each a named object at its place on the build platform; copies of
+    a part are items of one object."""
+    objects, items, numbers = list[str](), list[str](), dict[str, int]()
+    for part in parts:
+        if part.name not in numbers:
+            numbers[part.name] = len(numbers) + 1
+            objects.append(_object(part, numbers[part.name]))
         corner = np.append(part.mesh.bounds[0, :2], 0.0)
         x, y, z = np.append(part.at, 0.0) - corner
-        points = "".join(
-            f'<vertex x="{a:.9g}" y="{b:.9g}" z="{c:.9g}"/>' for a, b, c in part.mesh.vertices
-        )
-        faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in part.mesh.faces)
-        objects.append(
-            f'<object id="{number}" type="model" name={quoteattr(part.name)}><mesh>'
-            f"<vertices>{points}</vertices><triangles>{faces}</triangles></mesh></object>\n"
-        )
         items.append(
-            f'<item objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {x:.6f} {y:.6f} {z:.6f}"/>\n'
+            f'<item objectid="{numbers[part.name]}"'
+            f' transform="1 0 0 0 1 0 0 0 1 {x:.6f} {y:.6f} {z:.6f}"/>\n'
         )
     model = (
         f'{_HEAD}<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">\n'

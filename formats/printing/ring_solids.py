@@ -2,28 +2,22 @@
 frame."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from manifold3d import CrossSection, Manifold
+from manifold3d import Manifold
 
-from ...coverage.rings import clamp
 from ...coverage.rings.ring_envelope import Envelope
+from .blocks import block, channel, pocket, screws, side_openings, window
 from .bolts import bolt_holes, bolts, lugs
 from .cable_ties import tie_bridges
 from .lettering import lettering
-from .primitives import FACETS, SMALL, box, tube, union
+from .lids import lid_rooms, mounted_lids, screw_heads
+from .mounted_boards import beam, board, plugs
+from .primitives import FACETS, box, tube, union
 from .print_plan import MM, PrintPlan
 
 _FAR = 500.0
-FRONT = MM * clamp.FRONT
-_THREAD = 8.0  # largest depth of a screw in the ring
-_BORED = 0.4  # radius of a screw's thread, relative to the diameter of the hole in the board
-_LEFT = 1.5  # material around a screw's hole, and between it and the bore
-_OVER = 0.2  # overlap of a cut beyond the surface
-_PLUG = 3.0  # half the width of a plug along its edge, or half the edge where that is less
-_LIGHT = 12.0  # least length and height of an opening in the sides of a block
-_PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
 @dataclass(frozen=True)
@@ -46,181 +40,16 @@ class Assembly:
     """The lettering that is cut out of the parts."""
     ties: int
     """Number of parts with a bridge for a cable tie."""
+    lids: list[Manifold] = field(default_factory=list)
+    """The lid of each board; none without lids."""
+    heads: list[Manifold] = field(default_factory=list)
+    """The heads of the screws on each lid."""
 
 
 def collar(plan: PrintPlan) -> Manifold:
     """Return the plain clamp: the band around the link along the whole ring, before it is split."""
     outer = tube(plan.collar, plan.low, plan.lug[1])
     return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
-
-
-def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
-    """Return the part of a solid that is nearer to sensor ``k`` than to its neighbours, by at least
-    ``inset``."""
-    n = len(plan.angles)
-    if n < 2:
-        return solid
-    for sign in (-1.0, 1.0):
-        edge = plan.angles[k] + sign * math.pi / n
-        solid = solid.trim_by_plane((sign * math.sin(edge), -sign * math.cos(edge), 0.0), inset)
-    return solid
-
-
-def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
-    """Rotate a solid from the x axis to sensor ``k``."""
-    return solid.rotate((0.0, 0.0, math.degrees(plan.angles[k])))
-
-
-def _block(plan: PrintPlan, k: int) -> Manifold:
-    """Return the block that carries the board of sensor ``k``: from the middle outwards to the
-    front of its pocket."""
-    size = (plan.outermost, plan.half, plan.top)
-    solid = _upright(plan, k, box((0.0, -plan.half, plan.low), size))
-    look = plan.frame(k)[:, 2]
-    front = float(look @ plan.frame(k)[:, 3]) - plan.rim
-    return _wedge(plan, k, solid.trim_by_plane(tuple(-look), -front))
-
-
-def _window(plan: PrintPlan, k: int) -> Manifold:
-    """Return the opening of a block between collar and pocket where they are far apart."""
-    end, half = plan.groove[0] - plan.wall, MM * plan.pocket.half - plan.wall
-    if half <= 0 or end - plan.collar < plan.wall:
-        return Manifold()
-    solid = _upright(plan, k, box((0.0, -half, plan.low - 1), (end, half, plan.top + 1)))
-    return _wedge(plan, k, solid, (plan.wall + MM * plan.printing.gap) / 2) - tube(
-        plan.collar, plan.low - 2, plan.top + 2
-    )
-
-
-def _side_openings(plan: PrintPlan, k: int) -> Manifold:
-    """Return the openings in the two walls that a window leaves of a long block, so that ribs
-    remain; their roofs of 45 degrees need no support."""
-    start, end = plan.collar + plan.wall, plan.groove[0] - 2 * plan.wall
-    low, high = plan.low + plan.wall, plan.top - plan.wall
-    count = math.ceil((end - start + plan.wall) / (high - low + plan.wall))
-    if _window(plan, k).is_empty() or end - start < _LIGHT or high - low < _LIGHT:
-        return Manifold()
-    wide = (end - start + plan.wall) / count - plan.wall
-    eaves = high - min(wide / 2, high - low)
-    openings = []
-    for i in range(count):
-        a = start + i * (wide + plan.wall)
-        house = [
-            (a, low),
-            (a + wide, low),
-            (a + wide, eaves),
-            (a + wide / 2, eaves + wide / 2),
-            (a, eaves),
-        ]
-        solid = CrossSection.hull_points(np.array(house)).extrude(2 * plan.half + 2)
-        openings.append(solid.rotate((90.0, 0.0, 0.0)).translate((0.0, plan.half + 1, 0.0)))
-    # openings of neighbours that touch overlap, so that no film remains between them
-    return _wedge(plan, k, _upright(plan, k, union(openings)), -_OVER)
-
-
-def _pocket(plan: PrintPlan, k: int) -> Manifold:
-    """Return the space of a board, open in front and above, and of the components behind it."""
-    p, board, clear = plan.pocket, plan.pocket.board, MM * plan.printing.clearance
-    x, half = -MM * board.lens[0], MM * board.width / 2
-    seat, low, high = -plan.seat, MM * p.low, MM * p.high
-    high += _OVER
-    room = box((x - half - clear, low, seat), (x + half + clear, high, FRONT))
-    ledge = 1.0
-    relief = box(
-        (x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1)
-    )
-    return (room + relief).transform(plan.frame(k))
-
-
-def _at(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
-    """Convert a point of the board, m from its middle, to the frame of its lens, mm."""
-    lens = plan.pocket.board.lens
-    return MM * (x - lens[0]), MM * (y - lens[1])
-
-
-def thread(plan: PrintPlan, y: float) -> float:
-    """Return the possible depth of a screw behind a board at height ``y`` up the board, mm from the
-    lens."""
-    c, s = math.cos(plan.tilt), math.sin(plan.tilt)
-    inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
-    down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
-    return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
-
-
-def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
-    """Return the posts under a board's holes, and the holes for the screws' threads."""
-    board, posts, holes = plan.pocket.board, [], []
-    for at in board.holes:
-        x, y = _at(plan, *at)
-        deep, hole = thread(plan, y), MM * board.hole
-        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate(
-            (x, y, -plan.seat - deep - _LEFT)
-        )
-        posts.append(post.transform(plan.frame(k)))
-        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate(
-            (x, y, -plan.seat - deep)
-        )
-        holes.append(bored.transform(plan.frame(k)))
-    return union(posts), union(holes)
-
-
-def _channel(plan: PrintPlan) -> Manifold:
-    """Return the cable groove: around behind the boards, and up to the back of each, so that no
-    thin edge remains."""
-    wide, c, s = MM * plan.printing.channel, math.cos(plan.tilt), math.sin(plan.tilt)
-    low, high, half = (
-        plan.top - wide * c,
-        plan.top + _OVER,
-        MM * (plan.pocket.board.width / 2 + plan.printing.clearance),
-    )
-    middle, back = (
-        -MM * plan.pocket.board.lens[0],
-        plan.radius - plan.seat * c - MM * plan.pocket.high * s,
-    )
-    around = tube(plan.groove[1], low, high) - tube(plan.groove[0], low - 1, high + 1)
-    behind = box(
-        (plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high)
-    )
-    held = union([_upright(plan, k, behind) for k in range(len(plan.angles))])
-    return around + held - tube(plan.groove[0], low - 1, high + 1)
-
-
-def board(plan: PrintPlan, k: int) -> Manifold:
-    """Return the board of sensor ``k`` with its sensor's package, whose front is at the lens."""
-    b = plan.pocket.board
-    x, y = _at(plan, 0.0, 0.0)
-    w, h, front = MM * b.width / 2, MM * b.height / 2, -MM * b.lens_height
-    plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
-    for at in b.holes:
-        u, v = _at(plan, *at)
-        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate(
-            (u, v, -plan.seat - 1.0)
-        )
-    if front < 0:
-        plate += box(
-            (-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1),
-            (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0),
-        )
-    return plate.transform(plan.frame(k))
-
-
-def plugs(plan: PrintPlan, k: int) -> Manifold:
-    """Return the room of the plugs of a board and of the bend of their wires."""
-    b = plan.pocket.board
-    x, y = _at(plan, 0.0, 0.0)
-    w, h, (side, up) = MM * b.width / 2, MM * b.height / 2, (MM * v for v in b.plugs)
-    front = -MM * b.lens_height
-    ends = (front, front + MM * b.plug_height)
-    across, upright = min(_PLUG, w), min(_PLUG, h)
-    rooms = []
-    for sign in (-1.0, 1.0):
-        if up:
-            low, high = sorted((y + sign * h, y + sign * (h + up)))
-            rooms.append(box((x - across, low, ends[0]), (x + across, high, ends[1])))
-        if side:
-            low, high = sorted((x + sign * w, x + sign * (w + side)))
-            rooms.append(box((low, y - upright, ends[0]), (high, y + upright, ends[1])))
-    return union(rooms).transform(plan.frame(k))
 
 
 def envelope_solid(plan: PrintPlan, envelope: Envelope) -> Manifold:
@@ -236,18 +65,6 @@ def envelope_solid(plan: PrintPlan, envelope: Envelope) -> Manifold:
         outer = tube(MM * band.outer * out, low, high)
         solids.append(outer - tube(plan.bore, low - 1, high + 1))
     return union(solids)
-
-
-def beam(plan: PrintPlan, k: int) -> Manifold:
-    """Return the beam of sensor ``k``, as far as the ring could intersect it."""
-    sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
-    wide, high = (length * math.tan(a) for a in (sensor.half_angle, sensor.half_angle_up))
-    if not sensor.square:
-        solid = Manifold.cylinder(length, 0.0, wide, 64).translate((0.0, 0.0, 0.0))
-    else:
-        corners = [(u * wide, v * high, length) for u in (-1, 1) for v in (-1, 1)]
-        solid = Manifold.hull_points(np.array([(0.0, 0.0, 0.0), *corners]))
-    return solid.transform(plan.frame(k))
 
 
 def _roof(plan: PrintPlan, shift: float) -> Manifold:
@@ -312,14 +129,14 @@ def printed_parts(plan: PrintPlan, bridges: Manifold, cuts: Manifold) -> list[Ma
     """
     n = len(plan.angles)
     band = tube(plan.collar, plan.low, plan.lug[1])
-    whole = union([band, *(_block(plan, k) for k in range(n))])
+    whole = union([band, *(block(plan, k) for k in range(n))])
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1)
-    rooms = union([_pocket(plan, k) for k in range(n)])
+    rooms = union([*(pocket(plan, k) for k in range(n)), lid_rooms(plan)])
     posts, threads = (
-        union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True)
+        union(list(each)) for each in zip(*(screws(plan, k) for k in range(n)), strict=True)
     )
-    light = union([_window(plan, k) + _side_openings(plan, k) for k in range(n)])
-    cut = whole - light + _ears(plan) - rooms - _channel(plan)
+    light = union([window(plan, k) + side_openings(plan, k) for k in range(n)])
+    cut = whole - light + _ears(plan) - rooms - channel(plan)
     cut = cut + (bridges - rooms)
     body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan) - cuts
     gap = MM * plan.printing.gap / 2
@@ -352,7 +169,9 @@ def assemble(plan: PrintPlan) -> Assembly:
     link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2)
     boards, rooms = [board(plan, k) for k in range(n)], [plugs(plan, k) for k in range(n)]
     beams = union([beam(plan, k) for k in range(n)])
-    bridges, slots, arcs = tie_bridges(plan, [beams, *boards, *rooms])
+    lids, heads = mounted_lids(plan), screw_heads(plan)
+    bridges, slots, arcs = tie_bridges(plan, [beams, *boards, *rooms, *lids, *heads])
     letters = union([lettering(plan, i, arc) for i, arc in enumerate(arcs) if plan.label])
     parts = printed_parts(plan, union(bridges), union(slots) + letters)
-    return Assembly(parts, boards, rooms, bolts(plan), link, beams, letters, len(bridges))
+    ties, closed = len(bridges), bolts(plan)
+    return Assembly(parts, boards, rooms, closed, link, beams, letters, ties, lids, heads)

@@ -38,7 +38,10 @@ class BoardModel(MappedModel[Board]):
         description="room for plugs beyond the edges left and right, and above and below, m",
     )
     plug_height: float = Field(
-        default=0.003, ge=0, le=0.1, description="height of plugs above the board's front, m"
+        default=0.003,
+        ge=0,
+        le=0.1,
+        description="height of plugs, and of other parts under a lid, above the board's front, m",
     )
     source: str = Field(default="", max_length=1000, description="source of the figures")
 

@@ -1,12 +1,20 @@
 """Models of mounting limits, rules, and printing."""
 
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from ...coverage.sensors.board_packing import Printing
+from ...coverage.sensors.lids import lid_fault
 from ...objectives.mount_rules import Limits, Mounting, Rules
-from .base_model import refuse
+from .base_model import Fault, refuse
 from .field_types import Interval, RingRadius, Tilt, ascending
 from .mapping import DEGREES, MappedModel, Of, Unit, rounded_millimetres
 from .sensor_models import SensorModel
@@ -77,6 +85,14 @@ class PrintingModel(MappedModel[Printing]):
         default=True,
         description="whether each part has a bridge to which a cable tie holds the cables",
     )
+    cover: bool = Field(
+        default=False,
+        description="whether each board has a lid, which its screws hold; left out where false",
+    )
+
+    @model_serializer(mode="wrap")
+    def _without_absent_cover(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: v for key, v in write(self).items() if key != "cover" or v}
 
     @model_validator(mode="after")
     def _walls_hold(self) -> Self:
@@ -91,6 +107,14 @@ class PrintingModel(MappedModel[Printing]):
                 ]
             )
         return self
+
+    def faults(self, sensors: Iterable[SensorModel]) -> Iterator[Fault]:
+        """Yield the first of a scene's sensors whose board is known and has no room for a lid."""
+        for sensor in (model.to_domain() for model in sensors if self.cover):
+            terms = (sensor, self.clearance, self.least_wall)
+            if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
+                yield ("printing", "cover"), True, f"false, because {why}"
+                return
 
 
 class MountModel(MappedModel[Limits]):

@@ -1,6 +1,8 @@
 """Models of ``printing.json``: printed rings and their measurements."""
 
-from pydantic import Field
+from typing import Any
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from .base_model import StrictModel
 from .versions import VersionedFile
@@ -15,6 +17,17 @@ class PrintCheck(StrictModel):
     most: float | None = Field(default=None, description="largest allowed value")
     unit: str = Field(default="", description="unit of the values")
     holds: bool = Field(description="whether the measured value is within its limits")
+
+
+class PrintedLids(StrictModel):
+    """The lids of a printed ring, which are all alike."""
+
+    file: str = Field(description="name of the mesh file of a lid")
+    copies: int = Field(ge=1, description="number of lids to print, one for each board")
+    size_mm: list[float] = Field(description="dimensions of a lid in its printing orientation, mm")
+    T_link_print: list[list[list[float]]] = Field(
+        description="for each lid, the 4 x 4 transform as in T_link_print of the ring"
+    )
 
 
 class PrintedRing(StrictModel):
@@ -51,6 +64,13 @@ class PrintedRing(StrictModel):
         )
     )
     checks: list[PrintCheck] = Field(description="measurements")
+    lids: PrintedLids | None = Field(
+        default=None, description="lids of the boards; absent without printing.cover"
+    )
+
+    @model_serializer(mode="wrap")
+    def _without_absent_lids(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: v for key, v in write(self).items() if key != "lids" or v is not None}
 
 
 class PrintResult(VersionedFile):

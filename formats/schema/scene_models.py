@@ -236,7 +236,8 @@ class SceneModel(MappedModel[CoreScene]):
                 yield ("targets", i, "name"), model.name, allowed
 
     def _choice_faults(self, robot: Robot) -> Iterator[Fault]:
-        """Yield keys that exclude each other, weights that are all 0, and mounts of no link."""
+        """Yield keys that exclude each other, weights that are all 0, mounts of no link, and lids
+        on boards without room for them."""
         if self.trajectory is not None and "poses" in self.model_fields_set:
             yield ("trajectory",), self.trajectory.file, "either poses or a trajectory, not both"
         if not any(target.weight > 0 for target in self.targets):
@@ -245,6 +246,8 @@ class SceneModel(MappedModel[CoreScene]):
         for link in self.mounts:
             if link not in robot.links:
                 yield ("mounts", link), link, _links_of(robot)
+        sensors = [self.sensor, *(one.sensor for one in self.mounts.values() if one.sensor)]
+        yield from self.printing.faults(sensors)
 
     def to_domain(self, **given: Any) -> CoreScene:
         """Return the scene without the meshes and poses that other files hold."""

@@ -94,6 +94,7 @@ def _parts(scene: CoreScene, setup: Setup) -> list[str]:
     if printed.rings:
         rows += [("printed rings", str(n), name) for name, n in printed.hardware.items()]
         mass = f"filament (PETG, {DENSITY:g} g/cm³) for {counted(printed.rings, 'ring')}"
+        mass += f" and {counted(printed.lids, 'lid')}" if printed.lids else ""
         rows.append(("printed rings", f"{printed.grams:.0f} g", f"{mass}, printed solid"))
         notes.append("With infill the rings need less filament.")
     if reasons := list(dict.fromkeys(printed.reasons)):

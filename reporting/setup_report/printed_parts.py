@@ -21,7 +21,9 @@ class PrintedParts:
     hardware: Counter[str] = field(default_factory=Counter)
     """Number of bolts and screws by their text."""
     grams: float = 0.0
-    """Mass of the rings if they are printed solid, g."""
+    """Mass of the rings and lids if they are printed solid, g."""
+    lids: int = 0
+    """Number of lids of the rings' boards."""
     rings: int = 0
     """Number of rings that can be printed."""
     reasons: list[str] = field(default_factory=list)
@@ -33,11 +35,15 @@ def printed_parts(scene: CoreScene, setup: Setup) -> PrintedParts:
     parts = PrintedParts()
     for number, ring in enumerate(setup.rings):
         try:
-            _, files, plan, _ = print_ring(scene, number, ring)
+            record, files, plan, _ = print_ring(scene, number, ring)
         except UnbuildableError as error:
             parts.reasons.append(str(error))
             continue
-        parts.grams += DENSITY * sum(float(read_stl(file).volume) for file in files) / MM
+        volumes = [float(read_stl(file).volume) for file in files]
+        if record.lids:  # whose file is the last
+            volumes[-1] *= record.lids.copies
+            parts.lids += record.lids.copies
+        parts.grams += DENSITY * sum(volumes) / MM
         parts.rings += 1
         for kind in fasteners(plan):
             parts.hardware[f"{kind} (to close the rings)"] += len(plan.joints)
