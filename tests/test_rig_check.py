@@ -357,8 +357,9 @@ def test_a_real_robot_is_not_moved_in_a_cell_that_is_not_known(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(proposal(motion, obstacles))
     (tmp_path / "port").touch()
+    (tmp_path / "other").touch()
     before = files_of(tmp_path)
-    rings = ["--ring", "forearm=port", "--ring", "tool=port"]
+    rings = ["--ring", "forearm=port", "--ring", "tool=other"]
     with pytest.raises(UserError) as error:
         call(["check", "small.toml", "--robot-host", "h", *rings, "--move", "--part", part])
     found = str(error.value)
@@ -435,6 +436,7 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(proposal(Motion()))
     (tmp_path / "port").touch()
+    (tmp_path / "other").touch()
     told = {}
 
     def session(address, ports, recording, **more):
@@ -445,7 +447,7 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
     rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
     monkeypatch.setattr(live, "Session", session)
     monkeypatch.setattr(live, "_started", lambda *_: nullcontext(rig))
-    rings = ["--ring", "forearm=port", "--ring", "tool=port"]
+    rings = ["--ring", "forearm=port", "--ring", "tool=other"]
     words = ["--robot-host", host, *rings] if host else ["--rig", "sim"]
     with pytest.raises(UserError, match="enough"):
         call(["check", "small.toml", *words, "--part", "self"])

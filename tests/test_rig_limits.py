@@ -268,6 +268,7 @@ def test_a_check_uses_the_limits_of_its_scene(tmp_path, monkeypatch):
     model = ProposalFile.of(SETUP, replace(SCENE, link=LONG))
     (tmp_path / "small.toml").write_text(to_toml(model))
     (tmp_path / "port").touch()
+    (tmp_path / "other").touch()
     given_ = {}
 
     def session(address, ports, recording, **more):
@@ -278,7 +279,7 @@ def test_a_check_uses_the_limits_of_its_scene(tmp_path, monkeypatch):
     rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
     monkeypatch.setattr(live, "Session", session)
     monkeypatch.setattr(live, "_started", lambda *_: rig)
-    rings = ["--ring", "forearm=port", "--ring", "tool=port"]
+    rings = ["--ring", "forearm=port", "--ring", "tool=other"]
     with pytest.raises(UserError, match="enough"):
         call(["check", "small.toml", "--robot-host", "h", *rings, "--part", "self"])
     assert (given_["limits"], given_["patience"]) == (LONG, 1.0)
