@@ -10,13 +10,14 @@ from ._arguments import number, whole
 from ._errors import input_errors, writable
 from ._pictures import Picture, png_of
 from ._placement import Placement
-from ._proposal import Proposal, found_model
+from ._proposal import Proposal
 from ._scene import Scene
 from ._search import cap_of
 from ._validation import SetupLike, check_scene, resolve_setup
+from ._versions import versions
 from .coverage.rings.ring import Setup
 from .coverage.robots.robot import Robot
-from .formats.schema.proposal_models import ProposalFile
+from .formats.schema.proposal_models import FoundModel, ProposalFile
 from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.ring_models import ring_models
@@ -356,7 +357,7 @@ def write_improvement(improvement: Improvement, folder: Path) -> ImproveResult:
             rings=step.rings,
             scene=record.scene,
             zeta=step.zeta,
-            found=found_model(search, record.seed, Criterion(), improvement.command),
+            found=FoundModel.of(search, record.seed, Criterion(), improvement.command, versions()),
         )
         n = len(step.changes)
         heading = "\n".join(
