@@ -136,7 +136,7 @@ def counted_beside_papers(
 
 
 def judged_beside_papers(
-    scene: CoreScene, voxel: float, criterion: Criterion, own: Mapping[str, float]
+    scene: CoreScene, voxel: float | None, criterion: Criterion, own: Mapping[str, float]
 ) -> dict[str, float]:
     """Return a criterion in percent for the paper's layouts, after the values in [0, 1] of ``own``
     by name; Ctrl-C returns the finished values."""
