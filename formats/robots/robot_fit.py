@@ -17,8 +17,8 @@ from ...coverage.solids.capsules import Capsules
 from .capsule_fit import fit_capsules, union_volume
 from .meshes import Meshes
 from .mount_detection import ROUND, MountTube, find_tube
-from .urdf import UrdfShape
-from .urdf_chain import Picked
+from .urdf_folding import Picked
+from .urdf_model import UrdfShape
 
 CAPSULES = 3  # most capsules of a link
 TOOL = "tool"  # the mount at the chain's tip
