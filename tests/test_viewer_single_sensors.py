@@ -15,7 +15,8 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.viewer.drawing import Drawing, DrawnParts
+from place_rings.viewer.drawing import Drawing
+from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup
 from place_rings.viewer.quick_estimate import QuickEstimate
 from place_rings.viewer.server import Server

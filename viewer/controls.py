@@ -8,7 +8,7 @@ from ..coverage.rings.ring import Setup
 from ..formats.escaping import printable
 from . import html as words
 from .control_values import set_value
-from .drawing import DrawnParts
+from .drawn_parts import DrawnParts
 from .ring_controls import RingControls
 from .session import ViewerSession
 from .view_controls import ViewControls

@@ -19,7 +19,7 @@ from .camera import START, VIEWS, FittedCamera
 from .closing import closing
 from .controls import STEPS, Controls
 from .cut import BEHIND, CUTS, NONE, facing
-from .drawing import SHOWN_CONES
+from .drawn_parts import SHOWN_CONES
 from .guarded_state import GuardedState
 from .link_state import read_query
 from .long_task import LongTask

@@ -18,7 +18,7 @@ from .camera import FittedCamera
 from .control_values import set_value
 from .controls import Controls
 from .cut import Cut, cut_of
-from .drawing import DrawnParts
+from .drawn_parts import DrawnParts
 from .page_state import PageState
 from .playback import curve_data, pose_axis
 from .quick_estimate import SHOWN

@@ -11,7 +11,7 @@ from ..objectives.poses import Pose
 from .camera import START, VIEWS
 from .colours import KINDS
 from .cut import CUTS
-from .drawing import SHOWN_CONES, DrawnParts
+from .drawn_parts import SHOWN_CONES, DrawnParts
 from .playback import pose_axis
 from .session import ViewerSession
 
