@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ._change_text import instruction
 from ._errors import input_errors, writable
-from ._pictures import Picture, png_of
+from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
@@ -18,7 +18,7 @@ from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepMode
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.ring_models import ring_models
 from .formats.schema.scene_models import SceneModel
-from .formats.writing import to_toml, write_bytes, write_text
+from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
@@ -150,13 +150,9 @@ class Improvement(Placement):
         )
         captions = ("as mounted", f"after {_changes(len(self._last.changes))}")
         before, core = self.result.mounted.setup, self.scene.core
-        with input_errors():
-            png = png_of(
-                lambda file: comparison_picture(file, core, before, self.setup, captions, goals)
-            )
-            if path is not None:
-                write_bytes(Path(path), png)
-        return Picture(png, None if path is None else Path(path))
+        return drawn(
+            lambda file: comparison_picture(file, core, before, self.setup, captions, goals), path
+        )
 
     def save(self, folder: str | Path) -> tuple[Path, ...]:
         """Write a proposal of each step, a picture and improve.json.

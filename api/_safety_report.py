@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ._errors import input_errors, writable
-from ._pictures import Picture, png_of
+from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._safety_conditions import SafetyMotion
 from ._scene import Scene
 from .coverage.rings.ring import Setup
 from .formats.schema.separation_models import SafetyResult
-from .formats.writing import write_bytes, write_text
+from .formats.writing import write_text
 from .reporting import detection_page
 from .reporting.detection_figure import picture as detection_picture
 from .reporting.pages import csv_text
@@ -72,11 +72,7 @@ class SafetyReport(Placement):
         core, floor = self.scene.core, floor_of(self.scene.core)
         person = walker(core.safety.human, self.start, floor)
         what = (core.robot, self.setup, self.motion.moments, self.approaches, person, floor)
-        with input_errors():
-            png = png_of(lambda file: detection_picture(*what, self.directions, file))
-            if path is not None:
-                write_bytes(Path(path), png)
-        return Picture(png, None if path is None else Path(path))
+        return drawn(lambda file: detection_picture(*what, self.directions, file), path)
 
     def save(self, folder: str | Path) -> tuple[Path, ...]:
         """Write README.md, safety.png, approaches.csv and safety.json.
