@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
-    from ._improve import Improvement, improve
+    from ._improve import improve
+    from ._improvement import Improvement
     from ._lift import lift_to_surface
     from ._own_targets import (
         Box,
@@ -34,7 +35,8 @@ if TYPE_CHECKING:
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
-    from ._safety import SafetyReport, safety
+    from ._safety import safety
+    from ._safety_report import SafetyReport
     from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
@@ -130,12 +132,14 @@ _MODULES = {
     "_errors": ("InputError",),
     "_export": ("export",),
     "_files": ("load", "save"),
-    "_improve": ("Improvement", "improve"),
+    "_improve": ("improve",),
+    "_improvement": ("Improvement",),
     "_lift": ("lift_to_surface",),
     "_proposal": ("Proposal",),
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
-    "_safety": ("SafetyReport", "safety"),
+    "_safety": ("safety",),
+    "_safety_report": ("SafetyReport",),
     "_scene": ("Scene",),
     "_solids": ("attached", "obstacle"),
     "_search": ("search",),

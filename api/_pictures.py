@@ -1,10 +1,9 @@
 """Pictures of a setup."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from ._errors import input_errors
 from ._scene import Scene
@@ -29,12 +28,23 @@ class Picture:
         return f"<Picture of {len(self.png):,} bytes{where}>"
 
 
-def png_of(write: Any) -> bytes:
-    """Return the content of the PNG file that ``write`` writes to the path it receives."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
-        write(path)
-        return path.read_bytes()
+def drawn(draw: Callable[[Path], None], path: str | Path | None) -> Picture:
+    """Return the picture that ``draw`` writes as a PNG file to the path it receives.
+
+    Args:
+        draw: draws the picture.
+        path: path of a PNG file to write as well, or None.
+
+    Raises:
+        InputError: if the file cannot be written.
+    """
+    with input_errors(), TemporaryDirectory() as folder:
+        file = Path(folder) / "picture.png"
+        draw(file)
+        png = file.read_bytes()
+        if path is not None:
+            write_bytes(Path(path), png)
+    return Picture(png, None if path is None else Path(path))
 
 
 def picture(
@@ -56,8 +66,4 @@ def picture(
     """
     from .reporting.placement_picture import placement_picture
 
-    with input_errors():
-        png = png_of(lambda file: placement_picture(file, scene.core, setup, captions))
-        if path is not None:
-            write_bytes(Path(path), png)
-    return Picture(png, None if path is None else Path(path))
+    return drawn(lambda file: placement_picture(file, scene.core, setup, captions), path)

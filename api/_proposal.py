@@ -1,9 +1,7 @@
 """A proposal: a setup with its scene, its exact coverage, and the search that found it."""
 
 from collections.abc import Callable, Iterable, Sequence
-from copy import copy
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 
@@ -18,16 +16,13 @@ from .formats.schema.proposal_models import (
     FewestRingsModel,
     FoundModel,
     ProposalFile,
-    ReachedModel,
     ReachModel,
     SearchFile,
-    TriedRingsModel,
 )
 from .formats.schema.result_models import VerifyResult
-from .formats.schema.robustness_models import ErrorsModel
 from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
-from .objectives.criterion import Criterion, judge
+from .objectives.criterion import Criterion
 from .objectives.pose_subset import MANY
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
@@ -152,50 +147,22 @@ class Proposal(Placement):
             One record for each setup and target, in percent: the proposal under all models of
             occlusion, the others under the scene's and with a transparent robot.
         """
-        from .reporting.comparison import counted, papers
+        from .reporting.comparison import counted_beside_papers
 
-        core, verifier = self.scene.core, copy(self._verifier)
-        targets, layouts = [goal.target for goal in core.goals], papers(core)
-        setups = {self.name: self.setup} | layouts
         counts = () if self.search is None else self.search.verified
-        known = {(self.name, v.target): v for v in counts}
-        records: list[VerifyResult] = []
-        done, total = 0, len(targets) * len(setups) * len(core.poses)
-
-        def tell(poses: int) -> None:
-            nonlocal done
-            done = poses
-            if progress is not None:
-                progress(done, total)
-
-        verifier.at = lambda _: tell(min(done + 1, total))
-        try:
-            tell(0)
-            for one in counted(verifier, setups, targets, targets, known, layouts):
-                records.append(one)
-                tell(len(records) * len(core.poses))
-        except KeyboardInterrupt:
-            pass
-        order = {t.key: i for i, t in enumerate(targets)}
-        return sorted(records, key=lambda r: order[r.target, r.radius])
+        return counted_beside_papers(self._verifier, self.name, self.setup, counts, progress)
 
     def compare_criterion(self) -> dict[str, float]:
         """Return the search's criterion in percent for the proposal and the paper's layouts.
 
         The result is empty if the criterion is ζ itself. Ctrl-C returns the finished values.
         """
-        from .reporting.comparison import papers
+        from .reporting.comparison import judged_beside_papers
 
         if self.criterion.plain or self.search is None:
             return {}
-        core, values = self.scene.core, {self.name: 100 * self.search.exact}
-        verifier = Verifier(core, self._verifier.voxel)
-        try:
-            for name, one in papers(core).items():
-                values[name] = 100 * judge(verifier, one, self.criterion)[1]
-        except KeyboardInterrupt:
-            pass
-        return values
+        own = {self.name: self.search.exact}
+        return judged_beside_papers(self.scene.core, self._verifier.voxel, self.criterion, own)
 
     def file(self, records: Sequence[VerifyResult] | None = None) -> ProposalFile:
         """Return the model of the proposal's file; pass ``records`` if they are counted already."""
@@ -256,29 +223,11 @@ class Proposal(Placement):
         """Return the searches for the fewest sensors in percent; None if there were none."""
         if self.reach is None or self.wanted_percent is None:
             return None
-        tried = [
-            ReachedModel(sensors=n, exact_percent=100 * value, reached=reached)
-            for n, (value, reached) in self.reach.tried.items()
-        ]
-        return ReachModel(
-            wanted_percent=self.wanted_percent, reached=self.reach.reached, tried=tried
-        )
+        return ReachModel.of(self.reach, self.wanted_percent)
 
     def rings_record(self) -> FewestRingsModel | None:
         """Return the searches for the fewest rings in percent; None if there were none."""
-        if self.fewest is None:
-            return None
-        tried = [
-            TriedRingsModel(
-                rings=n,
-                exact_percent=100 * one.exact,
-                within=self.fewest.suffices(one),
-                price=self.scene.core.price_of(one.setup),
-                seconds=round(one.statistics.seconds, 1),
-            )
-            for n, one in self.fewest.tried.items()
-        ]
-        return FewestRingsModel(within_points=100 * self.fewest.within, tried=tried)
+        return None if self.fewest is None else FewestRingsModel.of(self.fewest, self.scene.core)
 
     def save(self, path: str | Path) -> Path:
         """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or
@@ -320,33 +269,10 @@ class Proposal(Placement):
     def _found(self) -> FoundModel | None:
         if self.search is None:
             return None
-        found = found_model(self.search, self.seed, self.criterion, self.command)
+        found = FoundModel.of(self.search, self.seed, self.criterion, self.command, versions())
         if self.bound is None or not self.bound.informative:
             return found
         return found.model_copy(update={"bound_percent": round(100 * self.bound.value, 2)})
-
-
-def found_model(result: SearchResult, seed: int, criterion: Criterion, command: str) -> FoundModel:
-    """Return the record of a search for its proposal's file, with the installed versions."""
-    spent = result.statistics
-    return FoundModel(
-        outcome=result.outcome.value,
-        seed=seed,
-        soft_percent=None if result.soft is None else 100 * result.soft,
-        exact_percent=100 * result.exact,
-        width=spent.width,
-        starts=spent.starts,
-        evaluations=spent.evaluations,
-        seconds=round(spent.seconds, 1),
-        start_up_seconds=round(spent.start_up, 1),
-        count_seconds=round(spent.counting, 1),
-        command=command,
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions=versions(),
-        redundancy=criterion.seen,
-        losing=criterion.losing,
-        tolerant=ErrorsModel.of(criterion),
-    )
 
 
 def write_proposal(path: Path, file: ProposalFile) -> None:

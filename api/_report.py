@@ -157,12 +157,12 @@ def _draw(facts: "Facts", folder: Path) -> None:
     from .reporting.setup_report.blind_spot_section import blind_name
     from .reporting.setup_report.cover import PICTURE
     from .reporting.setup_report.definition_picture import definition_picture
+    from .reporting.setup_report.definition_section import SECTION
     from .reporting.setup_report.mounting_drawing import (
         drawing_name,
         mounting_drawing,
         ringed_links,
     )
-    from .reporting.setup_report.report_page import SECTION
     from .reporting.tables import target_label
 
     scene, setup = facts.scene, facts.setup

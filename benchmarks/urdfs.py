@@ -33,7 +33,7 @@ from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.formats.errors import UserError
 from place_rings.formats.robots.robot_fit import fit_robot
 from place_rings.formats.robots.urdf import read_urdf
-from place_rings.formats.robots.urdf_chain import Picked
+from place_rings.formats.robots.urdf_folding import Picked
 from place_rings.formats.schema.robot_models import RobotFile, robot_of
 
 LIMIT = 60.0  # s of processor time, most for a file

@@ -1,210 +1,37 @@
 """Readers of the files and names that a user passes."""
 
-import errno
-import os
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
-import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from ..coverage.rings.ring import Setup
-from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.sensors.sensor_model import Model
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
+from .model_reader import read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
-from .schema.calibration_models import CalibrationModel
 from .schema.mounted_sensor_models import links_text
-from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
+from .schema.own_sensor_models import OwnSensorFile
 from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models
-from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
+from .schema.robot_models import RobotFile, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
-from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .target_files import with_contents
+from .user_files import beside, read_bytes, read_text
 
 if TYPE_CHECKING:
     from .sensors.urdf_frames import FramePattern
 
-_LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
-_Model = TypeVar("_Model", bound=BaseModel)
-
-
-def _bytes(path: Path, kind: str) -> bytes:
-    """Return the content of a file.
-
-    Args:
-        path: the file.
-        kind: its format for messages, for example TOML.
-
-    Raises:
-        UserError: if it cannot be read or is too large.
-    """
-    name = str(path)
-    try:
-        if path.is_dir():
-            raise UserError(f"{name}: found a folder, allowed: a {kind} file")
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise UserError(f"{name}: cannot be read: {reason}") from error
-    if len(data) > _LARGEST:
-        most = _LARGEST // 2**20
-        raise UserError(f"{name}: found more than {most} MB, allowed: at most {most} MB")
-    return data
-
-
-def read_text(path: Path, kind: str) -> str:
-    """Return the text of a UTF-8 file; parameters and errors as in ``_bytes``."""
-    name, data = str(path), _bytes(path, kind)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UserError(
-            f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8"
-        ) from error
-
-
-def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _Model:
-    """Return the TOML file at ``path`` as ``model``.
-
-    Args:
-        path: the file.
-        model: its model.
-        robot: takes the place of a scene's own robot, if given.
-
-    Raises:
-        UserError: if it cannot be read or is not valid.
-    """
-    name, text = str(path), read_text(path, "TOML")
-    try:
-        raw = tomllib.loads(text)
-        if issubclass(model, VersionedFile):
-            refuse_newer(raw)
-        raw = _with_robot(path, raw, model)
-        raw = _with_sensors(path, raw, model)
-        raw = raw if robot is None else _on_robot(raw, robot)
-        raw = _with_calibration(path, raw, model)
-        return model.model_validate(raw, context=FROM_FILE)
-    except ValidationError as error:
-        raise explain(name, error, model) from error
-    except (ValueError, RecursionError) as error:
-        # from tomllib, or from int() for thousands of digits
-        raise UserError(f"{name}: not TOML: {error}") from error
-
-
-def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """Return the keys of a file; a robot file that its scene names is replaced by the robot
-    in-line."""
-    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
-    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
-        return raw
-    reference = scene.get("robot")
-    if not isinstance(reference, str) or not reference.lower().endswith((".toml", ".urdf")):
-        return raw
-    if reference.lower().endswith(".urdf"):
-        raise UserError(
-            f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
-            " URDF with place-rings robot"
-        )
-    robot = read_model(beside(path, key, reference), RobotFile)
-    table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
-    inside = {**scene, "robot": table}
-    return {**raw, "scene": inside} if model is ProposalFile else inside
-
-
-def _with_calibration(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """Return the keys of a file; a calibration file that its scene names is replaced by the
-    calibration in-line."""
-    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
-    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
-        return raw
-    if not isinstance(reference := scene.get("calibration"), str):
-        return raw
-    own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
-    file = beside(path, f"{key}calibration", reference)
-    calibrated = read_calibration(file, robot_of(own.robot))
-    inside = {**scene, "calibration": CalibrationModel.of(calibrated)}
-    return {**raw, "scene": inside} if model is ProposalFile else inside
-
-
-def read_calibration(path: Path, robot: Robot) -> Robot:
-    """Return a robot with the calibration in a file (``calibrated_from``).
-
-    Raises:
-        UserError: if it cannot be read or is not valid.
-    """
-    from .robots.calibration_files import calibrated_from
-
-    return calibrated_from(robot, str(path), read_text(path, "a calibration"))
-
-
-def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
-    tables."""
-
-    def read(key: str, name: str) -> OwnSensorModel:
-        file = read_model(beside(path, key, name), OwnSensorFile)
-        return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
-
-    return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
-
-
-def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
-    """Return the keys of a scene with ``robot`` in place of its own.
-
-    A single pose that is the rest pose of the scene's own robot becomes that of ``robot``. The
-    calibration of the scene's own robot does not apply.
-    """
-    moved = {**raw, "robot": robot_key(robot)}
-    moved.pop("calibration", None)
-    own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
-    chain, rest = robot_of(own.robot).chain, robot_of(own.robot).rest
-    match raw.get("poses"):
-        case [{"q_deg": [*q_deg]}] if all(isinstance(a, int | float) for a in q_deg):
-            stated = np.radians(q_deg)
-        case [{"q": dict(values)}] if all(isinstance(v, int | float) for v in values.values()):
-            stated = ordered(chain, values) if misnamed(chain, values) is None else np.zeros(0)
-        case _:
-            return moved
-    if len(rest) == len(stated) and np.allclose(stated, rest, rtol=0, atol=1e-9):
-        del moved["poses"]
-    return moved
-
-
-def beside(path: Path, key: str, name: str) -> Path:
-    """Return the path of a file in the folder of the file at ``path`` or below.
-
-    Raises:
-        UserError: if the name leads elsewhere, or there is no such file.
-    """
-    folder = path.resolve().parent
-    try:
-        target = (folder / name).resolve()
-        exists = target.exists()
-    except (OSError, ValueError, RuntimeError) as error:
-        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
-    if Path(name).is_absolute() or not target.is_relative_to(folder):
-        raise UserError(
-            f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
-            " below"
-        )
-    if not exists:
-        reason = os.strerror(errno.ENOENT)
-        raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
-    return path.parent / name
 
 
 def read_robot(path: Path) -> Robot:
@@ -278,7 +105,7 @@ def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
 
     def read(where: str, name: str) -> tuple[Path, bytes]:
         at = beside(path, where.removeprefix(f"{path}: "), name)
-        return at, _bytes(at, "mesh or NumPy")
+        return at, read_bytes(at, "mesh or NumPy")
 
     return read
 

@@ -9,7 +9,8 @@ from pydantic import ValidationError
 from ..coverage.robots.kinematics import transform
 from .errors import UserError, explain
 from .schema.importance_models import ImportanceModel
-from .schema.target_models import TargetModel, VolumeModel
+from .schema.target_models import TargetModel
+from .schema.volume_models import VolumeModel
 from .target_meshes import closed_mesh
 from .weight_grids import weight_rows
 

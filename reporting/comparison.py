@@ -2,12 +2,14 @@
 paper's.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from copy import copy
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
+from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
@@ -19,8 +21,6 @@ from ..objectives.verify_breakdown import by_occlusion
 from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-
-
 PAPER_TARGETS = (
     Target("V_O"),
     Target("V_T"),
@@ -28,8 +28,6 @@ PAPER_TARGETS = (
     Target("V_S", 0.5),
     Target("V_S", 1.5),
 )
-
-
 # at most this many poses: compare by all of the paper's targets, else by the goals
 _FEW_POSES = 4
 
@@ -90,6 +88,66 @@ def counted(
                         mount_faults(scene, one, clear),
                     )
                 yield result
+
+
+def counted_beside_papers(
+    verifier: Verifier,
+    name: str,
+    setup: Setup,
+    counts: Sequence[Verified],
+    progress: Callable[[int, int], None] | None,
+) -> list[VerifyResult]:
+    """Count ζ of a setup and of the paper's layouts for the scene's targets; Ctrl-C ends the
+    comparison and returns the finished counts.
+
+    Args:
+        verifier: counts voxels of the scene.
+        name: name of the setup.
+        setup: the setup, counted under all models of occlusion.
+        counts: counts of the setup that exist already.
+        progress: receives the number of counted poses, from 0, and the number of all.
+
+    Returns:
+        One record for each setup and target, target by target.
+    """
+    scene, verifier = verifier.scene, copy(verifier)
+    targets, layouts = [goal.target for goal in scene.goals], papers(scene)
+    setups = {name: setup} | layouts
+    known = {(name, v.target): v for v in counts}
+    records: list[VerifyResult] = []
+    done, total = 0, len(targets) * len(setups) * len(scene.poses)
+
+    def tell(poses: int) -> None:
+        nonlocal done
+        done = poses
+        if progress is not None:
+            progress(done, total)
+
+    verifier.at = lambda _: tell(min(done + 1, total))
+    try:
+        tell(0)
+        for one in counted(verifier, setups, targets, targets, known, layouts):
+            records.append(one)
+            tell(len(records) * len(scene.poses))
+    except KeyboardInterrupt:
+        pass
+    order = {t.key: i for i, t in enumerate(targets)}
+    return sorted(records, key=lambda r: order[r.target, r.radius])
+
+
+def judged_beside_papers(
+    scene: CoreScene, voxel: float | None, criterion: Criterion, own: Mapping[str, float]
+) -> dict[str, float]:
+    """Return a criterion in percent for the paper's layouts, after the values in [0, 1] of ``own``
+    by name; Ctrl-C returns the finished values."""
+    values = {name: 100 * value for name, value in own.items()}
+    verifier = Verifier(scene, voxel)
+    try:
+        for name, one in papers(scene).items():
+            values[name] = 100 * judge(verifier, one, criterion)[1]
+    except KeyboardInterrupt:
+        pass
+    return values
 
 
 def compared(scene: CoreScene) -> list[Target]:

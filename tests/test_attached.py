@@ -30,7 +30,8 @@ from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
 from place_rings.rig.sensing.expected import expected
-from place_rings.viewer.drawing import Drawing, DrawnParts
+from place_rings.viewer.drawing import Drawing
+from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.quick_estimate import QuickEstimate
 
 from .strategies.rings import LONGEST, ROBOT_NAMES, setups

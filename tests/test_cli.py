@@ -462,7 +462,7 @@ def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
 
 def test_safety_refuses_a_robot_without_stopping_time_before_its_work(run, monkeypatch):
     monkeypatch.setattr(
-        "place_rings._safety._motion", Mock(spec=_safety._motion, side_effect=AssertionError)
+        "place_rings._safety.motion_of", Mock(spec=_safety.motion_of, side_effect=AssertionError)
     )
     code, out, err = run("safety", "n1_8_0", "--robot", "ur5e")
     assert (code, out) == (2, "")

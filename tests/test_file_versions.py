@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.formats.errors import UserError
-from place_rings.formats.loader import read_model, read_proposal, read_robot, read_scene, resolve
+from place_rings.formats.loader import read_proposal, read_robot, read_scene, resolve
+from place_rings.formats.model_reader import read_model
 from place_rings.formats.schema import versions
 from place_rings.formats.schema.files import MODELS, model_named
 from place_rings.formats.schema.proposal_models import ProposalFile

@@ -29,7 +29,8 @@ from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
-from place_rings.formats.schema.target_models import TargetModel, VolumeModel
+from place_rings.formats.schema.target_models import TargetModel
+from place_rings.formats.schema.volume_models import VolumeModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.errors import UserError
-from place_rings.formats.loader import read_model, read_proposal
+from place_rings.formats.loader import read_proposal
+from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.check.plan_files import MountPlanFile, mount_plan_of, write_mount_plan

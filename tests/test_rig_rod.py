@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
-from place_rings.formats.loader import read_model
+from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
 from place_rings.rig.check.self_check import self_check

@@ -18,9 +18,9 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.mount_axes import confidence
 from place_rings.formats.robots.mount_detection import find_tube
-from place_rings.formats.robots.robot_fit import confidence
-from place_rings.formats.robots.urdf import UrdfShape
+from place_rings.formats.robots.urdf_model import UrdfShape
 from place_rings.formats.schema.robot_models import RobotModel, robot_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml

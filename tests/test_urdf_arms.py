@@ -21,9 +21,10 @@ from place_rings.coverage.robots.robot import BASE
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_robot
 from place_rings.formats.robots.meshes import Meshes
-from place_rings.formats.robots.urdf import UrdfShape, read_urdf
+from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.robots.urdf_matching import find_robot
+from place_rings.formats.robots.urdf_model import UrdfShape
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.viewer.robot_surface import read_skin
 

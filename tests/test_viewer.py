@@ -29,7 +29,9 @@ from place_rings.placement.search.round import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, rgb
-from place_rings.viewer.drawing import Dots, Drawing, DrawnMesh, DrawnParts, Edges
+from place_rings.viewer.drawing import Drawing
+from place_rings.viewer.drawn_items import Dots, DrawnMesh, Edges
+from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
 from place_rings.viewer.jobs import Job, JobStoppedError
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate

@@ -143,8 +143,9 @@ def test_handles_drag_the_ring_along_and_around(opened):
 
 def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened):
     page = opened()
+    until(lambda: served.pages == 1, "the page is not kept")  # it shows ζ a little earlier
     (drawn,) = served._pages.values()
-    curve = drawn.controls.curve
+    curve = drawn.controls.view.curve
     page.until(lambda: np.isfinite(curve.data[1]).all(), "there is no curve")
     axis, now, opened_, here = curve.data
     assert list(axis) == [0.0, 0.5, 1.0]

@@ -15,7 +15,8 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.viewer.drawing import Drawing, DrawnParts
+from place_rings.viewer.drawing import Drawing
+from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup
 from place_rings.viewer.quick_estimate import QuickEstimate
 from place_rings.viewer.server import Server
@@ -126,7 +127,7 @@ def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path):
         page.until(lambda: page.zeta("V_S(0.5)") != before, "another elevation did not change ζ")
         page.set("Add a ring on this link", True)
         page.until(lambda: "10 sensors on 1 ring " in page.words, "no ring came")
-        assert page.visible("Tilt, °")
+        page.until(lambda: page.visible("Tilt, °"), "the ring has no tilt")
         page.set("Remove this ring", True)
         page.until(lambda: "2 sensors on 0 rings" in page.words, "the ring stayed")
         page.set("Save as a new proposal", True)

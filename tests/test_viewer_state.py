@@ -18,7 +18,8 @@ from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.viewer.browser_page import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
 from place_rings.viewer.cut import BEHIND, CUTS, NONE, cut_of
-from place_rings.viewer.drawing import Drawing, DrawnParts
+from place_rings.viewer.drawing import Drawing
+from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import MOST_RINGS, EditedSetup
 from place_rings.viewer.history import History, Version
 from place_rings.viewer.link_state import LinkState, read_query, ring_values

@@ -1,14 +1,11 @@
 """Drawing of a setup in a scene: named arrays with colours, for the browser and for tests."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Group, Ring, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
@@ -29,88 +26,18 @@ from ..reporting.rendering.meshes import (
 )
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .cut import Cut
+from .drawn_items import Dots, DrawnMesh, Edges, Item
+from .drawn_parts import DrawnParts, shown_cones
 from .quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from .robot_surface import Skin
 from .triangle_meshes import beams, bodies, chips, grid, outline
 
-Shown = Literal["off", "this ring", "this link", "all"]
-SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
 # up to this share of uncovered points they are drawn large; above it each is smaller
 _FEW = 0.15
 _AXIS, _UP = 0.12, 0.05  # m, lines of the selected single sensor
 _VEIL = 0.55  # opacity of a single cone; several cones share it
 _BEAM = 0.4  # opacity of the selected sensor's cone
-
-
-@dataclass(frozen=True)
-class DrawnMesh:
-    """A triangle mesh."""
-
-    vertices: Float[np.ndarray, "V 3"]
-    """Vertices, m."""
-    faces: Int[np.ndarray, "T 3"]
-    """Vertex indices of the triangles."""
-    colour: str
-    """Colour as ``#rrggbb``."""
-    opacity: float = 1.0
-    """Opacity in [0, 1]."""
-    ring: int | None = None
-    """Index of the ring or single sensor that a click on the mesh selects, or None."""
-
-
-@dataclass(frozen=True)
-class Dots:
-    """Points of one colour."""
-
-    points: Float[np.ndarray, "N 3"]
-    """Positions, m."""
-    colour: str
-    """Colour as ``#rrggbb``."""
-    size: float
-    """Size of a point, m."""
-
-
-@dataclass(frozen=True)
-class Edges:
-    """Lines of one colour."""
-
-    ends: Float[np.ndarray, "E 2 3"]
-    """End points, m."""
-    colour: str
-    """Colour as ``#rrggbb``."""
-    width: float
-    """Width on the screen, pixels."""
-
-
-Item = DrawnMesh | Dots | Edges
-
-
-@dataclass(frozen=True)
-class DrawnParts:
-    """What a page shows."""
-
-    pose: int
-    """Index of the pose."""
-    target: Target
-    """Target whose points are shown."""
-    occlusion: Occlusion
-    """Model of occlusion."""
-    cones: Shown = "this ring"
-    """Rings whose cones are shown."""
-    ring: int = 0
-    """Index of the selected ring or single sensor; those follow the rings."""
-    kinds: frozenset[int] = field(default_factory=lambda: frozenset(k.number for k in KINDS))
-    """Classes of points that are shown."""
-    cut: Cut | None = None
-    """Half-space in which points are shown; None: everywhere."""
-    sensor: int | None = None
-    """Index of the selected sensor on the selected ring, or None."""
-    outline: bool = True
-    """True to show the target's outline."""
-    robot: bool = True
-    """True to show the robot."""
 
 
 class Drawing:
@@ -307,15 +234,3 @@ class Drawing:
     def box(self, choice: DrawnParts) -> Float[np.ndarray, "2 3"]:
         """Return the lower and upper corner (2, 3) m of the target at the pose."""
         return self._outer(choice.target, choice.pose).bounds()
-
-
-def shown_cones(setup: Setup, choice: DrawnParts) -> list[int]:
-    """Return the indices of the rings and single sensors whose cones are shown."""
-    link = setup.groups[choice.ring].link
-    return [
-        i
-        for i, ring in enumerate(setup.groups)
-        if choice.cones == "all"
-        or (choice.cones == "this link" and ring.link == link)
-        or (choice.cones == "this ring" and i == choice.ring)
-    ]

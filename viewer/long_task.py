@@ -7,7 +7,8 @@ from functools import partial
 
 from ..formats.errors import UserError
 from . import html as words
-from .controls import Controls, set_value
+from .control_values import set_value
+from .controls import Controls
 from .jobs import Job, JobStoppedError
 
 _OFTEN = 0.1  # s, shortest interval between progress messages of a job

@@ -15,9 +15,10 @@ from ..formats.escaping import printable
 from . import html as words
 from .browser_page import BrowserPage
 from .camera import FittedCamera
-from .controls import Controls, set_value
+from .control_values import set_value
+from .controls import Controls
 from .cut import Cut, cut_of
-from .drawing import DrawnParts
+from .drawn_parts import DrawnParts
 from .page_state import PageState
 from .playback import curve_data, pose_axis
 from .quick_estimate import SHOWN
@@ -121,16 +122,16 @@ class PageDrawing:
             return
         controls.tell(state.names, setups, rows, how, shares, choice, active)
         most = state.draft.most(choice.ring)
-        controls.follow(setups[active], choice.ring, active, most, choice.sensor)
+        controls.rings.follow(setups[active], choice.ring, most, choice.sensor)
         now = rows[[r.target for r in rows].index(str(choice.target))].values[active][1]
         covered = f"{100 * now:.1f} % of {choice.target} covered"
         self._client.gui.set_panel_label(printable(covered))
         self._browser.title(printable(f"{state.names[active]}: {covered} · place-rings"))
         controls.address.content = words.link(f"?{state.link().query()}")
         for control, value in (
-            (controls.pose, state.choice.pose),
-            (controls.target, str(choice.target)),
-            (controls.occlusion, choice.occlusion),
+            (controls.view.pose, state.choice.pose),
+            (controls.view.target, str(choice.target)),
+            (controls.view.occlusion, choice.occlusion),
         ):
             if control.value != value:
                 set_value(control, value)
@@ -194,16 +195,16 @@ class PageDrawing:
             at = choice.target, choice.pose, choice.occlusion, choice.ring, choice.sensor
             ring = "ring " if choice.ring < len(setup.rings) else ""
             report = words.sensor_text(
-                sensor_report(room.glance, setup, *at), f"{ring}{controls.ring.value}"
+                sensor_report(room.glance, setup, *at), f"{ring}{controls.rings.ring.value}"
             )
-        curve = self._curve(setup, state) if controls.curve is not None else None
+        curve = self._curve(setup, state) if controls.view.curve is not None else None
         if self._closed:
             return
         controls.proofs.content = proof[2] if proof is not None and holds else ""
-        controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
-        controls.report.content = report
-        if controls.curve is not None and curve is not None:
-            controls.curve.data = curve
+        controls.rings.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
+        controls.rings.report.content = report
+        if controls.view.curve is not None and curve is not None:
+            controls.view.curve.data = curve
         self._client.flush()
 
     def _curve(self, setup: Setup, state: PageState) -> tuple[Float[np.ndarray, " N"], ...]:
@@ -218,7 +219,7 @@ class PageDrawing:
     def _theme(self, dark: bool) -> None:
         if dark != self._dark:
             self._dark = dark
-            set_value(self._controls.dark, dark)
+            set_value(self._controls.view.dark, dark)
             self._client.gui.configure_theme(
                 dark_mode=dark, control_width="large", show_logo=False, show_share_button=False
             )

@@ -9,7 +9,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..objectives.scene import CoreScene
 from .cut import BEHIND
-from .drawing import DrawnParts
+from .drawn_parts import DrawnParts
 from .edited_setup import EditedSetup
 from .history import History, Version
 from .link_state import LinkState, ring_values

@@ -19,7 +19,8 @@ from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene
 from .camera import ASPECT, fitted
 from .cut import arm_direction
-from .drawing import Drawing, DrawnParts
+from .drawing import Drawing
+from .drawn_parts import DrawnParts
 from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
 

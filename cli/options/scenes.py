@@ -8,7 +8,8 @@ from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
-from ...formats.loader import is_proposal, read_calibration, read_robot, read_scene, resolve
+from ...formats.loader import is_proposal, read_robot, read_scene, resolve
+from ...formats.model_reader import read_calibration
 from ...formats.recorded_motion import with_record
 from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene, as_in_paper

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ..._improve import Improvement, write_improvement
 from ..._improve import improve as find
+from ..._improvement import Improvement, write_improvement
 from ..._validation import ResolvedSetup
 from ...formats.schema.redesign_models import ImproveResult
 from ...formats.writing import made_folder

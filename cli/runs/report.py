@@ -6,7 +6,7 @@ from pathlib import Path
 from ..._report import PDF, ReportOptions, write_report
 from ..._validation import ResolvedSetup
 from ...formats.schema.written_models import ReportResult, RequirementModel
-from ...reporting.setup_report.report_page import answer
+from ...reporting.setup_report.coverage_section import answer
 from ...reporting.tables import count_error_line
 from ...reporting.terminal import Terminal, say, say_json
 

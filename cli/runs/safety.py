@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..._safety import FILES
 from ..._safety import safety as simulate
+from ..._safety_report import FILES
 from ..._validation import ResolvedSetup
 from ...formats.schema.separation_models import SafetyResult
 from ...formats.writing import made_folder

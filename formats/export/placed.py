@@ -15,8 +15,8 @@ from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import CoreScene
 from ..firmware.controllers import DEFAULT_CONTROLLER
-from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
+from ..robots.urdf_model import Urdf
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
 
 BASE_LINK, TCP_LINK = "base_link", "tcp"

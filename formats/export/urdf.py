@@ -12,7 +12,8 @@ from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron, box_of
 from ..errors import UserError, shown
-from ..robots.urdf import LARGEST, Urdf
+from ..robots.urdf import LARGEST
+from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
 from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import looking_along

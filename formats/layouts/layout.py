@@ -17,10 +17,12 @@ from ...objectives.named_layouts import layout_in
 from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene
 from ..errors import UserError, shown
-from ..loader import beside, read_model, read_robot, read_text
+from ..loader import read_robot
+from ..model_reader import read_model
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel
 from ..schema.mounted_sensor_models import links_text, singles_of
 from ..schema.ring_models import setup_of
+from ..user_files import beside, read_text
 from .csv_poses import read_csv
 from .mat_frames import sensors_of_mat
 

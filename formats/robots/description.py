@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from .mjcf import read_mjcf
-from .urdf import LARGEST, Urdf, read_urdf
+from .urdf import LARGEST, read_urdf
+from .urdf_model import Urdf
 from .xml_text import bounded_bytes, plain_xml
 
 

@@ -15,8 +15,8 @@ from jaxtyping import Float
 from ...coverage.choices import Surface
 from ..errors import shown
 from .packages import MissingFileError, Packages
-from .urdf import UrdfShape
-from .urdf_chain import Carried
+from .urdf_folding import Carried
+from .urdf_model import UrdfShape
 from .xml_text import bounded_bytes, plain_xml
 
 FORMATS = (".stl", ".dae", ".obj")

@@ -19,7 +19,7 @@ from ...coverage.robots.kinematics import transform
 from ..errors import shown
 from .mjcf_shapes import MeshAsset, meshes_of, shape_of
 from .mjcf_text import MAIN, MjcfText, read_text
-from .urdf import MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
+from .urdf_model import MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
 
 WORLD = "world"
 _TOOL = re.compile(r"(^|[_.\-])(attachment|tool\d*|tcp|flange|ee|eef|end[_-]?effector|grasp|pinch)")

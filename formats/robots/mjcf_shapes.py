@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ...coverage.robots.kinematics import transform
 from ..errors import shown
 from .mjcf_text import MAIN, MjcfText, turn_to
-from .urdf import UrdfShape
+from .urdf_model import UrdfShape
 
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 _UNBOUNDED = ("plane", "hfield", "sdf")

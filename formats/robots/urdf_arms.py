@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from .urdf import Joint
+from .urdf_model import Joint
 from .urdf_tree import LinkTree
 
 # in the name of a joint; the first ones also in that of its link: a wrist carries a "gripper_link"

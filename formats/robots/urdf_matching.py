@@ -8,8 +8,9 @@ import numpy as np
 
 from ...coverage.robots.robot import Robot
 from ..errors import UserError, shown
-from .urdf import Urdf
-from .urdf_chain import Picked, pick_chain
+from .urdf_chain import pick_chain
+from .urdf_folding import Picked
+from .urdf_model import Urdf
 
 # names of frames without special meaning in quoted YAML, xacro or a launch file
 ROS_NAME = re.compile(r"[A-Za-z0-9_./-]+")

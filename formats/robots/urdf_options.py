@@ -9,8 +9,9 @@ from ...coverage.choices import Surface
 from .description import read_description
 from .meshes import Meshes
 from .robot_fit import RobotFit, fit_robot
-from .urdf import Urdf
-from .urdf_chain import Picked, pick_chain
+from .urdf_chain import pick_chain
+from .urdf_folding import Picked
+from .urdf_model import Urdf
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..errors import UserError, shown
-from .urdf import Joint, Urdf
+from .urdf_model import Joint, Urdf
 from .xml_text import some
 
 

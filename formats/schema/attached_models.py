@@ -10,7 +10,7 @@ from ...coverage.robots.attached import Attached
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from .base_model import Fault, fault
-from .convex_models import THREE, ConvexModel, Coordinate
+from .convex_models import ConvexModel, SolidPoint
 from .field_types import LONGEST_NAME
 
 _CAPSULE = ("start", "end", "radius")
@@ -30,12 +30,8 @@ class AttachedModel(ConvexModel):
         max_length=LONGEST_NAME,
         description="link that carries it: a link with a mount, a joint, tcp or base",
     )
-    start: Annotated[list[Coordinate], THREE] | None = Field(
-        default=None, description="start of a capsule's axis, m"
-    )
-    end: Annotated[list[Coordinate], THREE] | None = Field(
-        default=None, description="end of the capsule's axis, m"
-    )
+    start: SolidPoint | None = Field(default=None, description="start of a capsule's axis, m")
+    end: SolidPoint | None = Field(default=None, description="end of the capsule's axis, m")
     radius: Annotated[float, Field(gt=0, le=10)] | None = Field(
         default=None, description="radius of the capsule, m"
     )

@@ -10,7 +10,7 @@ from pydantic import Field
 from ...coverage.robots.calibration import frames_differ
 from ...coverage.robots.robot import Robot
 from .base_model import Fault, StrictModel
-from .robot_models import TcpModel, place_of, written_place
+from .chain_models import TcpModel, place_of, written_place
 
 
 class CalibrationModel(StrictModel):

@@ -10,13 +10,17 @@ from pydantic import Field, model_validator
 from ...coverage.robots.kinematics import transform
 from ...coverage.solids.polyhedra import Polyhedron, box, hull
 from .base_model import StrictModel, fault
-from .field_types import FARTHEST, LONGEST_NAME, Metres
+from .field_types import FARTHEST, LONGEST_NAME, THREE, Angles, Metres
 
-Coordinate = Annotated[
-    float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate in the solid's frame, m")
+SolidPoint = Annotated[
+    list[
+        Annotated[
+            float,
+            Field(ge=-FARTHEST, le=FARTHEST, description="coordinate in the solid's frame, m"),
+        ]
+    ],
+    THREE,
 ]
-THREE = Field(min_length=3, max_length=3)
-_Angle = Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]
 
 
 class ConvexModel(StrictModel):
@@ -26,11 +30,11 @@ class ConvexModel(StrictModel):
     """The keys of which exactly one states the kind of solid."""
 
     name: str = Field(default="", max_length=LONGEST_NAME, description="name of the solid")
-    centre: Annotated[list[Coordinate], THREE] = Field(
+    centre: SolidPoint = Field(
         default=[0.0, 0.0, 0.0],
         description="origin of the solid, m, in the base frame or in that of its link",
     )
-    rpy_deg: Annotated[list[_Angle], THREE] = Field(
+    rpy_deg: Angles = Field(
         default=[0.0, 0.0, 0.0],
         description="orientation in degrees: rotations about the fixed x, then y, then z axis",
     )
@@ -46,7 +50,7 @@ class ConvexModel(StrictModel):
     scale: float = Field(
         default=1.0, gt=0, le=1000, description="length of one unit of the mesh, m"
     )
-    points: list[Annotated[list[Coordinate], THREE]] | None = Field(
+    points: list[SolidPoint] | None = Field(
         default=None,
         min_length=4,
         max_length=20_000,

@@ -29,4 +29,11 @@ def ascending(pair: list[Any]) -> list[Any]:
     return pair
 
 
+Name = Annotated[str, Field(min_length=1, max_length=100)]
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]
+Angle = Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]
+JointAngle = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
+THREE = Field(min_length=3, max_length=3)
+Point = Annotated[list[Coordinate], THREE]
+Angles = Annotated[list[Angle], THREE]
 Interval = Annotated[list[Position], Field(min_length=2, max_length=2), AfterValidator(ascending)]

@@ -10,9 +10,8 @@ from pydantic import Field, model_validator
 from ...coverage.weight_field import MOST_CELLS, WeightField
 from ..errors import UserError
 from .base_model import StrictModel, fault, refuse
-from .field_types import FARTHEST, Metres
+from .field_types import THREE, Metres, Point
 
-_Three = Field(min_length=3, max_length=3)
 _LONGEST_ROW = 4_000_000  # characters
 
 
@@ -24,11 +23,8 @@ class ImportanceModel(StrictModel):
     rounded to 1/65535 of the largest.
     """
 
-    origin: Annotated[
-        list[Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")],],
-        _Three,
-    ] = Field(description="lower corner of the grid in the base frame, m")
-    cell: Annotated[list[Metres], _Three] = Field(description="sides of a cell along x, y, z, m")
+    origin: Point = Field(description="lower corner of the grid in the base frame, m")
+    cell: Annotated[list[Metres], THREE] = Field(description="sides of a cell along x, y, z, m")
     outside: float = Field(default=0.0, ge=0, le=1e9, description="weight outside the grid")
     file: str | None = Field(
         default=None,

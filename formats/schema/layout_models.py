@@ -9,6 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from .base_model import StrictModel, refuse
+from .field_types import JointAngle
 from .mounted_sensor_models import MountedSensorModel
 from .ring_models import RingModel
 from .sensor_models import SensorModel
@@ -16,7 +17,6 @@ from .versions import VersionedFile
 
 _Text = Annotated[str, Field(min_length=1, max_length=2000)]
 _Name = Annotated[str, Field(min_length=1, max_length=300)]
-_Angle = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
 _Place = Annotated[float, Field(ge=-100, le=100, description="coordinate in the link's frame, m")]
 _Part = Annotated[float, Field(ge=-1e6, le=1e6, description="component of a vector")]
 
@@ -36,7 +36,7 @@ class LayoutModel(StrictModel):
     )
     sensor: SensorModel = Field(description="beam of the sensors")
     beam_source: _Text = Field(description="where the figures of the beam are from")
-    pose_deg: Annotated[list[_Angle], Field(min_length=1, max_length=20)] | None = Field(
+    pose_deg: Annotated[list[JointAngle], Field(min_length=1, max_length=20)] | None = Field(
         default=None, description="joint angles, degrees; default: those of the robot"
     )
     lift_mm: float = Field(

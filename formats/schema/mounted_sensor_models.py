@@ -9,17 +9,13 @@ from ...coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
 from .base_model import Fault, refuse
-from .field_types import FARTHEST, LONGEST_NAME
+from .field_types import FARTHEST, LONGEST_NAME, THREE, Point
 from .mapping import MappedModel, Of, rounded_millimetres
 from .sensor_models import SensorModel
 
-_Place = Annotated[
-    list[Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]],
-    Field(min_length=3, max_length=3),
-]
 _Way = Annotated[
     list[Annotated[float, Field(ge=-1e6, le=1e6, description="component of a vector")]],
-    Field(min_length=3, max_length=3),
+    THREE,
 ]
 
 
@@ -27,7 +23,7 @@ class CellSensorModel(MappedModel[MountedSensor]):
     """A sensor of the cell, fixed in the base frame: a camera, a scanner, a distance sensor."""
 
     name: str = Field(default="", max_length=LONGEST_NAME, description="name of the sensor")
-    position: _Place = Field(description="position of the sensor, m")
+    position: Point = Field(description="position of the sensor, m")
     direction: _Way = Field(description="direction of the beam's axis, a vector of any length")
     up: _Way | None = Field(
         default=None,

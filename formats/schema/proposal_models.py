@@ -1,6 +1,8 @@
 """Models of proposals, of the searches that produced them, and of ``result.json``."""
 
-from typing import Any, Literal, Self
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -18,6 +20,12 @@ from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
 from .sensor_records import SensorRecord
 from .versions import VersionedFile
+
+if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
+    from ...objectives.criterion import Criterion
+    from ...placement.search.fewest_rings import FewestRings
+    from ...placement.search.fewest_sensors import Reach
+    from ...placement.search.search import SearchResult
 
 
 class FoundModel(StrictModel):
@@ -54,6 +62,44 @@ class FoundModel(StrictModel):
         default=None,
         description="upper bound of the criterion for every layout of the same budget, percent",
     )
+
+    @classmethod
+    def of(
+        cls,
+        result: "SearchResult",
+        seed: int,
+        criterion: "Criterion",
+        command: str,
+        versions: Mapping[str, str],
+    ) -> Self:
+        """Return the record of a search that has just ended.
+
+        Args:
+            result: result of the search.
+            seed: random seed of the search.
+            criterion: what the search maximised.
+            command: the call or the command that ran it.
+            versions: versions of the installed packages.
+        """
+        spent = result.statistics
+        return cls(
+            outcome=result.outcome.value,
+            seed=seed,
+            soft_percent=None if result.soft is None else 100 * result.soft,
+            exact_percent=100 * result.exact,
+            width=spent.width,
+            starts=spent.starts,
+            evaluations=spent.evaluations,
+            seconds=round(spent.seconds, 1),
+            start_up_seconds=round(spent.start_up, 1),
+            count_seconds=round(spent.counting, 1),
+            command=command,
+            created=datetime.now(UTC).isoformat(timespec="seconds"),
+            versions=dict(versions),
+            redundancy=criterion.seen,
+            losing=criterion.losing,
+            tolerant=ErrorsModel.of(criterion),
+        )
 
 
 class ProposalFile(VersionedFile):
@@ -113,6 +159,15 @@ class ReachModel(StrictModel):
     reached: bool = Field(description="whether any sensor count reaches it")
     tried: list[ReachedModel] = Field(description="results by sensor count")
 
+    @classmethod
+    def of(cls, reach: "Reach", wanted_percent: float) -> Self:
+        """Return the record of the searches for a coverage in percent."""
+        tried = [
+            ReachedModel(sensors=n, exact_percent=100 * value, reached=reached)
+            for n, (value, reached) in reach.tried.items()
+        ]
+        return cls(wanted_percent=wanted_percent, reached=reach.reached, tried=tried)
+
 
 class TriedRingsModel(StrictModel):
     """Result of the search with one number of rings."""
@@ -131,6 +186,21 @@ class FewestRingsModel(StrictModel):
         description="margin: largest loss against the best, percentage points"
     )
     tried: list[TriedRingsModel] = Field(description="results by number of rings")
+
+    @classmethod
+    def of(cls, fewest: "FewestRings", scene: CoreScene) -> Self:
+        """Return the record of the searches in a scene."""
+        tried = [
+            TriedRingsModel(
+                rings=n,
+                exact_percent=100 * one.exact,
+                within=fewest.suffices(one),
+                price=scene.price_of(one.setup),
+                seconds=round(one.statistics.seconds, 1),
+            )
+            for n, one in fewest.tried.items()
+        ]
+        return cls(within_points=100 * fewest.within, tried=tried)
 
 
 class SearchFile(VersionedFile):

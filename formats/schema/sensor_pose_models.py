@@ -7,14 +7,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from .base_model import StrictModel, refuse
+from .field_types import JointAngle, Name, Point
 from .sensor_models import SensorModel
 from .versions import VersionedFile
 
-_Name = Annotated[str, Field(min_length=1, max_length=100)]
-_Xyz = Annotated[
-    list[Annotated[float, Field(ge=-100, le=100, description="coordinate, m")]],
-    Field(min_length=3, max_length=3),
-]
 _Xyzw = Annotated[
     list[
         Annotated[
@@ -24,7 +20,6 @@ _Xyzw = Annotated[
     ],
     Field(min_length=4, max_length=4),
 ]
-_Angle = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
 _UNIT = 1e-3  # tolerance of the length of a quaternion
 
 
@@ -32,10 +27,10 @@ class SensorPoseModel(StrictModel):
     """Pose of a sensor in the frame of its ring's link and, optionally, in the base frame at the
     file's pose."""
 
-    name: _Name = Field(description="name of the sensor")
-    xyz: _Xyz = Field(description="position in the link's frame, m")
+    name: Name = Field(description="name of the sensor")
+    xyz: Point = Field(description="position in the link's frame, m")
     xyzw: _Xyzw = Field(description="orientation in the link's frame, quaternion x, y, z, w")
-    base_xyz: _Xyz | None = Field(default=None, description="position in the base frame, m")
+    base_xyz: Point | None = Field(default=None, description="position in the base frame, m")
     base_xyzw: _Xyzw | None = Field(
         default=None, description="orientation in the base frame, quaternion x, y, z, w"
     )
@@ -63,8 +58,8 @@ class SensorPoseModel(StrictModel):
 class RingPosesModel(StrictModel):
     """A ring: its link, the frame in which its sensors are stated, and its sensors."""
 
-    link: _Name | None = Field(default=None, description="link that carries the ring, if known")
-    frame: _Name = Field(description="joint that moves the link, or tcp")
+    link: Name | None = Field(default=None, description="link that carries the ring, if known")
+    frame: Name = Field(description="joint that moves the link, or tcp")
     sensor: SensorModel = Field(default=SensorModel(), description="sensor of the ring")
     sensors: list[SensorPoseModel] = Field(
         min_length=1, max_length=1000, description="poses of the sensors"
@@ -74,7 +69,7 @@ class RingPosesModel(StrictModel):
 class SinglePoseModel(SensorPoseModel):
     """A single sensor: its pose on a link, and its beam."""
 
-    frame: _Name = Field(description="joint that moves the link, tcp, or base")
+    frame: Name = Field(description="joint that moves the link, tcp, or base")
     sensor: SensorModel = Field(default=SensorModel(), description="beam of the sensor")
 
 
@@ -87,10 +82,10 @@ class SensorPosesFile(VersionedFile):
     beam: Literal["x", "y", "z"] = Field(
         default="z", description="axis of a sensor's frame along the beam"
     )
-    q_deg: list[_Angle] | None = Field(
+    q_deg: list[JointAngle] | None = Field(
         default=None, min_length=1, max_length=20, description="joint angles for base_xyz, degrees"
     )
-    q: dict[str, _Angle] | None = Field(
+    q: dict[str, JointAngle] | None = Field(
         default=None,
         min_length=1,
         max_length=20,

@@ -13,8 +13,8 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import CoreScene
 from ..errors import UserError, shown
-from ..robots.urdf import Urdf
 from ..robots.urdf_matching import find_robot
+from ..robots.urdf_model import Urdf
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of
 from .single_fit import single_at

@@ -20,6 +20,11 @@ ADVICE = (
     "Use --occlusion shadow for multi-zone sensors, and blind for one-zone sensors, which report"
     " the robot's body itself. --paper counts as the paper does."
 )
+ASSUMPTIONS = {
+    "ignore": "beams pass through the robot, as in the paper",
+    "shadow": "points behind the body are not covered, as for multi-zone sensors",
+    "blind": "the body blocks any sensor whose beam it enters, as for one-zone sensors",
+}
 
 
 def without_lines(scene: CoreScene, setup: Setup) -> list[str]:

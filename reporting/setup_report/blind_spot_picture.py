@@ -14,12 +14,13 @@ from ...coverage.voxels.inscribed_balls import coarser
 from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.blind_spots import Blind, BlindSpot
 from ...objectives.scene import CoreScene
-from ..placement_picture import VIEWS, draw_room
+from ..placement_picture import VIEWS
 from ..plots import COLOURS, GREY, INK
 from ..rendering.canvas import Canvas
 from ..rendering.figures import write_png
 from ..rendering.meshes import ball, body, closed, faces_within
 from ..rendering.robot import add_robot
+from ..rendering.room import draw_room
 from ..rendering.voxels import add_skin, skin, voxel_set
 
 _MOST = 30_000  # largest number of voxels drawn

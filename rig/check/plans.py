@@ -14,7 +14,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...formats.errors import UserError
-from ...formats.loader import read_model
+from ...formats.model_reader import read_model
 from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan, planned
 from ..poses.routes import Clearance

@@ -8,7 +8,8 @@ from typing import TextIO
 
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, shown
-from ...formats.recorded_motion import MOST_ROWS, TIMES, read_record
+from ...formats.motion_csv import MOST_ROWS, TIMES
+from ...formats.recorded_motion import read_record
 from .messages import (
     FARTHEST,
     JointMessage,

@@ -1,0 +1,262 @@
+"""Changes to a mounted setup: the proposals of a redesign, its record and its files."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from ._change_text import instruction
+from ._errors import input_errors, writable
+from ._pictures import Picture, drawn
+from ._placement import Placement
+from ._proposal import Proposal
+from ._scene import Scene
+from ._versions import versions
+from .coverage.rings.ring import Setup
+from .formats.schema.proposal_models import FoundModel, ProposalFile
+from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
+from .formats.schema.result_models import VerifyResult
+from .formats.schema.ring_models import ring_models
+from .formats.schema.scene_models import SceneModel
+from .formats.writing import to_toml, write_text
+from .objectives.criterion import Criterion
+from .objectives.verify import Verifier
+from .placement.redesign import redesign
+from .placement.redesign.beam_search import Answer
+from .placement.search.progress import Outcome
+from .placement.search.search import SearchResult
+from .reporting.text import counted
+
+
+@dataclass(frozen=True, repr=False)
+class Improvement(Placement):
+    """Changes to a mounted setup: the best single change, the best two, and so on.
+
+    As a result, it stands for the setup after the last step.
+    """
+
+    mounted: str
+    """Name of the mounted setup."""
+    scene: Scene
+    """Scene of the search."""
+    result: redesign.Improved
+    """Result of the search."""
+    changes: int
+    """Largest number of changes of the search."""
+    add_sensors: int
+    """Largest number of additional sensors."""
+    seed: int
+    """Random seed of the search."""
+    command: str = ""
+    """The call or the command that ran the search."""
+    verifier: Verifier = field(kw_only=True, compare=False)
+    """The exact counter."""
+
+    @property
+    def setup(self) -> Setup:  # type: ignore[override]
+        """The rings after the last step; the mounted rings if no change helps."""
+        return self._last.setup
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """Name of the mounted setup with the number of changes."""
+        return self._label(self._last)
+
+    @property
+    def before(self) -> float:
+        """Exact ζ of the mounted setup in [0, 1], defined as ``coverage`` is."""
+        return self.result.mounted.exact
+
+    @property
+    def coverage(self) -> float:
+        """Exact ζ in [0, 1] after the last step: the weighted mean over targets and poses, or the ζ
+        of the worst pose if the scene has ``over_poses="worst"``.
+        """
+        return self._last.exact
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the search ended."""
+        return self.result.outcome
+
+    @cached_property
+    def steps(self) -> tuple[Proposal, ...]:
+        """One proposal for each number of changes that justifies its work; empty if none does."""
+        return tuple(
+            Proposal(
+                answer.setup,
+                self.scene,
+                self._label(answer),
+                search=self._search_result(answer),
+                seed=self.seed,
+                command=self.command,
+                verifier=self.verifier,
+            )
+            for answer in self.result.steps
+        )
+
+    @property
+    def instructions(self) -> tuple[tuple[str, ...], ...]:
+        """One line of text for each changed ring of each step: what to do to it."""
+        rings, robot = len(self.result.mounted.setup.rings), self.scene.robot
+        return tuple(
+            tuple(instruction(change, rings, robot) for change in answer.changes)
+            for answer in self.result.steps
+        )
+
+    @cached_property
+    def record(self) -> ImproveResult:
+        """Record that ``place-rings improve --json`` prints, with ζ of each target.
+
+        Ctrl-C during its count leaves out the ζ of the remaining steps.
+        """
+        result, core = self.result, self.scene.core
+        zetas = self._verified([result.mounted, *result.steps])
+        return ImproveResult(
+            setup=self.mounted,
+            scene=SceneModel.from_domain(core),
+            most_changes=self.changes,
+            add_sensors=self.add_sensors,
+            outcome=result.outcome.value,
+            seed=self.seed,
+            seconds=result.statistics.seconds,
+            exact_percent=100 * result.mounted.exact,
+            short_percent=100 * result.mounted.short,
+            rings=ring_models(result.mounted.setup, core.sensor),
+            zeta=zetas[0],
+            broken=[fault.text for fault in result.broken],
+            steps=[self._step(a, z) for a, z in zip(result.steps, zetas[1:], strict=True)],
+        )
+
+    def plot(self, path: str | Path | None = None) -> Picture:
+        """Draw the mounted setup beside the setup after the last step.
+
+        Args:
+            path: path of a PNG file; by default no file is written.
+
+        Returns:
+            The picture.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        from .reporting.placement_picture import comparison_picture
+        from .reporting.tables import target_label
+
+        zetas = self.record.steps[-1].zeta if self.record.steps else []
+        goals = "   ·   ".join(
+            f"{target_label(a)}: {a.zeta_percent:.1f} → {b.zeta_percent:.1f} %"
+            for a, b in zip(self.record.zeta, zetas, strict=False)
+        )
+        captions = ("as mounted", f"after {_changes(len(self._last.changes))}")
+        before, core = self.result.mounted.setup, self.scene.core
+        return drawn(
+            lambda file: comparison_picture(file, core, before, self.setup, captions, goals), path
+        )
+
+    def save(self, folder: str | Path) -> tuple[Path, ...]:
+        """Write a proposal of each step, a picture and improve.json.
+
+        Args:
+            folder: output folder; created if it does not exist.
+
+        Returns:
+            The paths of the files.
+
+        Raises:
+            InputError: if the folder cannot be written.
+        """
+        out = writable(folder)
+        with input_errors():
+            record = write_improvement(self, out)
+        return (*(Path(path) for path in record.files.values()), out / "improve.json")
+
+    def captions(self) -> list[str]:
+        return [f"{100 * self.coverage:.1f} % covered"]
+
+    def rows(self) -> Iterable[Sequence[str]]:
+        yield "as mounted", f"{100 * self.before:.2f} %"
+        for answer in self.result.steps:
+            yield _changes(len(answer.changes)), f"{100 * answer.exact:.2f} %"
+        yield "search", self.outcome.value
+
+    @property
+    def _last(self) -> Answer:
+        return (self.result.mounted, *self.result.steps)[-1]
+
+    def _label(self, answer: Answer) -> str:
+        changes = len(answer.changes)
+        return f"{self.mounted}, {_changes(changes)}" if changes else self.mounted
+
+    def _search_result(self, answer: Answer) -> SearchResult:
+        found = self.result
+        return SearchResult(
+            answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
+        )
+
+    def _verified(self, answers: Sequence[Answer]) -> list[list[VerifyResult]]:
+        """Return ζ of each answer for each goal; empty lists for the answers after Ctrl-C."""
+        goals, each = self.scene.core.goals, list[list[VerifyResult]]()
+        try:
+            for answer in answers:
+                verified = [self.verifier.verify(answer.setup, goal.target) for goal in goals]
+                each.append([VerifyResult.of(self._label(answer), one) for one in verified])
+        except KeyboardInterrupt:
+            pass
+        return each + [[]] * (len(answers) - len(each))
+
+    def _step(self, answer: Answer, zeta: list[VerifyResult]) -> StepModel:
+        mounted, sensor = self.result.mounted, self.scene.sensor
+        return StepModel(
+            exact_percent=100 * answer.exact,
+            gain_percent=100 * (answer.exact - mounted.exact),
+            short_percent=100 * answer.short,
+            work=WorkModel.from_domain(answer.work),
+            changes=[ChangeModel.of(c, len(mounted.setup.rings), sensor) for c in answer.changes],
+            rings=ring_models(answer.setup, sensor),
+            zeta=zeta,
+        )
+
+
+def write_improvement(improvement: Improvement, folder: Path) -> ImproveResult:
+    """Write a proposal of each step, a picture and improve.json.
+
+    Args:
+        improvement: the changes.
+        folder: existing output folder.
+
+    Returns:
+        The record with the paths of its files.
+
+    Raises:
+        UserError: if a file cannot be written.
+    """
+    record, result = improvement.record, improvement.result
+    files = {
+        f"changes_{len(step.changes)}": folder / f"changes_{len(step.changes)}.toml"
+        for step in record.steps
+    }
+    files |= {"picture": folder / "improve.png"} if record.steps else {}
+    record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
+    texts = improvement.instructions
+    for answer, step, lines in zip(result.steps, record.steps, texts, strict=True):
+        search = improvement._search_result(answer)
+        proposal = ProposalFile(
+            rings=step.rings,
+            scene=record.scene,
+            zeta=step.zeta,
+            found=FoundModel.of(search, record.seed, Criterion(), improvement.command, versions()),
+        )
+        n = len(step.changes)
+        heading = "\n".join(
+            (f"The mounted setup after {_changes(n)} (place-rings improve):", *lines)
+        )
+        write_text(files[f"changes_{n}"], to_toml(proposal, heading))
+    if record.steps:
+        improvement.plot(files["picture"])
+    write_text(folder / "improve.json", record.model_dump_json(indent=2) + "\n")
+    return record
+
+
+def _changes(n: int) -> str:
+    return counted(n, "change")

@@ -1,0 +1,128 @@
+"""A TOML file as its model, with the files that it names in place of their names."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from ..coverage.robots.joint_values import misnamed, ordered
+from ..coverage.robots.robot import Robot
+from .errors import UserError, explain, shown
+from .schema.calibration_models import CalibrationModel
+from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
+from .schema.proposal_models import ProposalFile
+from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
+from .schema.scene_models import SceneFile
+from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
+from .user_files import beside, read_text
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _Model:
+    """Return the TOML file at ``path`` as ``model``.
+
+    Args:
+        path: the file.
+        model: its model.
+        robot: takes the place of a scene's own robot, if given.
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
+    name, text = str(path), read_text(path, "TOML")
+    try:
+        raw = tomllib.loads(text)
+        if issubclass(model, VersionedFile):
+            refuse_newer(raw)
+        raw = _with_robot(path, raw, model)
+        raw = _with_sensors(path, raw, model)
+        raw = raw if robot is None else _on_robot(raw, robot)
+        raw = _with_calibration(path, raw, model)
+        return model.model_validate(raw, context=FROM_FILE)
+    except ValidationError as error:
+        raise explain(name, error, model) from error
+    except (ValueError, RecursionError) as error:
+        # from tomllib, or from int() for thousands of digits
+        raise UserError(f"{name}: not TOML: {error}") from error
+
+
+def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Return the keys of a file; a robot file that its scene names is replaced by the robot
+    in-line."""
+    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    reference = scene.get("robot")
+    if not isinstance(reference, str) or not reference.lower().endswith((".toml", ".urdf")):
+        return raw
+    if reference.lower().endswith(".urdf"):
+        raise UserError(
+            f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
+            " URDF with place-rings robot"
+        )
+    robot = read_model(beside(path, key, reference), RobotFile)
+    table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
+    inside = {**scene, "robot": table}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def _with_calibration(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Return the keys of a file; a calibration file that its scene names is replaced by the
+    calibration in-line."""
+    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    if not isinstance(reference := scene.get("calibration"), str):
+        return raw
+    own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
+    file = beside(path, f"{key}calibration", reference)
+    calibrated = read_calibration(file, robot_of(own.robot))
+    inside = {**scene, "calibration": CalibrationModel.of(calibrated)}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def read_calibration(path: Path, robot: Robot) -> Robot:
+    """Return a robot with the calibration in a file (``calibrated_from``).
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
+    from .robots.calibration_files import calibrated_from
+
+    return calibrated_from(robot, str(path), read_text(path, "a calibration"))
+
+
+def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
+    tables."""
+
+    def read(key: str, name: str) -> OwnSensorModel:
+        file = read_model(beside(path, key, name), OwnSensorFile)
+        return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
+
+    return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
+
+
+def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
+    """Return the keys of a scene with ``robot`` in place of its own.
+
+    A single pose that is the rest pose of the scene's own robot becomes that of ``robot``. The
+    calibration of the scene's own robot does not apply.
+    """
+    moved = {**raw, "robot": robot_key(robot)}
+    moved.pop("calibration", None)
+    own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
+    chain, rest = robot_of(own.robot).chain, robot_of(own.robot).rest
+    match raw.get("poses"):
+        case [{"q_deg": [*q_deg]}] if all(isinstance(a, int | float) for a in q_deg):
+            stated = np.radians(q_deg)
+        case [{"q": dict(values)}] if all(isinstance(v, int | float) for v in values.values()):
+            stated = ordered(chain, values) if misnamed(chain, values) is None else np.zeros(0)
+        case _:
+            return moved
+    if len(rest) == len(stated) and np.allclose(stated, rest, rtol=0, atol=1e-9):
+        del moved["poses"]
+    return moved

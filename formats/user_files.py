@@ -1,0 +1,68 @@
+"""Files that a user passes, or names in a file: their contents, and where they may lie."""
+
+import errno
+import os
+from pathlib import Path
+
+from .errors import UserError, shown
+
+_LARGEST = 16 * 2**20  # bytes, largest file that is read
+
+
+def read_bytes(path: Path, kind: str) -> bytes:
+    """Return the content of a file.
+
+    Args:
+        path: the file.
+        kind: its format for messages, for example TOML.
+
+    Raises:
+        UserError: if it cannot be read or is too large.
+    """
+    name = str(path)
+    try:
+        if path.is_dir():
+            raise UserError(f"{name}: found a folder, allowed: a {kind} file")
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"{name}: cannot be read: {reason}") from error
+    if len(data) > _LARGEST:
+        most = _LARGEST // 2**20
+        raise UserError(f"{name}: found more than {most} MB, allowed: at most {most} MB")
+    return data
+
+
+def read_text(path: Path, kind: str) -> str:
+    """Return the text of a UTF-8 file; parameters and errors as in ``read_bytes``."""
+    name, data = str(path), read_bytes(path, kind)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(
+            f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8"
+        ) from error
+
+
+def beside(path: Path, key: str, name: str) -> Path:
+    """Return the path of a file in the folder of the file at ``path`` or below.
+
+    Raises:
+        UserError: if the name leads elsewhere, or there is no such file.
+    """
+    folder = path.resolve().parent
+    try:
+        target = (folder / name).resolve()
+        exists = target.exists()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
+    if Path(name).is_absolute() or not target.is_relative_to(folder):
+        raise UserError(
+            f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
+            " below"
+        )
+    if not exists:
+        reason = os.strerror(errno.ENOENT)
+        raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
+    return path.parent / name

@@ -1,0 +1,65 @@
+"""Section of a report on what coverage means, with the numbers of the setup."""
+
+from collections.abc import Iterator
+
+from ...objectives.scene import CoreScene
+from ..lines.occlusion import ASSUMPTIONS
+from ..lines.targets import described
+from ..tables import target_label
+from ..text import listed
+from .facts import Facts
+
+SECTION = "section.png"
+
+
+def definition_section(f: Facts) -> Iterator[str]:
+    """Yield what coverage is, with the numbers of this setup."""
+    yield "## What coverage means\n"
+    yield (
+        "The coverage ζ of a target is the part of its volume that at least one sensor sees, in"
+        " percent: ζ = covered volume ÷ volume of the target. A point is covered if it lies in the"
+        f" beam of a sensor; {ASSUMPTIONS[f.scene.occlusion]}. The volume is counted in small cubes"
+        f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if its centre is.\n"
+    )
+    poses = len(f.scene.poses)
+    for goal, r in zip(f.scene.goals, f.own, strict=True):
+        volumes = ""
+        if poses == 1 and goal.target.importance is None and r.target_voxels:
+            seen, whole = ((n or 0) * f.voxel**3 for n in (r.covered_voxels, r.target_voxels))
+            volumes = f"{seen:.4f} m³ ÷ {whole:.4f} m³ = "
+        mean = f", the mean over {poses} poses" if poses > 1 else ""
+        yield f"- {target_label(r)}: ζ = {volumes}**{r.zeta_percent:.2f} %**{mean}"
+    yield ""
+    yield f"{_meaning(f.scene)}\n"
+    target = f.scene.goals[0].target
+    yield f"![Section through {target}: covered, uncovered, and what does not count]({SECTION})\n"
+    at = " in pose 0" if len(f.scene.poses) > 1 else ""
+    yield f"Vertical section through the arm{at}. ζ counts the whole volume, not this section.\n"
+
+
+def _meaning(scene: CoreScene) -> str:
+    words = {
+        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
+        "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
+        "V_OT": "V_OT is the union of the balls about base and tool",
+        "V_S": "V_S(r) is the shell of all points within r m of the robot's curve",
+        "V_P": "V_P is the space within the separation distance of a part of the robot",
+    }
+    names = [
+        words.get(g.target.name) or f"{g.target} is {described(g.target)}"
+        for g in {g.target.name: g for g in scene.goals}.values()
+    ]
+    names += [
+        f"places in {g.target} count by its weight field"
+        for g in scene.goals
+        if g.target.importance
+    ]
+    names += [
+        f"only what is connected to the robot past the obstacles belongs to {g.target}"
+        for g in scene.goals
+        if g.target.reachable
+    ]
+    return (
+        f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
+        " curve, is excluded."
+    )
