@@ -2,6 +2,7 @@
 fault of its kind.
 """
 
+import itertools
 import os
 import socket
 import struct
@@ -237,9 +238,12 @@ def test_nobody_there_is_one_line():
     assert fault.value.why == Ended.REFUSED
 
 
+_HOSTS = itertools.count(1)  # an address of its own for each controller
+
+
 def answering(*answers):
     """Serve a controller's packages at its port of a new loopback address; return the address."""
-    address, listening = f"127.{os.getpid() % 250 + 1}.7.{len(answers) + 1}", threading.Event()
+    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
 
     def serve():
         with socket.create_server((address, PORT)) as server:
