@@ -206,6 +206,7 @@ def test_a_proposal_reads_back(tmp_path, proposal):
     assert tomllib.loads(second.read_text())["found"] == tomllib.loads(path.read_text())["found"]
 
 
+@pytest.mark.long
 def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
     assert proposal.plot(tmp_path / "p.png").png == (tmp_path / "p.png").read_bytes()
     assert "data:image/png" in proposal._repr_html_()
@@ -259,6 +260,7 @@ SWING = "t,q0,q1,q2,q3,q4,q5\n" + "".join(
 )
 
 
+@pytest.mark.long
 def test_the_example_of_the_design_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "task.csv").write_text(SWING)
@@ -517,6 +519,7 @@ def test_the_gradient_is_that_of_finite_differences(case):
         assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", [PAPER, NEAR], ids=["paper", "shadow"])
 def test_jit_and_vmap_give_the_same(scene):
     setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(scene, 256)

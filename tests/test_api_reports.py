@@ -151,6 +151,7 @@ def small(monkeypatch):
         monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
 
 
+@pytest.mark.long
 def test_a_study_writes_what_the_command_writes_and_resumes(small, run, tmp_path):
     def stop(heading, done, total):
         if done == 2:

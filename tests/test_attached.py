@@ -202,6 +202,7 @@ def ring_manifold(scene: CoreScene, ring: Ring, q: np.ndarray) -> Manifold:
     return sum(bands[1:], bands[0]).transform(T[:3])
 
 
+@pytest.mark.long
 @settings(max_examples=4)
 @given(
     ROBOT_NAMES,

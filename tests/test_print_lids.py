@@ -144,6 +144,7 @@ def test_lids_overlap_neither_ring_nor_boards_nor_each_other(seed):
         assert (moved.translate(tuple(far * ahead)) ^ ring_solid).volume() < 0.01
 
 
+@pytest.mark.long
 @given(drawing.seeds)
 @settings(max_examples=5)
 def test_no_ray_of_a_beam_meets_a_lid(seed):
@@ -384,6 +385,7 @@ def drawn_board(rng: np.random.Generator) -> Board:
     )
 
 
+@pytest.mark.long
 @given(drawing.seeds, st.sampled_from([0.0, 0.0003, 0.001]))
 def test_the_lid_of_any_board_that_allows_one_keeps_its_walls(seed, clearance):
     rng = np.random.default_rng(seed)

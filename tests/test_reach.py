@@ -55,6 +55,7 @@ def test_a_target_beyond_reach_is_said_and_others_are_not():
     assert reachable_share(more, Target("V_S", 0.5)) > 0.9
 
 
+@pytest.mark.long
 def test_the_command_says_it_before_the_search(run):
     code, _, err = run("--target", "V_S:3", "--time", "0.5", "--voxel", "0.1")
     assert code == 0

@@ -65,6 +65,7 @@ def assessed(file, checked):
     return assess(checked, gathered, 0.0, recorded.damage)
 
 
+@pytest.mark.long
 def test_a_swapped_pair_and_a_turned_sensor_of_64_zones_are_found(zoned):
     file, checked = zoned
     done = checked.injected
