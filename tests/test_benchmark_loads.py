@@ -27,14 +27,18 @@ def spinning(process):
     return [c for c in process.children(recursive=True) if "getppid" in " ".join(c.cmdline())]
 
 
+def fail_once_they_spin(process, count):
+    until = time.monotonic() + 60
+    while len(spinning(process)) != count:  # one that has just begun shows no command yet
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    raise ZeroDivisionError
+
+
 def test_busy_processes_are_started_and_stopped_even_by_an_error(benchmarks):
     loads, me = benchmarks("loads"), psutil.Process()
     with pytest.raises(ZeroDivisionError), loads.busy(2):
-        until = time.monotonic() + 60
-        while len(spinning(me)) != 2:  # a process that has just begun shows no command yet
-            assert time.monotonic() < until
-            time.sleep(0.01)
-        _ = 1 / 0
+        fail_once_they_spin(me, 2)
     assert spinning(me) == []
 
 
