@@ -129,13 +129,15 @@ def check_ring(
     plan: PrintPlan, made: Assembly, files: Sequence[bytes], envelope: Envelope
 ) -> list[PrintCheck]:
     """Return all measurements of a ring; ``envelope`` is the solid that must contain it."""
-    meshes, boards = [read_stl(data) for data in files], union([*made.boards, *made.plugs])
-    inside = envelope_solid(plan, envelope)
-    plastic, p = union(made.parts), plan.printing
-    solid = plastic + made.bolts
+    return [*_of_parts(plan, made, files), *_of_assembly(plan, made, envelope)]
+
+
+def _of_parts(plan: PrintPlan, made: Assembly, files: Sequence[bytes]) -> list[PrintCheck]:
+    """Return the measurements of the parts and their files."""
+    meshes, p = [read_stl(data) for data in files], plan.printing
     hull = sum(part.hull().volume() for part in made.parts)
     volume = float(sum(mesh.volume for mesh in meshes))
-    checks = [
+    return [
         print_check(
             "open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0
         ),
@@ -170,6 +172,15 @@ def check_ring(
             "mm",
             least=MM * p.least_wall,
         ),
+    ]
+
+
+def _of_assembly(plan: PrintPlan, made: Assembly, envelope: Envelope) -> list[PrintCheck]:
+    """Return the measurements of the closed ring with bolts and boards, on its link."""
+    boards, p = union([*made.boards, *made.plugs]), plan.printing
+    plastic, inside = union(made.parts), envelope_solid(plan, envelope)
+    solid = plastic + made.bolts
+    return [
         print_check("overlap of two parts", _shared(made.parts), "mm³", most=NOTHING),
         print_check(
             "overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=NOTHING
@@ -213,7 +224,6 @@ def check_ring(
             most=1e-3,
         ),
     ]
-    return checks
 
 
 def _behind(plan: PrintPlan, made: Assembly) -> float:
