@@ -76,7 +76,7 @@ class LinkOccluders:
             body = self.capsules[pose if len(self.capsules) > 1 else np.zeros_like(pose)]  # (T, B)
             t, b = np.nonzero(beams[0][body, beams[2][:, None]])
             if len(t):
-                hidden = self._behind_capsule(body[t, b], *([v[t] for v in w] for w in (a, u)))
+                hidden = self._behind_capsule(body[t, b], *([v.take(t) for v in w] for w in (a, u)))
                 clear[t[hidden]] = False
         else:
             for column in self.capsules.T:
@@ -113,7 +113,7 @@ class LinkOccluders:
     ) -> Bool[np.ndarray, " T"]:
         """Return which of the segments from ``a`` by ``u`` come nearer to a capsule's axis than its
         radius."""
-        start, w = ([row[body] for row in rows] for rows in self._axes)
+        start, w = ([row.take(body) for row in rows] for rows in self._axes)
         r = [v - c for v, c in zip(a, start, strict=True)]
         uu, uw, ww, ur, wr = (_dot(*pair) for pair in ((u, u), (u, w), (w, w), (u, r), (w, r)))
         uu, ww = np.maximum(uu, _NIL), np.maximum(ww, _NIL)
@@ -122,7 +122,7 @@ class LinkOccluders:
         t = np.minimum(np.maximum((uw * s + wr) / ww, 0), 1)
         s = np.minimum(np.maximum((uw * t - ur) / uu, 0), 1)
         gap = [x + s * y - t * z for x, y, z in zip(r, u, w, strict=True)]
-        hidden: np.ndarray = _dot(gap, gap) < self.radius[body] ** 2
+        hidden: np.ndarray = _dot(gap, gap) < self.radius.take(body) ** 2
         return hidden
 
     def _behind_obstacle(

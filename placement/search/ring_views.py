@@ -50,15 +50,19 @@ class Views(NamedTuple):
 
 
 class _Relative(NamedTuple):
-    """Points in cylindrical coordinates about the ring's axis, (K, N) or broadcasting."""
+    """Points in coordinates about the ring's axis, (K, N) or (N,)."""
 
+    x: np.ndarray
+    y: np.ndarray
     radius: np.ndarray
     above: np.ndarray
     azimuth: np.ndarray
+    """From the ring's phase, rad; x and y are from the mount's zero direction."""
 
-    def at(self, k: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        radius = self.radius[n] if self.radius.ndim == 1 else self.radius[k, n]
-        return radius, self.above[k, n]
+    def at(self, kn: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return x, y and the height above the ring's plane of pairs of a place and a point."""
+        which = n if self.x.ndim == 1 else kn
+        return self.x.take(which), self.y.take(which), self.above.take(kn)
 
 
 def ring_views(
@@ -100,17 +104,18 @@ def ring_views(
         count &= inside.view(np.uint8)
         if most == 1:
             inside &= count == 0
-    k, n = np.divmod(np.flatnonzero(inside), inside.shape[1])
-    if len(k):
+    kn = np.flatnonzero(inside)
+    if len(kn):
         tests = _Tests(ring, points, places, past, errors)
-        near.sparse(k, n, count, sensor, most, tests, int(exact and not named))
+        near.sparse(kn, count, sensor, most, tests, int(exact and not named))
     return Views(count, sensor)
 
 
 def _relative(points: MountPoints, places: RingPlaces, errors: RingErrors | None) -> _Relative:
     height, phase = places.height[:, None], places.phase[:, None]
     if errors is None:
-        return _Relative(points.radius, points.height - height, points.azimuth - phase)
+        above, azimuth = points.height - height, points.azimuth - phase
+        return _Relative(points.x, points.y, points.radius, above, azimuth)
     turn, z = errors.rotation[points.mounting], points.height - errors.slip[points.mounting]
     x, y, above = (
         turn[:, 0, i] * points.x + turn[:, 1, i] * points.y + turn[:, 2, i] * z - height * t
@@ -118,7 +123,7 @@ def _relative(points: MountPoints, places: RingPlaces, errors: RingErrors | None
     )
     azimuth = np.arctan2(y, x)
     azimuth -= phase
-    return _Relative(np.sqrt(x * x + y * y), above, azimuth)
+    return _Relative(x, y, np.sqrt(x * x + y * y), above, azimuth)
 
 
 class _Nearest:
@@ -130,6 +135,10 @@ class _Nearest:
         """Use the azimuths ``turns`` (K, N), rad, from the nearest sensor to each point."""
         self._ring, self._around, self._turns = ring, around, turns
         self._cos, self._sin = np.cos(places.tilt), np.sin(places.tilt)
+        direction = _directions(places, ring.count)  # (K, J)
+        self._east, self._north = (
+            f(direction).astype(np.float32).ravel() for f in (np.cos, np.sin)
+        )
         self._all = outer > math.pi / 2 + 2 * _MARGIN
         self._square = np.float32(math.cos(min(outer, math.pi / 2)) ** 2)
 
@@ -158,47 +167,59 @@ class _Nearest:
 
     def sparse(
         self,
-        k: Int[np.ndarray, " T"],
-        n: Int[np.ndarray, " T"],
+        kn: Int[np.ndarray, " T"],
         count: UInt8[np.ndarray, "K N"],
         sensor: UInt16[np.ndarray, "K N"] | None,
         most: int,
         tests: "_Tests",
         first: int,
     ) -> None:
-        """Count the sensors that see the points ``n`` from the places ``k``, up to ``most``, from
-        the sensor of rank ``first`` on."""
+        """Count the sensors that see points, up to ``most``, from the sensor of rank ``first`` on.
+
+        Args:
+            kn: flat indices of the pairs of a place and a point; ``take`` needs a fraction of the
+                time of two indices.
+            count, sensor: what is counted.
+            most: sensors to count at a point.
+            tests: the exact tests.
+            first: rank of the first sensor, by its distance in azimuth.
+        """
         sensors, spacing = self._ring.count, np.float32(2 * math.pi / self._ring.count)
         R = np.float32(self._ring.radius)
-        turn = self._turns[k, n]
-        nearest = np.rint((self._around.azimuth[k, n] - turn) / spacing).astype(np.int32)
-        ahead = np.where(turn >= 0, 1, -1).astype(np.int32)
+        k, n = np.divmod(kn, count.shape[1])
+        turn = self._turns.take(kn)
+        nearest = np.rint((self._around.azimuth.take(kn) - turn) / spacing).astype(np.int32)
+        nearest %= sensors
+        ahead = np.where(turn >= 0, np.int32(1), np.int32(-1))
         for rank in range(first, sensors):
-            step = ahead * ((rank + 1) // 2 if rank % 2 else -(rank // 2))
-            off = turn - step * spacing
-            radius, above = self._around.at(k, n)
-            radial, across = radius * np.cos(off) - R, radius * np.sin(off)
-            part = radial * self._cos[k] + above * self._sin[k]
-            up = above * self._cos[k] - radial * self._sin[k]
+            number = nearest + ahead * ((rank + 1) // 2 if rank % 2 else -(rank // 2))
+            number += sensors * (number < 0)
+            number -= sensors * (number >= sensors)
+            which = k * sensors + number
+            east, north = self._east.take(which), self._north.take(which)
+            x, y, above = self._around.at(kn, n)
+            radial, across = x * east + y * north - R, y * east - x * north
+            cos, sin = self._cos.take(k), self._sin.take(k)
+            part = radial * cos + above * sin
+            up = above * cos - radial * sin
             if rank:
                 square = radial * radial + across * across + above * above
                 kept = np.flatnonzero(self._inside(part, square))
                 if not len(kept):
                     return
                 if len(kept) < len(k):
-                    k, n, turn, nearest, ahead, step, part, across, up = (
-                        a[kept] for a in (k, n, turn, nearest, ahead, step, part, across, up)
+                    kn, k, n, nearest, ahead, number, part, across, up = (
+                        a.take(kept) for a in (kn, k, n, nearest, ahead, number, part, across, up)
                     )
-            number = (nearest + step) % sensors
             seen = tests.see(k, n, number, part, across, up)
-            count[k[seen], n[seen]] += 1
+            count.ravel()[kn.take(seen)] += 1
             if sensor is not None:
-                sensor[k[seen], n[seen]] = number[seen]
+                sensor.ravel()[kn.take(seen)] = number.take(seen)
             if rank == sensors - 1:
                 return
-            go = np.flatnonzero(count[k, n] < most)
+            go = np.flatnonzero(count.take(kn) < most)
             if len(go) < len(k):
-                k, n, turn, nearest, ahead = (a[go] for a in (k, n, turn, nearest, ahead))
+                kn, k, n, nearest, ahead = (a.take(go) for a in (kn, k, n, nearest, ahead))
 
 
 class _Tests:
@@ -230,9 +251,9 @@ class _Tests:
     ) -> Int[np.ndarray, " S"]:
         """Return the indices of the pairs in which sensor ``number`` at place ``k`` sees the point
         ``n``, whose coordinates from the intended sensor are the last three."""
-        mounting = 0
+        mounting: int | np.ndarray = 0
         if self._errors is not None:
-            mounting = self._points.mounting[n]
+            mounting = self._points.mounting.take(n)
             straight, raised, aside = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
             level = np.sqrt(straight**2 + raised**2)
             along, across, up = (
@@ -240,14 +261,20 @@ class _Tests:
                 level * across - aside / level * (straight * along + raised * up),
                 (straight * up - raised * along) / level,
             )
-        seen = np.flatnonzero(in_beam(self._sensor, along, across, up))
+        seen: np.ndarray = np.flatnonzero(in_beam(self._sensor, along, across, up))
         if self._past is not None:
             if self._errors is not None:
-                mounting = self._points.mounting[n[seen]]
+                mounting = self._points.mounting.take(n.take(seen))
             places, sensors = self._shape
-            which = (mounting * places + k[seen]) * sensors + number[seen]
-            seen = seen[self._past.clear(which, self._points, n[seen])]
+            which = (mounting * places + k.take(seen)) * sensors + number.take(seen)
+            seen = seen[self._past.clear(which, self._points, n.take(seen))]
         return seen
+
+
+def _directions(places: RingPlaces, count: int) -> Float[np.ndarray, "K J"]:
+    """Return the azimuths of all sensors at all places, rad."""
+    turn: np.ndarray = places.phase[:, None] + np.arange(count) * (2 * math.pi / count)
+    return turn
 
 
 def _sensor_poses(
@@ -255,7 +282,7 @@ def _sensor_poses(
 ) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, "S 3"]]:
     """Return apexes, m, and axes of all sensors at all places, in the coordinates of the mount, for
     each mounting: S = mountings * places * sensors."""
-    turn = places.phase[:, None] + np.arange(ring.count) * (2 * math.pi / ring.count)  # (K, J)
+    turn = _directions(places, ring.count)  # (K, J)
     cos, sin, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
     ct, st = np.cos(places.tilt)[:, None], np.sin(places.tilt)[:, None]
     radial = np.stack([cos, sin, zero], axis=-1)[None]  # (1, K, J, 3)

@@ -84,19 +84,20 @@ class Sightlines:
         self, s: Int[np.ndarray, " T"], points: MountPoints, n: Int[np.ndarray, " T"]
     ) -> Bool[np.ndarray, " T"]:
         """Return whether sensor ``s`` has a line of sight to the point ``n`` in its beam."""
-        among, pose = self._among, points.pose[n]
+        among, pose = self._among, points.pose.take(n)
         clear = np.ones(len(s), bool)
         if self._dead is not None:
             clear &= ~self._dead[pose, s]
-        a = [self._apex[:, i][s] for i in range(3)]
-        u = [v[n] - w for v, w in zip((points.x, points.y, points.height), a, strict=True)]
+        a = [row.take(s) for row in self._apex.T]
+        u = [v.take(n) - w for v, w in zip((points.x, points.y, points.height), a, strict=True)]
         if self._stop is not None:
             stop = self._stop[pose, s]
             clear &= u[0] * u[0] + u[1] * u[1] + u[2] * u[2] <= stop * stop
             return clear
-        some = np.flatnonzero(clear & self._any[s])
+        some = np.flatnonzero(clear & self._any.take(s))
         if len(some):
-            a, u, s, pose = [v[some] for v in a], [v[some] for v in u], s[some], pose[some]
+            a, u = ([v.take(some) for v in w] for w in (a, u))
+            s, pose = s.take(some), pose.take(some)
             clear[some] = among.clear(a, u, pose, (self._meets, self._met, s))
         return clear
 
