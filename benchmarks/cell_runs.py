@@ -1,14 +1,21 @@
 """Long benchmarks cell by cell: each cell is measured in a process of its own, and stored at once.
 
-A benchmark that was stopped or killed resumes; only the cell under way is measured again. A script
+A benchmark that was stopped or killed resumes; only cells under way are measured again. A script
 that calls ``measured`` passes its own file, and calls ``answer`` when it runs with ``--one``.
+
+Each cell has one core of its own, and all cores of the machine work, unless there are fewer cells.
+So every cell finds the same machine, and an hour's work takes half an hour on two cores. Cores
+share caches and memory, which lengthens the times of all cells a little.
 """
 
 import json
+import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 from place_rings.studies.engine.provenance import OtherWork
@@ -35,44 +42,79 @@ def measured(
         wanted: which cells to measure.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    every = []
     with Store(folder / "runs.sqlite", "1") as store:
-        for i, cell in enumerate(cells):
-            result = store.get(cell)
-            if result is None and runs > 0 and wanted(cell):
-                runs -= 1
-                result = in_a_process(script, cell)
-                store.put(cell, result, result["seconds"])
-                about = {k: v for k, v in cell.arguments.items() if k != "of"}
-                print(f"{i + 1} of {len(cells)}:", *about.values(), _short(result), flush=True)
-            if result is not None:
-                every.append((cell, result))
-    return every
+        there = [store.get(cell) for cell in cells]
+        new = [i for i, cell in enumerate(cells) if there[i] is None and wanted(cell)][:runs]
+        for i, result in _results(script, cells, new):
+            there[i] = result
+            store.put(cells[i], result, result["seconds"])
+            about = {k: v for k, v in cells[i].arguments.items() if k != "of"}
+            print(f"{i + 1} of {len(cells)}:", *about.values(), _short(result), flush=True)
+    return [(c, result) for c, result in zip(cells, there, strict=True) if result is not None]
 
 
-def in_a_process(script: Path, cell: Cell) -> dict[str, Any]:
-    """Run a cell in a separate process, so that compilation counts; add ``others``, the mean share
-    of each core that other processes used.
+def _results(
+    script: Path, cells: Sequence[Cell], new: Sequence[int]
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Yield the numbers ``new`` of cells with their results, as they come; one runs on each core.
 
     Raises:
-        SystemExit: if it fails, with its output.
+        SystemExit: if one fails, with its output.
     """
-    other = OtherWork()
+    free = SimpleQueue[int]()
+    for core in _own_cores():
+        free.put(core)
+    # a process inherits the core of the thread that starts it
+    threads = ThreadPoolExecutor(free.qsize(), initializer=lambda: _stay_on(free.get()))
+    failed: BaseException | None = None
+    with threads:
+        under_way = {threads.submit(_in_a_process, script, cells[i]): i for i in new}
+        for done in as_completed(under_way):
+            if done.cancelled():
+                continue
+            if (error := done.exception()) is None:
+                yield under_way[done], done.result()
+            elif failed is None:  # those under way still end
+                failed = error
+                for other in under_way:
+                    other.cancel()
+    if failed is not None:
+        raise failed
+
+
+def _stay_on(core: int) -> None:
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {core})
+
+
+def _in_a_process(script: Path, cell: Cell) -> dict[str, Any]:
+    """Run a cell in a separate process, so that compilation counts."""
     done = subprocess.run(
         [sys.executable, str(script), ONE, json.dumps(dict(cell.arguments))],
         capture_output=True,
         text=True,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
     )
     if done.returncode:
         raise SystemExit(f"{cell.key}: {done.stderr}")
     line = next(line for line in done.stdout.splitlines() if line.startswith(_MARK))
     result: dict[str, Any] = json.loads(line.removeprefix(_MARK))
-    return result | {"others": round(other.share(), 3)}
+    return result
 
 
 def answer(measure: Callable[..., dict[str, Any]], arguments: Sequence[str]) -> None:
-    """Print the result of the cell that the arguments name."""
-    print(_MARK + json.dumps(measure(**json.loads(arguments[1]))))
+    """Measure the cell that the arguments name, and print the result with ``others``, the mean
+    share of this process's core that other processes used."""
+    other = OtherWork(_own_cores())
+    result = measure(**json.loads(arguments[1]))
+    print(_MARK + json.dumps(result | {"others": round(other.share(), 3)}))
+
+
+def _own_cores() -> list[int]:
+    """Return the cores on which this process may run."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
 
 
 def listed(text: str) -> list[str]:

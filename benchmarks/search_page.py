@@ -317,8 +317,8 @@ def pages(runs: Sequence[Run], folder: Path, seconds: float) -> list[str]:
     ]
     busy, wrong = sum(r.others > BUSY for r in runs), sum(r.rejected for r in runs)
     notes = [
-        f"During {busy} of {len(runs)} runs other processes used more than {BUSY:g} of each core."
-        f" {wrong} counted answers broke a rule and do not count."
+        f"During {busy} of {len(runs)} runs other processes used more than {BUSY:g} of the run's"
+        f" core. {wrong} counted answers broke a rule and do not count."
     ]
     if not found:
         return [*shown, "No scene has runs of ours and of a peer yet.", "", *notes]

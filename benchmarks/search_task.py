@@ -3,7 +3,6 @@ answers.
 """
 
 import math
-import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from place_rings.coverage.processors import processors
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
@@ -154,7 +154,8 @@ class Question:
     Candidates are ``size`` numbers in [0, 1]: position along the whole link, tilt and phase of each
     ring of a layout. Each ring is moved to the nearest place that the rules leave free, so peers
     search the feasible set of our search. The value is the exact share of training points that a
-    candidate covers, compiled, on all processors. low, high (3, R): values at 0 and 1.
+    candidate covers, compiled, on the processors of this process. low, high (3, R): values at 0
+    and 1.
     """
 
     def __init__(
@@ -166,7 +167,7 @@ class Question:
         self.watch, self.space, self._rings = watch, Space(scene, wanted), wanted.rings
         drawn = TargetPoints(scene, max(points // (len(scene.goals) * len(scene.poses)), 64), seed)
         self._objective = CoverageObjective(scene, drawn)
-        workers, every = os.cpu_count() or 1, drawn.points
+        workers, every = processors(), drawn.points
         self._clouds = []
         for i in range(workers):  # every processor handles its own part of the points
             drawn.points = [p[: len(p) // workers * workers][i::workers] for p in every]

@@ -61,11 +61,12 @@ _RULES: dict[World, str] = {
 }
 _ABOUT = """{rules}. Only `{any}` also chooses links, rings and counts, which no peer can. Peers \
 evaluate the share of {points:,} points by the package's own compiled estimator, the fastest \
-objective that we have, on all processors, with their own defaults. They see the feasible set of \
+objective that we have, with their own defaults. They see the feasible set of \
 our search: a ring goes to the nearest place that the rules allow, and a candidate that would be \
 the best but whose rings collide is rejected. CMA-ES and differential evolution evaluate batches, \
 and restart after convergence. Our search ends by its own schedule; a peer ends after {seconds:g} \
-processor seconds, which are {half:g} s on two idle cores. Each run is a separate process. The \
+processor seconds, as much as two cores do in {half:g} s. Each run is a separate process on a \
+core of its own, while the other cores run other methods. The \
 clock of ours starts after the imports and includes drawing points and compiling; a peer's starts \
 after compiling. Afterwards every answer that was a method's best is counted exactly (voxels of \
 {voxel:g} cm) and checked against all rules; one that breaks a rule does not count. Values are ζ \

@@ -7,7 +7,6 @@ Run: python benchmarks seeds                                       an hour or tw
 """
 
 import argparse
-import os
 import statistics
 import sys
 import tempfile
@@ -139,8 +138,8 @@ def page(found: Sequence[Spread]) -> list[str]:
     busy = sum(share > BUSY for s in found for share in s.others)
     runs = sum(len(s.zetas) for s in found)
     lines.append(
-        f"During {busy} of {runs} searches other processes used more than {BUSY:g} of each core,"
-        " which lengthens processor time a little and changes no ζ."
+        f"During {busy} of {runs} searches other processes used more than {BUSY:g} of the search's"
+        " core, which lengthens processor time a little and changes no ζ."
     )
     return lines
 
@@ -170,7 +169,6 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
         for r in picked["rings"]
         for i in range(seeds)
     ]
-    os.environ["OMP_NUM_THREADS"] = "1"  # of each search: a second thread makes both slower
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) if given.quick else FOLDER
         results = measured(Path(__file__), folder, cells, given.runs)

@@ -210,7 +210,8 @@ def test_a_spread_is_best_less_worst(parts, zetas, rings):
 
 
 def test_cells_are_measured_once_each_in_a_process_of_its_own(parts, tmp_path):
-    """A failing cell stops the rest; what was stored before it stays."""
+    """A failing cell stops those that have not begun; what was stored stays, and cells under way
+    end and are stored."""
     runs, script, log = parts[4], tmp_path / "script.py", tmp_path / "log"
     script.write_text(
         f"import sys; sys.path.insert(0, {str(BENCHMARKS)!r})\n"
@@ -228,10 +229,10 @@ def test_cells_are_measured_once_each_in_a_process_of_its_own(parts, tmp_path):
         runs.measured(script, tmp_path, cells, 9)
     script.write_text(script.read_text() + "mended")
     every = runs.measured(script, tmp_path, cells, 9, lambda cell: cell.arguments["n"] != 3)
-    assert [(cell.arguments["n"], result["n"]) for cell, result in every] == [
-        (0, 0),
-        (1, 1),
-        (2, 2),
-    ]
+    found = [(cell.arguments["n"], result["n"]) for cell, result in every]
+    assert found[:3] == [(0, 0), (1, 1), (2, 2)]
     assert all(0 <= result["others"] <= 1 for _, result in every)
-    assert log.read_text().split() == ["0", "1", "2", "2"]
+    measured = log.read_text().split()
+    assert sorted(set(measured)) in (["0", "1", "2"], ["0", "1", "2", "3"])
+    assert (measured.count("0"), measured.count("1"), measured.count("2")) == (1, 1, 2)
+    assert measured.count("3") <= 1

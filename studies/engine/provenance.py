@@ -143,8 +143,10 @@ def digests(
 class OtherWork:
     """The work of other processes since the object was made."""
 
-    def __init__(self) -> None:
-        self._start, self._used = time.monotonic(), _used() - _own()
+    def __init__(self, cores: Sequence[int] | None = None) -> None:
+        """Watch these cores, on which this process stays; by default all."""
+        self._cores = cores
+        self._start, self._used = time.monotonic(), _used(cores) - _own()
 
     @property
     def seconds(self) -> float:
@@ -155,8 +157,9 @@ class OtherWork:
         """Return the mean share of each core that other processes used, 0 to 1. A child of this
         process counts as another one until it has ended.
         """
-        used = max(_used() - _own() - self._used, 0.0)
-        return min(used / max(self.seconds, 1e-3) / _cores(), 1.0)
+        used = max(_used(self._cores) - _own() - self._used, 0.0)
+        cores = _cores() if self._cores is None else len(self._cores)
+        return min(used / max(self.seconds, 1e-3) / cores, 1.0)
 
 
 class MeasurementRecorder:
@@ -275,10 +278,11 @@ def _load_per_core() -> float:
     return one_minute / _cores()
 
 
-def _used() -> float:
-    """Return the processor seconds that all processes have used."""
-    now = psutil.cpu_times()
-    return float(now.user + now.system + getattr(now, "nice", 0.0))
+def _used(cores: Sequence[int] | None) -> float:
+    """Return the processor seconds that all processes have used, on some cores or on all."""
+    each = psutil.cpu_times(percpu=True)
+    some = each if cores is None else [each[core] for core in cores]
+    return sum(float(now.user + now.system + getattr(now, "nice", 0.0)) for now in some)
 
 
 def _own() -> float:
