@@ -3,6 +3,7 @@ handles, playing, cuts and themes.
 """
 
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -187,3 +188,19 @@ def test_two_setups_are_named_each(opened):
         assert "one : 11 sensors" in page.words
         page.close()
         until(lambda: server.pages == 0, "a closed page is still kept")
+
+
+def test_a_browser_that_leaves_early_leaves_no_trace(recwarn, capfd):
+    with Server(ViewerSession(MOTION, {"mine": SMALL})) as server:
+        for wait in np.linspace(0.0, 0.5, 6):
+            page = Client(server.port)
+            page.read(0.02)
+            time.sleep(wait)
+            page.close()
+        end = time.monotonic() + 30
+        while server.pages:
+            assert time.monotonic() < end, "a page stays"
+            time.sleep(0.05)
+        time.sleep(1.0)  # what was being drawn
+    assert [str(w.message) for w in recwarn if "closed connection" in str(w.message)] == []
+    assert capfd.readouterr().err == ""

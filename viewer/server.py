@@ -6,6 +6,7 @@ import ipaddress
 import os
 import socket
 import threading
+import warnings
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
@@ -86,6 +87,8 @@ class Server:
         self.room, self._host = room, host
         self._pages: dict[int, Page | MotionPage] = {}
         self._lock, self._closed = threading.Lock(), False
+        # what is drawn for a browser that has just left needs no word in the terminal
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
         with contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(host, port, label="place-rings", verbose=False)
         if port and self._server.get_port() != port:
