@@ -101,6 +101,10 @@ main()
             f"check {PROPOSAL} --joints rig.mcap --out made",
             "--joints rig.mcap: needs rosbags, not installed: pip install 'place-rings[bags]'",
         ),
+        (
+            "check --replay recording-1.rig --bag --out made",
+            "--bag: needs rosbags, not installed: pip install 'place-rings[bags]'",
+        ),
     ],
 )
 def test_a_command_without_its_extra_says_what_to_install(arguments, line, tmp_path):

@@ -287,6 +287,13 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
         (["--rig", "sim", "--replay", "x"], "give exactly one of --rig sim"),
         (["--robot-host", ""], '--robot-host: found ""'),
         (["--rig", "sim", "--move"], "--move: allowed only with --robot-host"),
+        (["--replay", "x", "--stops", "8"], "--stops: not allowed with --replay FILE, whose"),
+        (["--replay", "x", "--radius", "0.5"], "--radius: not allowed with --replay FILE"),
+        (["--replay", "x", "--seed", "5"], "--seed: not allowed with --replay FILE"),
+        (["--replay", "x", "--voxel", "0.05"], "--voxel: not allowed with --replay FILE"),
+        (["--replay", "x", "--part", "self"], "--part: not allowed with --replay FILE"),
+        (["--joints", "x", "--rod-mm", "9x90"], "--rod-mm: not allowed with --joints FILE: the"),
+        (["--joints", "x", "--wave"], "--wave: not allowed with --joints FILE"),
         (["--robot-host", "h"], "--ring: no port for forearm, tool; add --ring NAME=PORT"),
         (["--robot-host", "h", "--ring", "tool"], "allowed: NAME=PORT"),
         (
@@ -625,9 +632,8 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
             for i, r in enumerate(SETUP.rings)
         ]
         wanted = CheckOptions(("mount",), 1.0, False, 3, 2, Rod(), True, False, 0.1, 0)
-        check_live(
-            "small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False
-        )
+        out, quiet = tmp_path / "moved", {"bag": False, "as_json": False}
+        check_live("small.toml", SETUP, scene, wanted, rig.address, ports, out, **quiet)
         assert asked == [1]
         assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1
     result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())

@@ -17,7 +17,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.errors import UserError
 from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check.dry_run import DryRun, Stop, dry_run, fastest
-from place_rings.rig.check.plans import CheckOptions, Plans
+from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
 from place_rings.rig.mount.stop_plan import FRAMES, MountPlan
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.poses.routes import STEP, Clearance
@@ -53,6 +53,16 @@ def test_it_drives_every_reachable_pose_on_clear_ways_at_the_scenes_speed(plans,
     assert steps.max() <= STEP + 1e-9
     np.testing.assert_allclose(steps, np.diff(run.time) * SCENE.motion.speed, atol=1e-12)
     assert Clearance(SCENE, SETUP).of(run.joints[1:]).all()
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
+def test_every_planned_stop_has_a_clear_way(seed):
+    """Before, of eight stops two to four had none."""
+    options = CheckOptions(("mount",), 5.0, False, 8, 4, Rod(), False, False, 0.05, seed)
+    planned = plan_check(SETUP, SCENE, options, moved=True)
+    assert len(planned.mount.joints) == 8
+    assert Clearance(SCENE, SETUP).of(planned.mount.joints).all()
+    assert dry_run(SCENE, SETUP, planned, seed).unreachable == ()
 
 
 def test_the_fastest_point_is_that_of_a_dense_motion(run):

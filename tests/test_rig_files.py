@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 from place_rings.cli.app import app
-from place_rings.cli.runs import check
+from place_rings.cli.runs import check, check_summary
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.targets import Target
@@ -127,6 +127,17 @@ def written(folder, gathered, kind):
         return ["--joints", str(folder / kind)]
     write_mcap(folder / f"{kind}.mcap", messages, CompressionType[kind.upper()])
     return ["--joints", str(folder / f"{kind}.mcap")]
+
+
+def test_files_of_an_earlier_check_are_named(rig, tmp_path, capsys):
+    *_, live = rig
+    check_summary.tell(Mock(result=live), ["check.html"], tmp_path, False)
+    assert "also holds" not in capsys.readouterr().out
+    (tmp_path / "built.toml").write_text("")
+    check_summary.tell(Mock(result=live), ["check.html"], tmp_path, False)
+    assert "also holds files of an earlier check: built.toml" in capsys.readouterr().out
+    check_summary.tell(Mock(result=live), ["check.html", "built.toml"], tmp_path, False)
+    assert "also holds" not in capsys.readouterr().out
 
 
 @pytest.mark.long

@@ -24,7 +24,7 @@ from place_rings.rig.check import actors
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, neighbours, sunk
-from place_rings.rig.poses.itinerary import Itinerary
+from place_rings.rig.poses.itinerary import Itinerary, reachable
 from place_rings.rig.poses.near_stops import NOBODY, by_ring, joined, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
 from place_rings.rig.robot.motion import Mover
@@ -56,6 +56,34 @@ def test_ways_are_clear_all_along_and_a_wall_is_gone_around():
     for n in found.way(0, 1):
         assert good(straight(nodes[at], nodes[n], 0.01)).all()
         at = n
+
+
+@given(st.integers(0, 1000), st.floats(0.05, 0.4))
+def test_all_that_is_reached_has_a_clear_way_and_nothing_else_has_one(seed, wide):
+    """Among discs that a robot of two joints must avoid."""
+    rng = np.random.default_rng(seed)
+    discs = rng.uniform(-1, 1, (4, 2))
+
+    def good(joints):
+        return (np.linalg.norm(joints[:, None] - discs, axis=2) > wide).all(axis=1)
+
+    nodes = rng.uniform(-1, 1, (60, 2))
+    found = Roadmap(nodes[good(nodes)], good)
+    reached = found.reached(0)
+    assert 0 in reached
+    for n in range(len(found.nodes)):
+        way = found.way(0, n)
+        assert (way is not None) == (n in reached)
+        for a, b in pairwise([0, *(way or [])]):
+            assert good(straight(found.nodes[a], found.nodes[b])).all()
+
+
+def test_a_cell_without_a_way_out_is_refused():
+    def nowhere(joints):
+        return np.abs(joints - HOME).max(axis=1) > 1.0
+
+    with pytest.raises(ValueError, match="clear ways lead from the scene's first pose to 0 of 160"):
+        reachable(SCENE, 0, nowhere)
 
 
 def test_what_is_not_clear_is_said():

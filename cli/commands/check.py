@@ -28,6 +28,8 @@ from ..options.common import (
     Voxel,
 )
 
+VOXEL = 0.01  # m
+
 
 def check(
     subject: Annotated[
@@ -51,10 +53,20 @@ def check(
     radius: Radius = None,
     extent: ExtentOptions = USUAL_EXTENT,
     seed: Seed = 0,
-    voxel: Voxel = 0.01,
+    voxel: Voxel = VOXEL,
     out: Annotated[
         Path, Parameter(help="Output folder for the recording, report, plans and setup as built.")
     ] = Path("place-rings-check"),
+    bag: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "Also write the joint states, transforms and readings as a ROS 2 bag (MCAP) for"
+                " Foxglove, rerun or RViz."
+            ),
+        ),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Check on a robot that the rings are mounted as proposed and cover what was predicted.
@@ -78,7 +90,7 @@ def check(
     place-rings check proposal.toml --robot-host 192.0.2.7 \\
         --ring forearm=/dev/ttyUSB0 --ring tool=/dev/ttyUSB1
     place-rings check proposal.toml --dry-run
-    place-rings check --replay place-rings-check/recording-1.rig --out again
+    place-rings check --replay place-rings-check/recording-1.rig --out again --bag
     place-rings check proposal.toml --joints recorded.mcap
     ```
 
@@ -91,9 +103,11 @@ def check(
     from ..options.targets import parse_goals, with_goals
     from ..runs.check import check_files, check_live, check_replay, write_only
 
-    check_options_fit(rig, files, parts)
+    place = {"scene": scene, "calibration": calibration, "target": target, "radius": radius}
+    place |= {"seed": seed, "voxel": voxel != VOXEL}
+    check_options_fit(rig, files, parts, extent, place, bag)
     if rig.replay is not None:
-        sys.exit(check_replay(subject, rig.replay, out, as_json))
+        sys.exit(check_replay(subject, rig.replay, out, bag=bag, as_json=as_json))
     if subject is None:
         raise UserError(
             "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
@@ -116,4 +130,7 @@ def check(
         ports = resolve_ports(setup, rig.ring)
         check_ports(setup, ports)
     check_installed()
-    sys.exit(check_live(subject, setup, where, options, rig.robot_host, ports, out, as_json))
+    code = check_live(
+        subject, setup, where, options, rig.robot_host, ports, out, bag=bag, as_json=as_json
+    )
+    sys.exit(code)

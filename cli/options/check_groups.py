@@ -1,6 +1,7 @@
 """Options of ``check``, in groups: its rig, its files, its parts, and what it does in each."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -237,8 +238,21 @@ NO_RIG, NO_FILES, ALL_PARTS, USUAL_EXTENT = (
 )
 
 
-def check_options_fit(rig: RigOptions, files: RigFileOptions, parts: PartOptions) -> None:
-    """Raise UserError unless a check has exactly one way to its data, and no option of another."""
+def check_options_fit(
+    rig: RigOptions,
+    files: RigFileOptions,
+    parts: PartOptions,
+    extent: ExtentOptions,
+    where: Mapping[str, object],
+    bag: bool,
+) -> None:
+    """Raise UserError unless a check has exactly one way to its data, and no option of another.
+
+    Args:
+        rig, files, parts, extent: the options.
+        where: the options of scene and count, by name; false where they are not given.
+        bag: whether to write a bag.
+    """
     from .rig import check_way
 
     check_way(
@@ -262,3 +276,22 @@ def check_options_fit(rig: RigOptions, files: RigFileOptions, parts: PartOptions
     )
     rig.refuse_unfit()
     parts.refuse_unfit()
+    changed = [f.name for f in fields(extent) if getattr(extent, f.name) != f.default]
+    if rig.replay is not None:
+        given = [*(name for name, value in where.items() if value), *["part"] * bool(parts.part)]
+        _refuse([*given, *changed], "--replay FILE, whose recording states it")
+    if files.joints is not None:
+        _refuse(changed, "--joints FILE: the files, or the plans of --plan, state it")
+    if bag:
+        from ...formats.export.ros2_bag import require_rosbags
+
+        if (rig.rig, rig.robot_host, rig.replay) == (None, None, None):
+            ways = "--rig sim, --robot-host HOST or --replay FILE"
+            raise UserError(f"--bag: allowed only with {ways}")
+        require_rosbags("--bag")
+
+
+def _refuse(names: Sequence[str], way: str) -> None:
+    """Raise UserError about the first of the options that a way to the data excludes."""
+    for name in names[:1]:
+        raise UserError(f"--{name.replace('_', '-')}: not allowed with {way}")

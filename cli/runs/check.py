@@ -11,6 +11,7 @@ from ...formats.writing import output_folder
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
+from ...rig.check.bag_log import write_bag
 from ...rig.check.live import LiveCheck
 from ...rig.check.models import PortModel
 from ...rig.check.offline import FileOptions, file_check
@@ -22,7 +23,7 @@ from ...rig.check.stopping import StopBound
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops
 from ...rig.recording.recording import RecordingReader
-from ...rig.session.gathering import replay
+from ...rig.session.gathering import Gathered, replay
 from ...rig.session.session import Session
 from ..signals import ended_by_signals, gone_is_an_error
 from .check_confirmation import EXEMPT, confirm, show_near_stops, show_stopping
@@ -64,6 +65,8 @@ def check_live(
     host: str | None,
     ports: Sequence[PortModel],
     out: Path,
+    *,
+    bag: bool,
     as_json: bool,
 ) -> int:
     """Check ``setup`` on a robot.
@@ -75,6 +78,7 @@ def check_live(
         host: the robot's controller; None for a simulated rig.
         ports: serial ports of the rings.
         out: output folder.
+        bag: also write the data as a ROS 2 bag.
         as_json: print JSON instead of text.
 
     Returns:
@@ -93,23 +97,28 @@ def check_live(
     with gone_is_an_error(), ended_by_signals():
         record = live.record(plans, ports, folder, TerminalAttendant(console))
     try:
+        recorded = RecordingReader(record.file)
         with console.status("assessing"):
-            assessment = assess(record.check, record.gathered, RecordingReader(record.file).wall)
+            assessment = assess(record.check, record.gathered, recorded.wall)
         files = [*write_files(record.check, assessment, folder), *files, record.file.name]
-        return tell(assessment, files, folder, as_json)
+        code = tell(assessment, files, folder, as_json)
+        if bag:
+            _write_bag(record.check, record.gathered, recorded, folder, console)
+        return code
     except KeyboardInterrupt:
         text = f"interrupted; the recording is complete: check --replay {record.file} assesses it"
         say(f"place-rings: {text}", error=True)
         raise SystemExit(130) from None
 
 
-def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> int:
+def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_json: bool) -> int:
     """Assess a recording again and write its report.
 
     Args:
         subject: the setup that must have been recorded; None for any.
         path: the recording.
         out: output folder.
+        bag: also write the data as a ROS 2 bag.
         as_json: print JSON instead of text.
 
     Returns:
@@ -121,11 +130,27 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
         raise UserError(
             f"{path}: found a recording of {check.about.setup}, allowed: a recording of {subject}"
         )
-    folder = output_folder(out)
-    with Terminal(stderr=True).status("assessing"):
+    folder, console = output_folder(out), Terminal(stderr=True)
+    with console.status("assessing"):
         gathered = replay(recorded, check.ports, check.about.stale_s, check.scene.link)
         assessment = assess(check, gathered, recorded.wall, recorded.damage)
-    return tell(assessment, write_files(check, assessment, folder), folder, as_json)
+    code = tell(assessment, write_files(check, assessment, folder), folder, as_json)
+    if bag:
+        _write_bag(check, gathered, recorded, folder, console)
+    return code
+
+
+def _write_bag(
+    check: PlannedCheck,
+    gathered: Gathered,
+    recorded: RecordingReader,
+    folder: Path,
+    console: Terminal,
+) -> None:
+    """Write the data as a bag after the verdict, which counts whatever becomes of the bag."""
+    with console.status("writing the bag"):
+        files = write_bag(check, gathered, recorded.epoch, folder)
+    say(f"  {folder / files[0]}", error=True)
 
 
 def check_files(

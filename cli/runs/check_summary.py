@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...reporting.terminal import Terminal, say_json
 from ...rig.check.assessment import Assessment
-from ...rig.check.report import calibration_notes
+from ...rig.check.report import OPTIONAL, calibration_notes
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 
@@ -38,6 +38,10 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
             f"test rod: detected in {measured} of {c.named} ({c.trials} trials); predicted"
             f" {c.predicted_percent:.1f} %"
         )
-    for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:
+    lines += [r.disclaimer, *(f"  {folder / name}" for name in files)]
+    old = [name for name in OPTIONAL if name not in files and (folder / name).exists()]
+    if old:
+        lines.append(f"{folder} also holds files of an earlier check: {', '.join(old)}")
+    for line in lines:
         console.print(line, highlight=False, soft_wrap=True, markup=False)
     return EXIT[r.verdict]

@@ -16,7 +16,8 @@ from ...coverage.targets import Target
 from ...formats.errors import UserError
 from ...formats.model_reader import read_model
 from ...objectives.scene import CoreScene
-from ..mount.stop_plan import FRAMES, MountPlan, planned
+from ..mount.stop_plan import FRAMES, MountPlan, planned, require_cell
+from ..poses.itinerary import reachable
 from ..poses.routes import Clearance
 from ..rod.rod import Rod
 from ..rod.trial_plan import RodPlan, plan_rod
@@ -92,7 +93,7 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
         setup: the rings to check.
         scene: robot, cell and targets.
         options: what to plan.
-        moved: whether the check moves the robot, which requires collision-free poses.
+        moved: whether the check moves the robot, which requires poses with a clear way to them.
 
     Raises:
         UserError: if no plan is possible.
@@ -109,7 +110,9 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
         )
     try:
         if "mount" in options.parts and setup.rings:
-            mount = planned(scene, setup, options.stops, FRAMES, seed=options.seed, good=clear)
+            require_cell(scene)
+            among = reachable(scene, options.seed, clear, options.stops) if clear else None
+            mount = planned(scene, setup, options.stops, FRAMES, seed=options.seed, among=among)
         rods = tuple(
             plan_rod(scene, setup, target, each, options.rod, seed=options.seed)
             for target in targets

@@ -15,6 +15,9 @@ from .assessment import Assessment
 from .models import CheckResult, RingFitModel, WavingModel
 from .planned_check import PlannedCheck
 
+OPTIONAL = ("stops.csv", "trials.csv", "built.toml")
+"""Names of the files that only some checks write."""
+
 
 def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
     """Write the report of a check; return the names of the files."""

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
-from ..poses.clear import Good, drawn
+from ..poses.clear import drawn
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import Noise
 from .mounting_error_model import LIMITS, NAMES, free, grazing, moved, slopes
@@ -85,7 +85,7 @@ def planned(
     noise: Noise | None = None,
     seed: int = 0,
     candidates: int = _CANDIDATES,
-    good: Good | None = None,
+    among: Float[np.ndarray, "C J"] | None = None,
 ) -> MountPlan:
     """Choose the stops of a mount check.
 
@@ -96,14 +96,14 @@ def planned(
         frames: read at each stop.
         noise: of the sensors.
         seed: of random poses and mountings.
-        candidates: number of clear poses to choose from.
-        good: decides which poses are clear, instead of the default.
+        candidates: number of clear poses to draw and choose from.
+        among: poses to choose from instead, rad.
 
     Raises:
         ValueError: if the scene has no obstacles, or leaves no clear poses.
     """
     require_cell(scene)
-    noise, joints = noise or Noise(), drawn(scene, candidates, seed, good)
+    noise, joints = noise or Noise(), drawn(scene, candidates, seed) if among is None else among
     rng, parts = np.random.default_rng((seed, 1)), []
     for draw in range(1 + _DRAWS):
         errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS * (draw > 0)

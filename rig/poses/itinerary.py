@@ -8,11 +8,44 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
-from .clear import drawn
+from .clear import Good, drawn
 from .near_stops import STEP, NearStops, near_stops
 from .routes import Clearance, Roadmap, straight
 
-_BETWEEN = 60  # intermediate poses for paths
+_BETWEEN = 160  # intermediate poses for paths
+_SAME = 1e-3  # rad; poses that near each other are one node
+_FEWEST = 3  # poses
+
+
+def _between(scene: CoreScene, seed: int, good: Good, wanted: int) -> Float[np.ndarray, "P J"]:
+    """Return an itinerary's random poses, of which ``wanted`` are visited. A larger number begins
+    with the same poses."""
+    return drawn(scene, max(_BETWEEN, 2 * wanted), seed, good)
+
+
+def reachable(scene: CoreScene, seed: int, good: Good, wanted: int = 0) -> Float[np.ndarray, "P J"]:
+    """Return those of an itinerary's random poses to which a path leads from the scene's first
+    pose, rad.
+
+    Args:
+        scene: robot, cell and limits.
+        seed: of the random poses.
+        good: decides which poses are clear.
+        wanted: number of poses that will be chosen among them.
+
+    Raises:
+        ValueError: if there are fewer than three.
+    """
+    between = _between(scene, seed, good, wanted)
+    found = Roadmap(np.concatenate([scene.poses[0].q[None], between]), good).reached(0)
+    if len(found) < 1 + _FEWEST:
+        raise ValueError(
+            f"clear ways lead from the scene's first pose to {len(found) - 1} of {len(between)}"
+            f" random poses, wanted: {_FEWEST}; state another pose first in [[poses]], or correct"
+            " [[obstacles]] or the distances in [motion]"
+        )
+    poses: np.ndarray = between[found[1:] - 1]
+    return poses
 
 
 class Itinerary:
@@ -35,8 +68,10 @@ class Itinerary:
         seed: int,
     ) -> None:
         self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
-        between = drawn(scene, _BETWEEN, seed, self.clearance.of)
-        self.map = Roadmap(np.concatenate([start[None], *parts, between]), self.clearance.of)
+        most, wanted = max(map(len, parts), default=0), [start[None], *parts]
+        between = _between(scene, seed, self.clearance.of, most)
+        known = np.abs(between[:, None] - np.concatenate(wanted)).max(axis=2).min(axis=1) <= _SAME
+        self.map = Roadmap(np.concatenate([*wanted, between[~known]]), self.clearance.of)
         self.at, self.reached, self.legs = 0, list[list[int]](), list[tuple[int, int]]()
         for joints in parts:
             self.reached.append(self.order(joints))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import shortest_path
 
 from ...coverage.rings.ring import Setup
@@ -23,6 +23,7 @@ STEP = np.radians(2.0)  # rad between tested poses of a path
 SLACK = 0.01  # m, additional distance for planning
 _NEIGHBOURS = 10  # of a node, tested for straight paths
 _AT_ONCE = 2000  # poses
+_SPARSE = 8  # steps between the poses of a path that are tested first
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,15 @@ def straight(
     return poses
 
 
+def _all_clear(ways: Sequence[Float[np.ndarray, "_ J"]], good: Good) -> list[bool]:
+    """Return for each path whether all its poses are clear."""
+    if not ways:
+        return []
+    first = np.cumsum([0, *map(len, ways)])[:-1]
+    kept: list[bool] = np.logical_and.reduceat(good(np.concatenate(ways)), first).tolist()
+    return kept
+
+
 class Roadmap:
     """Nodes (N, J) rad and the straight paths between neighbours that ``good`` accepts."""
 
@@ -114,13 +124,18 @@ class Roadmap:
             {(min(a, int(b)), max(a, int(b))) for a in range(len(nodes)) for b in near[a]}
         )
         ways = [straight(nodes[a], nodes[b]) for a, b in pairs]
-        clear_ = good(np.concatenate(ways)) if ways else np.zeros(0, bool)
-        ends = np.cumsum([0, *map(len, ways)])
+        for step in (_SPARSE, 1):  # few poses show most paths that are not clear
+            kept = _all_clear([way[::step] for way in ways], good)
+            pairs = [pair for pair, clear in zip(pairs, kept, strict=True) if clear]
+            ways = [way for way, clear in zip(ways, kept, strict=True) if clear]
         edges = np.full(far.shape, np.inf)
-        for (a, b), first, last in zip(pairs, ends, ends[1:], strict=False):
-            if clear_[first:last].all():
-                edges[a, b] = edges[b, a] = max(far[a, b], 1e-9)
+        for a, b in pairs:
+            edges[a, b] = edges[b, a] = max(far[a, b], 1e-9)
         self._far, self._before = shortest_path(edges, directed=False, return_predecessors=True)
+
+    def reached(self, start: int) -> Int[np.ndarray, " R"]:
+        """Return the nodes to which a path leads from ``start``, itself among them."""
+        return np.flatnonzero(np.isfinite(self._far[start]))
 
     def way(self, start: int, goal: int) -> list[int] | None:
         """Return the nodes after ``start`` up to ``goal``; None if there is no path."""

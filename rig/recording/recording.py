@@ -138,6 +138,7 @@ class RecordingReader:
     def __init__(self, path: Path) -> None:
         self._path, self.ended, self.damage = path, False, ""
         first = next(self.records(), None)
+        self._began = 0.0 if first is None else first.time
         try:
             self.about: dict[str, Any] = (
                 json.loads(first.data) if first and first.kind == Kind.ABOUT else {}
@@ -155,6 +156,11 @@ class RecordingReader:
         """Start of the recording, s since 1970; 0 if unknown."""
         wall = self.about.get("wall")
         return wall if isinstance(wall, float) and 0 <= wall < _LAST else 0.0
+
+    @property
+    def epoch(self) -> float:
+        """Time 0 of the recording's clock, s since 1970; 0 if unknown."""
+        return self.wall - self._began if self.wall else 0.0
 
     def records(self) -> Iterator[Record]:
         """Iterate over the records, up to the end or the first damage.

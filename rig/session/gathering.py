@@ -81,6 +81,10 @@ class Gathered:
         states = [s for s in self.states if not np.isnan(s.clock)]
         return align(np.array([s.time for s in states]), np.array([s.clock for s in states]))
 
+    def times(self) -> Float[np.ndarray, " n"]:
+        """Return when each frame was measured, s; see ``rows``."""
+        return _times(self.frames, self.late * self.patience)
+
     def rows(
         self, rings: int, since: float = -np.inf, until: float = np.inf
     ) -> tuple[np.ndarray, ...]:
@@ -118,7 +122,7 @@ class Gathered:
         self, since: float = -np.inf, until: float = np.inf
     ) -> tuple[tuple[np.ndarray, ...], list[tuple[Frame, np.ndarray]]]:
         """Return the rows, and the frames that they come from with the sensors in each."""
-        every = _times(self.frames, self.late * self.patience)
+        every = self.times()
         order = [i for i, (_, frame) in enumerate(self.frames) if since <= frame.time < until]
         # the order of threads is random
         order.sort(key=lambda i: (self.frames[i][1].time, self.frames[i][0]))

@@ -1,0 +1,217 @@
+"""The log of a check as a ROS 2 bag: joint states, transforms, every reading and what happened, for
+Foxglove, rerun, RViz, and ``check --joints``."""
+
+import heapq
+import math
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Group
+from ...coverage.sensors.sensor import Sensor
+from ...formats.errors import UserError
+from ...formats.export.frame_tree import fixed_frames, moved_frames
+from ...formats.export.placed import PlacedSetup
+from ...formats.export.ros2_bag import (
+    JOINTS,
+    LOG,
+    POINTS,
+    RANGE,
+    STATIC,
+    TEXT,
+    TRANSFORMS,
+    RosBag,
+)
+from ..rings.line_monitor import Happened
+from ..rings.protocol import ABSENT, Frame
+from ..rings.status import Status
+from ..sensing.zone_grid import stated_turn, zone_grid
+from ..session.gathering import Gathered
+from ..sources.names import STEPS
+from .planned_check import PlannedCheck, ring_names
+
+_PERIOD = 0.05  # s between two messages on /tf
+_INFORMATION, _WARNING, _ERROR = 20, 30, 40
+_LATEST = 2.0**31  # s since 1970 that a stamp holds
+
+
+class _Told(NamedTuple):
+    """A message of the log."""
+
+    time: float
+    """When it was received, s of the check's clock."""
+    rank: int
+    """Order among messages of one time."""
+    topic: str
+    kind: str
+    message: Any
+
+
+def write_bag(check: PlannedCheck, gathered: Gathered, start: float, folder: Path) -> list[str]:
+    """Write the data of a check as a bag into a new folder below ``folder``.
+
+    Topics: ``/joint_states``; ``/tf`` and ``/tf_static`` with the rings as proposed; for each
+    sensor ``/tof_R_K`` (Range) or, with zones, ``/tof_R_K/zones`` (PointCloud2); the steps; and
+    ``/rosout`` with warnings and faults. Stamps are the time of measurement by the host's clock.
+
+    Args:
+        check: the check.
+        gathered: its data.
+        start: s since 1970 at the time 0 of the check's clock.
+        folder: output folder.
+
+    Returns:
+        The names of the files.
+
+    Raises:
+        UserError: if the bag cannot be written, or a time is none that a stamp can hold. Then there
+            is no folder.
+    """
+    path = next(p for p in (folder / f"bag-{i}" for i in range(1, 100_000)) if not p.exists())
+    _require_stamps(gathered, start, path)
+    try:
+        with RosBag(path) as bag:
+            log = _Log(check, gathered, start, bag)
+            for told in heapq.merge(log.states(), log.readings(), log.notes()):
+                bag.write(told.topic, told.kind, start + told.time, told.message)
+    except OSError as error:
+        shutil.rmtree(path, ignore_errors=True)
+        raise UserError(f"{path}: the bag cannot be written: {error.strerror}") from error
+    return [f"{path.name}/{file.name}" for file in sorted(path.iterdir())]
+
+
+def _require_stamps(gathered: Gathered, start: float, path: Path) -> None:
+    times = [s.time for s in gathered.states] + [f.time for _, f in gathered.frames]
+    times += [e.time for e in gathered.events] + [at for at, _ in gathered.said]
+    stamps = start + np.array([*times, *gathered.times()])
+    if len(stamps) and not (stamps.min() >= 0 and stamps.max() < _LATEST):
+        found = f"{stamps.min():.0f} to {stamps.max():.0f} s since 1970"
+        raise UserError(f"{path}: found times from {found}, wanted: 0 to {_LATEST:.0f} for a bag")
+
+
+class _Log:
+    """Makes the messages of a log, each kind in the order of time."""
+
+    def __init__(self, check: PlannedCheck, gathered: Gathered, start: float, bag: RosBag) -> None:
+        self._check, self._gathered, self._start, self._make = check, gathered, start, bag
+        self._placed = PlacedSetup(check.scene, check.setup, 0, Path())
+
+    def states(self) -> Iterator[_Told]:
+        """Yield joint states and transforms."""
+        states, names, last = self._gathered.states, self._check.scene.robot.chain.joints, -math.inf
+        if states:
+            at = self._start + states[0].time
+            fixed = self._make.transforms(at, fixed_frames(self._placed))
+            yield _Told(states[0].time, 0, STATIC, TRANSFORMS, fixed)
+        for state in states:
+            at = self._start + state.time
+            joints = self._make.joints(at, names, state.q)
+            yield _Told(state.time, 1, "/joint_states", JOINTS, joints)
+            if state.time >= last + _PERIOD:
+                last = state.time
+                (moved,) = moved_frames(self._placed, state.q[None])
+                yield _Told(state.time, 2, "/tf", TRANSFORMS, self._make.transforms(at, moved))
+
+    def readings(self) -> Iterator[_Told]:
+        """Yield all readings, as their frames arrived."""
+        gathered, groups = self._gathered, self._check.setup.groups
+        measured, farthest = gathered.times(), _farthest(gathered, len(groups))
+        order = sorted(range(len(measured)), key=lambda i: gathered.frames[i][1].time)
+        for i in order:
+            ring, frame = gathered.frames[i]
+            at = self._start + float(measured[i])
+            for k in np.flatnonzero(frame.status != ABSENT).tolist():
+                name, sensor = f"tof_{ring}_{k}", groups[ring].sensor
+                rank = 3 + k
+                if frame.zones is not None and zone_grid(sensor) != (1, 1):
+                    points = self._make.points(at, name, zone_points(frame, k, groups[ring]))
+                    yield _Told(frame.time, rank, f"/{name}/zones", POINTS, points)
+                    continue
+                limits = (0.0, max(sensor.range_m, farthest[ring]))
+                read = self._make.range(at, name, _angle(sensor), limits, _read(frame, k))
+                yield _Told(frame.time, rank, f"/{name}", RANGE, read)
+
+    def notes(self) -> Iterator[_Told]:
+        """Yield the steps of the check, and what happened."""
+        names = ring_names(self._check.setup)
+        told = [note for said in self._gathered.said for note in self._said(*said)]
+        for e in self._gathered.events:
+            level = _INFORMATION if e.what is Happened.BACK else _WARNING
+            text = f"{e.what.value}{': ' + e.detail if e.detail else ''}"
+            told.append(self._line(e.time, level, names[e.ring], text))
+        yield from sorted(told, key=lambda one: one[:2])
+
+    def _said(self, time: float, note: dict[str, Any]) -> Iterator[_Told]:
+        match note:
+            case {"what": "begin", "step": str(step), "number": int(number)}:
+                yield self._step(time, step, number)
+            case {
+                "what": "step",
+                "step": str(step),
+                "number": int(number),
+                "begin": float(begin),
+                "end": float(end),
+            }:
+                yield self._step(begin, step, number)
+                yield _Told(end, 0, STEPS, TEXT, self._make.text("end"))
+            case {"what": "end"}:
+                yield _Told(time, 0, STEPS, TEXT, self._make.text("end"))
+            case {"what": "warning", "text": str(text)}:
+                yield self._line(time, _WARNING, "check", text)
+            case {"what": str(what)}:
+                more = ", ".join(f"{k} {v}" for k, v in note.items() if k != "what" and v != "")
+                text = f"{what}: {more}" if more else what
+                yield self._line(
+                    time, _ERROR if what == "link ended" else _INFORMATION, "check", text
+                )
+
+    def _step(self, time: float, step: str, number: int) -> _Told:
+        text = step if step == "self" else f"{step} {number}"
+        return _Told(time, 1, STEPS, TEXT, self._make.text(text))
+
+    def _line(self, time: float, level: int, name: str, text: str) -> _Told:
+        message = self._make.log(self._start + time, level, name, text)
+        return _Told(time, 2, "/rosout", LOG, message)
+
+
+def _read(frame: Frame, k: int) -> float:
+    """Return a reading as a Range states it: a weak or failed one is nan."""
+    status = int(frame.status[k])
+    if status == Status.VALID:
+        return float(frame.distance[k])
+    return math.inf if status == Status.NO_TARGET else math.nan
+
+
+def _farthest(gathered: Gathered, rings: int) -> list[float]:
+    """Return the largest reading of each ring, m."""
+    farthest = [0.0] * rings
+    for ring, frame in gathered.frames:
+        valid = frame.distance[frame.status == Status.VALID]
+        farthest[ring] = max(farthest[ring], float(valid.max(initial=0.0)))
+    return farthest
+
+
+def _angle(sensor: Sensor) -> float:
+    """Return the whole angle of a beam, rad."""
+    return 2 * min(sensor.half_angle, math.pi)
+
+
+def zone_points(frame: Frame, k: int, group: Group) -> Float[np.ndarray, "r c 3"]:
+    """Return the nearest target of each zone of sensor ``k`` in the sensor's frame, which looks
+    along x with its up along z, m; in the order of arrival, nan where there is none."""
+    assert frame.zones is not None
+    distance, status = (a[k] for a in (frame.zones.distance[..., 0], frame.zones.status[..., 0]))
+    turn = stated_turn(group)
+    rows, columns = turn.meant(distance).shape
+    left, up = (1 - (2 * np.arange(n) + 1) / n for n in (columns, rows))
+    way = np.ones((rows, columns, 3))
+    way[..., 1] = left * math.tan(group.sensor.half_angle)
+    way[..., 2] = up[:, None] * math.tan(group.sensor.half_angle_up)
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    arrived = np.stack([turn.arrives(way[..., i]) for i in range(3)], axis=-1)
+    points: np.ndarray = np.where(status == Status.VALID, distance, np.nan)[..., None] * arrived
+    return points
