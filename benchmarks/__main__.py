@@ -7,6 +7,7 @@ Run: python benchmarks            all but the long ones
 """
 
 import importlib
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -53,12 +54,17 @@ RECORDS = FILE.with_suffix("")  # one record for each section: code, machine, lo
 def main() -> None:
     """Measure the requested sections and put them into the file."""
     options = [word for word in sys.argv[1:] if word.startswith("-")]
+    if {"-h", "--help"} & {*options}:
+        print(f"{(__doc__ or '').strip()}\n\nBenchmarks: {', '.join(NAMES)}")
+        return
     asked = [word for word in sys.argv[1:] if word not in options] or _SHORT
     if unknown := [name for name in asked if name not in NAMES]:
         raise SystemExit(f"{unknown[0]}: no such benchmark; choose from {', '.join(NAMES)}")
     for name in dict.fromkeys(part for word in asked for part in _PARTS.get(word, (word,))):
         print(f"== {name}", flush=True)
         module = importlib.import_module(name)
+        if options and not inspect.signature(module.report).parameters:
+            raise SystemExit(f"{name}: found {options[0]}, but it takes no options")
         command = " ".join(("python", "benchmarks", name, *options))
         recorder = MeasurementRecorder(command, [Path(__file__).with_name(f"{name}.py")])
         title = (module.__doc__ or name).splitlines()[0].rstrip(".")

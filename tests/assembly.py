@@ -101,9 +101,24 @@ def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[floa
         near = np.all((points > other.bounds[0]) & (points < other.bounds[1]), axis=1)
         if near.any():
             # in millimetres, as the rays' tolerances are absolute
-            large = other.copy().apply_scale(1000.0)
-            count += int(large.contains(1000 * points[near]).sum())
+            large, here = other.copy().apply_scale(1000.0), 1000 * points[near]
+            # a ray along an edge may miscount, and then the library draws another direction
+            here = here[large.contains(here)]
+            count += int((winding(large, here) > 0.5).sum())
     return count
+
+
+def winding(mesh: trimesh.Trimesh, points: Float[np.ndarray, "P 3"]) -> Float[np.ndarray, " P"]:
+    """Return how many times a closed mesh surrounds each point: the solid angles of its triangles
+    by 4 π, each after Van Oosterom and Strackee (1983)."""
+    found = np.zeros(len(points))
+    for i, point in enumerate(points):
+        a, b, c = np.moveaxis(mesh.triangles - point, 1, 0)  # (T, 3) each
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        over = np.einsum("ti,ti->t", a, np.cross(b, c))
+        under = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        found[i] = np.arctan2(over, under).sum() / (2 * np.pi)
+    return found
 
 
 def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold]) -> float:
