@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
@@ -23,7 +24,7 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.moves import fresh
 from place_rings.reporting.assembly_picture import assembly_picture, printed_parts
 
-from .assembly import judge
+from .assembly import judge, shared
 
 _NOTHING = 1.0  # mm³, rounding of facets
 
@@ -84,6 +85,20 @@ def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_senso
     assert orange[len(orange) // 2 :].any()
     for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
         assert np.all(edge == 255)  # nothing is cut off
+
+
+@pytest.mark.parametrize(
+    ("side", "x", "within"),
+    [(20.0, 21.0, False), (20.0, 19.0, True), (90.0, 0.0, True)],
+    ids=["apart", "overlapping", "one within the other"],
+)
+def test_the_judge_finds_a_part_that_reaches_into_another(side, x, within):
+    """A cube of ``side`` mm at the origin, and one of 20 mm at ``x``."""
+    cubes = [trimesh.creation.box([edge] * 3) for edge in (side, 20.0)]
+    data = {f"{i}.stl": cube.export(file_type="stl") for i, cube in enumerate(cubes)}
+    there = trimesh.transformations.translation_matrix([x / 1000, 0.0, 0.0])
+    count = shared(data, [("0.stl", np.eye(4).tolist()), ("1.stl", there.tolist())])
+    assert (count > 0) == within
 
 
 @pytest.mark.long
