@@ -2,7 +2,9 @@
 
 import math
 import struct
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from place_rings.coverage.rings.ring import Ring
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.errors import UserError
-from place_rings.formats.export.ros2_bag import RosBag
+from place_rings.formats.export.ros2_bag import POINTS, RosBag
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.sensors.sensor_frames import looking_along, sensor_frames
 from place_rings.formats.writing import to_toml
@@ -27,6 +29,8 @@ from place_rings.rig.rings.protocol import Frame, Status
 from place_rings.rig.rings.zones import Zones
 from place_rings.rig.sensing.zone_grid import TURNS_DEG
 from place_rings.rig.session.gathering import Gathered, replay
+from place_rings.rig.sources.ring_track import RingTrack
+from place_rings.rig.sources.ros_messages import DECODERS
 from scipy.spatial.transform import Rotation
 
 from .rig_cell import SETUP
@@ -230,6 +234,37 @@ def test_a_zone_is_where_its_sensor_looks(turn, mirrored, row, column):
     side, up = math.tan(sensor.half_angle), math.tan(sensor.half_angle_up)
     assert y / x == pytest.approx(side * (7 - 2 * column) / 8, abs=1e-6)
     assert z / x == pytest.approx(up * (7 - 2 * row) / 8, abs=1e-6)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([(4, 4), (8, 8)]), st.booleans())
+def test_zones_come_back_from_a_bag_with_their_states(seed, shape, failed):
+    """Valid, empty, weak and failed zones; where all failed, so did the sensor."""
+    rng = np.random.default_rng(seed)
+    status = rng.integers(0, 4, shape)
+    if failed:
+        status[...] = Status.FAILED
+    way = rng.normal(size=(*shape, 3))
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    far = np.where(status == Status.VALID, rng.uniform(0.05, 3.9, shape), np.nan)
+    with tempfile.TemporaryDirectory() as folder:
+        with RosBag(Path(folder) / "bag") as bag:
+            cloud = bag.points(1.0, "tof_0_0", far[..., None] * way, status)
+            bag.write("/tof_0_0/zones", POINTS, 1.0, cloud)
+        ((topic, kind, time, data),) = messages(Path(folder) / "bag")
+    read = DECODERS[kind](topic, time, data)
+    np.testing.assert_allclose(read.zones, far, rtol=1e-6)
+    np.testing.assert_array_equal(read.zone_status, status)
+    if np.isnan(far).all():
+        assert read.status == (Status.FAILED if (status == 3).all() else Status.NO_TARGET)
+    else:
+        assert read.status == Status.VALID
+        assert read.distance == pytest.approx(np.nanmin(far), rel=1e-6)
+    track = RingTrack(0, 1)
+    track.take("a bag", 0, read)
+    track.close("a bag")
+    (frame,) = track.frames
+    np.testing.assert_array_equal(frame.zones.status[0, ..., 0], status)
+    np.testing.assert_array_equal(frame.zones.mm[0, ..., 0], np.rint(1000 * np.nan_to_num(far)))
 
 
 @pytest.mark.parametrize("way", ["--dry-run", "--plan-only", "--joints rig.mcap"])

@@ -261,16 +261,23 @@ def test_frames_of_another_number_of_zones_are_said(zoned):
 @pytest.mark.slow
 def test_end_to_end_on_the_simulated_rig(tmp_path):
     """A ring of 64-zone sensors, two of them swapped and one turned by 90°, through ur-rtde and
-    pyserial, in processes of their own."""
+    pyserial, in processes of their own; then the same from its bag."""
     pytest.importorskip("rtde_control")
     (tmp_path / "zones.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
     run = [sys.executable, "-m", "place_rings.cli.entry", "check", str(tmp_path / "zones.toml")]
     words = ["--rig", "sim", "--part", "mount", "--stops", "16", "--seed", "10", "--voxel", "0.05"]
     out = tmp_path / "out"
-    done = subprocess.run([*run, *words, "--out", str(out)], capture_output=True, text=True)
+    words += ["--out", str(out), "--bag"]
+    done = subprocess.run([*run, *words], capture_output=True, text=True)
     assert done.returncode == 1, done.stderr
     result = CheckResult.model_validate_json((out / "check.json").read_text())
     assert result.mount.injected_found == dict.fromkeys(FAULTS, True)
-    assert "ring 0 (forearm): sensors 4 and 5 are swapped" in result.reasons
-    assert any("sensor 7 is turned by 90° about its own axis" in line for line in result.reasons)
     assert result.lines[0].corrupt == 0
+    words = ["--joints", str(out / "bag-1"), "--plan", str(out), "--voxel", "0.05"]
+    again = tmp_path / "again"
+    done = subprocess.run([*run, *words, "--out", str(again)], capture_output=True, text=True)
+    assert done.returncode == 1, done.stderr
+    from_bag = CheckResult.model_validate_json((again / "check.json").read_text())
+    for found in (result, from_bag):
+        assert "ring 0 (forearm): sensors 4 and 5 are swapped" in found.reasons
+        assert any("sensor 7 is turned by 90° about its own axis" in line for line in found.reasons)

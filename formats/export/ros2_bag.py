@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Integer
 
 from ..optional_dependencies import require
 
@@ -23,7 +23,9 @@ JOINTS, TRANSFORMS, RANGE, POINTS, TEXT, LOG = (
 )
 STATIC = "/tf_static"
 _INFRARED = 1
-_FLOAT32 = 7  # code of a PointField's type
+_UINT8, _FLOAT32 = 2, 7  # codes of a PointField's type
+_FIELDS = (("x", _FLOAT32), ("y", _FLOAT32), ("z", _FLOAT32), ("ring_status", _UINT8))
+_POINT = np.dtype([*((axis, "<f4") for axis in "xyz"), ("ring_status", "u1"), ("", "V3")])
 
 
 def require_rosbags(option: str) -> None:
@@ -108,15 +110,28 @@ class RosBag:
         """
         return self._make(RANGE, self._header(stamp, frame), _INFRARED, angle, *limits, read)
 
-    def points(self, stamp: float, frame: str, xyz: Float[np.ndarray, "r c 3"]) -> Any:
-        """Return a PointCloud2 of r rows of c points, m; nan where there is none."""
+    def points(
+        self,
+        stamp: float,
+        frame: str,
+        xyz: Float[np.ndarray, "r c 3"],
+        status: Integer[np.ndarray, "r c"],
+    ) -> Any:
+        """Return a PointCloud2 of r rows of c points, m; nan where there is none.
+
+        The field ``ring_status`` of a point holds its ``status``, 0 to 255.
+        """
         fields = [
-            self._make("sensor_msgs/msg/PointField", axis, 4 * i, _FLOAT32, 1)
-            for i, axis in enumerate("xyz")
+            self._make("sensor_msgs/msg/PointField", name, 4 * i, kind, 1)
+            for i, (name, kind) in enumerate(_FIELDS)
         ]
         rows, columns = xyz.shape[:2]
-        data = np.frombuffer(xyz.astype("<f4").tobytes(), np.uint8)
-        shape, steps = (rows, columns), (12, 12 * columns)
+        points = np.zeros((rows, columns), _POINT)
+        for i, axis in enumerate("xyz"):
+            points[axis] = xyz[..., i]
+        points["ring_status"] = status
+        data = np.frombuffer(points.tobytes(), np.uint8)
+        shape, steps = (rows, columns), (_POINT.itemsize, _POINT.itemsize * columns)
         header, dense = self._header(stamp, frame), bool(np.isfinite(xyz).all())
         return self._make(POINTS, header, *shape, fields, False, *steps, data, dense)
 

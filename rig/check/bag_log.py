@@ -128,8 +128,10 @@ class _Log:
                 name, sensor = f"tof_{ring}_{k}", groups[ring].sensor
                 rank = 3 + k
                 if frame.zones is not None and zone_grid(sensor) != (1, 1):
-                    points = self._make.points(at, name, zone_points(frame, k, groups[ring]))
-                    yield _Told(frame.time, rank, f"/{name}/zones", POINTS, points)
+                    points = zone_points(frame, k, groups[ring])
+                    status = frame.zones.status[k, ..., 0]
+                    cloud = self._make.points(at, name, points, status)
+                    yield _Told(frame.time, rank, f"/{name}/zones", POINTS, cloud)
                     continue
                 limits = (0.0, max(sensor.range_m, farthest[ring]))
                 read = self._make.range(at, name, _angle(sensor), limits, _read(frame, k))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Integer
 
 from ...formats.errors import UserError, shown
 from ..rings.protocol import MOST_MM, Status
@@ -48,6 +48,9 @@ class RangeMessage:
     """Status of the distance."""
     zones: Float[np.ndarray, "r c"] | None = None
     """Distance in each zone, m, nan where there is none; None for a sensor of one zone."""
+    zone_status: Integer[np.ndarray, "r c"] | None = None
+    """Status of each zone; None if the file states none. Then a zone without a distance saw
+    nothing."""
 
 
 @dataclass(frozen=True)

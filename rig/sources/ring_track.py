@@ -1,7 +1,6 @@
 """Frames of a ring, from the readings of its sensors, which a file holds one by one."""
 
 import numpy as np
-from jaxtyping import Float
 
 from ...formats.errors import shown
 from ..rings.line_monitor import SILENT, Event, Happened
@@ -31,7 +30,7 @@ class RingTrack:
     def _begin(self) -> None:
         self._distance = np.full(self._count, np.nan)
         self._status = np.full(self._count, ABSENT, np.uint8)
-        self._zones = dict[int, Float[np.ndarray, "r c"]]()
+        self._zones = dict[int, tuple[np.ndarray, np.ndarray]]()  # distance and status (r, c)
 
     def take(self, name: str, sensor: int, message: RangeMessage) -> None:
         """Add a reading of ``sensor`` in file ``name``; raise UserError if times run back."""
@@ -49,7 +48,9 @@ class RingTrack:
         self._last, self._clock = message.time, message.clock
         self._distance[sensor], self._status[sensor] = message.distance, message.status
         if message.zones is not None:
-            self._zones[sensor] = message.zones
+            empty = np.where(np.isnan(message.zones), Status.NO_TARGET, Status.VALID)
+            status = empty if message.zone_status is None else message.zone_status
+            self._zones[sensor] = message.zones, status
 
     def _end(self, name: str) -> None:
         """Store the present frame and begin the next."""
@@ -67,13 +68,12 @@ class RingTrack:
         """
         if not self._zones:
             return None
-        shape = next(iter(self._zones.values())).shape
+        shape = next(iter(self._zones.values()))[0].shape
         distance = np.full((self._count, *shape), np.nan)
         status = np.full(distance.shape, ABSENT, np.uint8)
-        for sensor, grid in self._zones.items():
+        for sensor, (grid, state) in self._zones.items():
             if grid.shape == shape:
-                distance[sensor] = grid
-                status[sensor] = np.where(np.isnan(grid), Status.NO_TARGET, Status.VALID)
+                distance[sensor], status[sensor] = grid, state
         mm = np.rint(1000 * np.nan_to_num(distance)).astype(np.uint16)
         return Zones(mm[..., None], status[..., None])
 

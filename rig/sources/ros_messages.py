@@ -10,7 +10,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from ...formats.ring_frame import MOST_ZONES as MOST_OF_FRAME
 from ..rings.protocol import Status
@@ -45,7 +44,8 @@ _FIELDS = {
 }
 MOST_ZONES = 4096  # of one sensor
 _SQUARE = {16: (4, 4), 64: (8, 8)}  # zones of clouds of one row
-_FLOAT32 = 7  # code of a PointField's type
+_UINT8, _FLOAT32 = 2, 7  # codes of a PointField's type
+_STATUS = "ring_status"  # field of a point, of the zone's ``Status``
 
 
 class BadMessageError(ValueError):
@@ -113,39 +113,50 @@ def _zones(topic: str, time: float, data: bytes) -> RangeMessage:
             f"found a cloud of {count} points, wanted: at most {MOST_ZONES}, the zones of one"
             " sensor"
         )
-    distance = np.linalg.norm(_xyz(message), axis=1)
+    fields = _columns(message)
+    distance = np.linalg.norm([fields[axis].astype(float) for axis in "xyz"], axis=0)
     some = np.isfinite(distance) & (distance > 0) & (distance <= FARTHEST)
-    seen = distance[some]
-    read = (float(seen.min()), Status.VALID) if len(seen) else (math.nan, Status.NO_TARGET)
+    status = np.where(some, Status.VALID, Status.NO_TARGET)
+    if (stated := fields.get(_STATUS)) is not None:
+        unread = np.isin(stated, (Status.WEAK, Status.FAILED))
+        some, status = some & ~unread, np.where(unread, stated, status)
+    seen, failed = distance[some], count > 0 and (status == Status.FAILED).all()
+    nothing = Status.FAILED if failed else Status.NO_TARGET
+    read = (float(seen.min()), Status.VALID) if len(seen) else (math.nan, nothing)
     shape = _SQUARE.get(count) if message.height == 1 else (message.height, message.width)
-    zones = None
+    zones: tuple[np.ndarray | None, np.ndarray | None] = (None, None)
     if shape is not None and 1 < count <= MOST_OF_FRAME:
-        zones = np.where(some, distance, np.nan).reshape(shape)
-    return RangeMessage(topic, message.header.frame_id, time, _stamp(message.header), *read, zones)
+        zones = (np.where(some, distance, np.nan).reshape(shape), status.reshape(shape))
+    return RangeMessage(topic, message.header.frame_id, time, _stamp(message.header), *read, *zones)
 
 
-def _xyz(message: Any) -> Float[np.ndarray, "n 3"]:
-    """Return the points (n, 3) of a cloud, m."""
+def _columns(message: Any) -> dict[str, np.ndarray]:
+    """Return x, y, z (n,) m of the points of a cloud, and ``ring_status`` where `check --bag`
+    wrote it."""
     fields = {field.name: field for field in message.fields}
     if not {"x", "y", "z"} <= set(fields):
         raise BadMessageError(
             f"found the fields {', '.join(sorted(fields)) or 'none'}, wanted: x, y and z"
         )
-    if message.height * message.width == 0:
-        return np.zeros((0, 3))
-    step, row, data = message.point_step, message.row_step, message.data
-    order = ">f4" if message.is_bigendian else "<f4"
-    offsets = [fields[axis].offset for axis in "xyz"]
     if any(fields[axis].datatype != _FLOAT32 for axis in "xyz"):
         raise BadMessageError("found coordinates of another type, wanted: FLOAT32")
-    if max(offsets) + 4 > step or message.width * step > row or message.height * row > len(data):
+    types = dict.fromkeys("xyz", ">f4" if message.is_bigendian else "<f4")
+    if _STATUS in fields and fields[_STATUS].datatype == _UINT8:
+        types[_STATUS] = "u1"
+    if message.height * message.width == 0:
+        return dict.fromkeys(types, np.zeros(0))
+    step, row, data = message.point_step, message.row_step, message.data
+    last = max(fields[name].offset + np.dtype(kind).itemsize for name, kind in types.items())
+    if last > step or message.width * step > row or message.height * row > len(data):
         raise BadMessageError(
             f"found {len(data)} bytes, wanted: {message.height} rows of {row} bytes with"
             f" {message.width} points of {step} bytes"
         )
     shape, strides = (message.height, message.width), (row, step)
-    axes = [np.ndarray(shape, order, data, at, strides).ravel() for at in offsets]
-    return np.stack(axes, axis=1).astype(float)
+    return {
+        name: np.ndarray(shape, kind, data, fields[name].offset, strides).ravel()
+        for name, kind in types.items()
+    }
 
 
 def _text(topic: str, time: float, data: bytes) -> StepMessage:
