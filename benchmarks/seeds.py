@@ -85,7 +85,7 @@ def measure(world: str, scene: str, rings: str, seed: int, of: str = "") -> dict
     return {
         "zeta_percent": round(100 * result.exact, 4),
         "seconds": round(spent, 2),
-        "rings": len(result.setup.rings),
+        "number_of_rings": len(result.setup.rings),
     }
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .round import Round
 from .ruin_recreate import RuinRecreate
 
 _STREAM = 5  # random stream of the libraries, besides those of the search
+_POOL = 12_000  # places anywhere, from which each candidate draws its own
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Combining:
     """Ends the work."""
     threads: ThreadPoolExecutor
     """Share the work."""
+    _pools: dict[int, RingLibrary] = field(default_factory=dict)
+    """Places anywhere, by their number of points."""
 
     def starts(self, r: Round, known: Sequence[Candidate], rngs: Sequence[Rng]) -> list[Candidate]:
         """Return a start for each random generator: first those from ``known``.
@@ -78,8 +81,9 @@ class Combining:
     ) -> list[Candidate | None]:
         """Return a better combination for each candidate, or a new one where it is None."""
         if r.own:
+            pool = self._pool(number, r, field)
             libraries = [
-                self._library(r, field, [c], rng) for c, rng in zip(some, rngs, strict=True)
+                self._library(r, field, [c], rng, pool) for c, rng in zip(some, rngs, strict=True)
             ]
             starts = [library.own[0].tolist() if library.own else None for library in libraries]
         else:
@@ -96,12 +100,33 @@ class Combining:
 
         return list(self.threads.map(improved, libraries, starts, rngs))
 
+    def _pool(self, number: int, r: Round, field: Field) -> RingLibrary | None:
+        """Return places anywhere, from which each candidate draws its own: those of the first
+        round, for all rounds with its points; elsewhere None."""
+        size = len(field.part)
+        if number == 0:
+            rng = np.random.default_rng((self.seed, _STREAM, number))
+            self._pools[size] = self._library(replace(r, library=_POOL), field, [], rng)
+        elif self.fields.wide is not None:  # each round has points of its own
+            return None
+        return self._pools.get(size)
+
     def _library(
-        self, r: Round, field: Field, some: Sequence[Candidate | None], rng: Rng
+        self,
+        r: Round,
+        field: Field,
+        some: Sequence[Candidate | None],
+        rng: Rng,
+        pool: RingLibrary | None = None,
     ) -> RingLibrary:
-        """Return a library that holds the rings of the candidates, and places near them."""
+        """Return a library that holds the rings of the candidates, places near them, and places
+        anywhere, from a pool if there is one."""
         known = [c for c in some if c is not None]
-        return ring_library(
+        anywhere = 0 if pool else r.library
+        library = ring_library(
             *(self.space, field, self.fields.aim.seen, rng, self.threads, self.brake),
-            *(r.library, known, r.beside, r.scale),
+            *(anywhere, known, r.beside, r.scale),
         )
+        if pool is None:
+            return library
+        return library.joined(pool, rng.choice(pool.size, min(r.library, pool.size), replace=False))

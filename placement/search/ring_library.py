@@ -6,7 +6,7 @@ that thousands of combinations can be compared before any ring is moved.
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -103,6 +103,18 @@ class RingLibrary:
     """Number of points."""
     own: tuple[Int[np.ndarray, " _"], ...]
     """Indices of the rings of each candidate for which the library was drawn."""
+
+    @property
+    def size(self) -> int:
+        """Number of places."""
+        return len(self.places.sensors)
+
+    def joined(self, other: "RingLibrary", index: Int[np.ndarray, " M"]) -> "RingLibrary":
+        """Return this library with some places of another one of the same points."""
+        both = zip(self.places, other.places.some(index), strict=True)
+        places = SinglePlaces(*(np.concatenate(column) for column in both))
+        words = np.concatenate([self.words, other.words[:, index]], axis=1)
+        return replace(self, places=places, words=words)
 
     @cached_property
     def spans(self) -> Spans:
