@@ -22,7 +22,7 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.printing.lettering import DEPTH, part_label
 from place_rings.formats.printing.primitives import box, tube, union
 from place_rings.formats.printing.print_bed import bed_yaw, build_ring
-from place_rings.formats.printing.print_checks import read_stl
+from place_rings.formats.printing.print_checks import open_edges, read_stl, stl
 from place_rings.formats.printing.print_files import print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.print_plates import print_plates
@@ -187,6 +187,19 @@ def test_no_film_remains_between_the_openings_of_neighbours():
     scene = CoreScene(robot=ROBOTS["ur5e"], poses=(Pose(ROBOTS["ur5e"].rest),), sensor=sensor)
     _, files, *_ = print_ring(scene, 0, ring, printing)
     assert min(wall(data) for data in files) >= 1.2
+
+
+def test_a_flap_without_thickness_leaves_no_open_edges_in_a_file():
+    """The Booleans of this ring left two vertices at one place on a long edge, and between them two
+    faces of no area that covered each other."""
+    robot, sensor = ROBOTS["ur5e"], effective(Use("vl53l5cx")).sensor
+    ring = Ring("upper_arm", 0.105355, 3, 1.1561270404720678, 1.021520267241257, 0.08, sensor)
+    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), sensor=sensor)
+    scene = replace(scene, printing=Printing(bolt=0.005, fastening="insert"))
+    for part in build_ring(scene, ring)[1].parts:
+        mesh = read_stl(stl(part))
+        assert open_edges(mesh) == 0
+        assert mesh.volume == pytest.approx(part.volume(), rel=1e-6)
 
 
 @pytest.mark.parametrize("bed", [None, (0.22, 0.22, 0.25)])

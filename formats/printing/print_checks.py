@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from manifold3d import Manifold
 
 from ...coverage.rings.ring_envelope import Envelope
@@ -45,6 +45,7 @@ def stl(solid: Manifold, yaw: float = 0.0) -> bytes:
     mesh = turned.translate((-x, -y, -z)).to_mesh()
     surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
     surface.vertices = _parted(surface)
+    surface.update_faces(_thick(surface))
     data: Any = surface.export(file_type="stl")
     return bytes(data)
 
@@ -63,6 +64,21 @@ def _parted(surface: trimesh.Trimesh) -> Float[np.ndarray, "V 3"]:
     inwards = np.where(double[:, None], -_SEAM * np.asarray(surface.vertex_normals), 0.0)
     parted: np.ndarray = vertices + inwards
     return parted
+
+
+def _thick(surface: trimesh.Trimesh) -> Bool[np.ndarray, " F"]:
+    """Return which faces (F,) of a closed surface its file needs.
+
+    Where faces touch, Booleans may leave a flap: two faces that cover each other, whose corners lie
+    at the same three places of the file. Its edges would join four faces, so the flap is left out,
+    and the faces around it meet. So is a face with two corners at one place.
+    """
+    _, place = np.unique(np.asarray(surface.vertices, np.float32), axis=0, return_inverse=True)
+    a, b, c = corners = place.reshape(-1)[np.asarray(surface.faces)].T
+    sense = np.sign((b - a) * (c - b) * (a - c))  # 0: two corners at one place
+    _, which = np.unique(np.sort(corners.T, axis=1), axis=0, return_inverse=True)
+    thick: np.ndarray = np.bincount(which.reshape(-1), sense)[which.reshape(-1)] != 0
+    return thick
 
 
 def read_stl(data: bytes) -> trimesh.Trimesh:
