@@ -5,11 +5,12 @@ the robot's own, M3 to M5 bolts in nuts or heat-set inserts, any bed or one of 2
 or none, and rings anywhere that the scene's rules allow. The judge reads only the files of
 `place-rings export --to stl`: it places every part by `T_link_print` of `printing.json`, and
 compares the rings with each other and with the robot's bodies, at every pose, by manifold3d. Of
-4,000 points on each part it counts those within another part of the same ring, by trimesh. It
-evaluates the exact functions of a ring's own beams on its surface; a value above 0 means that no
-printed material lies in a beam. Rays through each file measure its walls. Gaps above 50 mm are
-reported as 50; watertight is trimesh's verdict on each file. Draws without room for a ring at their
-poses are not counted.
+4,000 points on each part it counts those more than 1 micrometre below the surface of another part
+of the same ring, by trimesh; within that depth faces that touch agree in the files. It evaluates
+the exact functions of a ring's own beams on its surface; a value above 0 means that no printed
+material lies in a beam. Rays through each file measure its walls. Gaps above 50 mm are reported as
+50; watertight is trimesh's verdict on each file. Draws without room for a ring at their poses are
+not counted.
 
 Run: python benchmarks assemblies            40 proposals of each robot; can be resumed
      python benchmarks assemblies --runs=0   from existing measurements

@@ -25,6 +25,7 @@ from place_rings.objectives.scene import CoreScene
 
 _ROUND = 32  # facets of a body
 _NEAR = 50.0  # mm, largest gap that is measured
+_TOUCH = 1e-3  # mm, depth to which faces that touch agree in files of 32-bit numbers
 
 
 @dataclass
@@ -49,7 +50,8 @@ class Verdict:
     parts: int = 0
     """Number of printed parts."""
     within: int = 0
-    """Points on a part's surface that lie within another part of its ring."""
+    """Points on a part's surface that lie within another part of its ring, deeper than 1
+    micrometre."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Largest width, depth and height of a file."""
 
@@ -89,8 +91,13 @@ def places(ring: Mapping[str, Any]) -> list[tuple[str, list[list[float]]]]:
 
 
 def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[float]]]]) -> int:
-    """Return how many points on the surface of a ring's parts lie within another of its parts, by
-    trimesh's rays; a Manifold made of a file may differ from it where triangles are slivers."""
+    """Return how many points on the surface of a ring's parts lie within another of its parts, and
+    more than 1 micrometre below its surface.
+
+    They lie within by trimesh's rays; a Manifold made of a file may differ from it where triangles
+    are slivers. Points on a common plane lie on either side of it by the rounding of the files, so
+    their depth, the distance from the nearest triangle, decides.
+    """
     meshes = []
     for file, T in placed:
         mesh = trimesh.load_mesh(io.BytesIO(data[file]), file_type="stl")
@@ -104,7 +111,10 @@ def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[floa
             large, here = other.copy().apply_scale(1000.0), 1000 * points[near]
             # a ray along an edge may miscount, and then the library draws another direction
             here = here[large.contains(here)]
-            count += int((winding(large, here) > 0.5).sum())
+            here = here[winding(large, here) > 0.5]
+            if len(here):
+                _, depth, _ = trimesh.proximity.closest_point(large, here)
+                count += int((depth > _TOUCH).sum())
     return count
 
 

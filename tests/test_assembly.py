@@ -89,15 +89,23 @@ def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_senso
 
 @pytest.mark.parametrize(
     ("side", "x", "within"),
-    [(20.0, 21.0, False), (20.0, 19.0, True), (90.0, 0.0, True)],
-    ids=["apart", "overlapping", "one within the other"],
+    [
+        (20.0, 21.0, False),
+        (20.0, 20.0, False),
+        (20.0, 19.9995, False),
+        (20.0, 19.998, True),
+        (20.0, 19.0, True),
+        (90.0, 0.0, True),
+    ],
+    ids=["apart", "touching", "touching but for rounding", "2 μm", "1 mm", "one within the other"],
 )
 def test_the_judge_finds_a_part_that_reaches_into_another(side, x, within):
-    """A cube of ``side`` mm at the origin, and one of 20 mm at ``x``."""
+    """A cube of ``side`` mm at the origin, and one of 20 mm at ``x``, both turned."""
     cubes = [trimesh.creation.box([edge] * 3) for edge in (side, 20.0)]
     data = {f"{i}.stl": cube.export(file_type="stl") for i, cube in enumerate(cubes)}
-    there = trimesh.transformations.translation_matrix([x / 1000, 0.0, 0.0])
-    count = shared(data, [("0.stl", np.eye(4).tolist()), ("1.stl", there.tolist())])
+    turned = trimesh.transformations.rotation_matrix(0.5, [1.0, 2.0, 3.0])
+    there = turned @ trimesh.transformations.translation_matrix([x / 1000, 0.0, 0.0])
+    count = shared(data, [("0.stl", turned.tolist()), ("1.stl", there.tolist())])
     assert (count > 0) == within
 
 
