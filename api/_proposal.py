@@ -17,6 +17,7 @@ from .formats.schema.proposal_models import (
     FoundModel,
     ProposalFile,
     ReachModel,
+    RepeatedModel,
     SearchFile,
 )
 from .formats.schema.result_models import VerifyResult
@@ -30,6 +31,7 @@ from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.fewest_rings import FewestRings
 from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
+from .placement.search.repeated_search import RepeatedSearch
 from .placement.search.search import SearchResult
 
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
@@ -57,7 +59,7 @@ class Proposal(Placement):
     criterion: Criterion = field(default_factory=Criterion)
     """What the search maximised."""
     seed: int = 0
-    """Random seed of the search."""
+    """Random seed of the search; of several searches that of the best."""
     reach: Reach | None = None
     """Coverage reached with each number of sensors, if the search minimised the sensors."""
     wanted_percent: float | None = None
@@ -67,6 +69,8 @@ class Proposal(Placement):
     if no bound is known."""
     fewest: FewestRings | None = None
     """Results with each number of rings, if the search minimised the rings."""
+    repeated: RepeatedSearch | None = None
+    """Results of each of several searches; None for a single one."""
     command: str = ""
     """The call or the command that ran the search."""
     found: FoundModel | None = None
@@ -103,6 +107,14 @@ class Proposal(Placement):
         """Exact value of the criterion in [0, 1] by the number of rings, for a search with
         ``fewest_rings``; empty otherwise."""
         return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
+
+    @property
+    def searched(self) -> dict[int, float]:
+        """Exact value of the criterion in [0, 1] by the random seed, for several searches; empty
+        otherwise."""
+        if self.repeated is None:
+            return {}
+        return {seed: one.exact for seed, one in self.repeated.tried.items()}
 
     @property
     def value(self) -> float | None:
@@ -206,6 +218,7 @@ class Proposal(Placement):
             files=files,
             reach=self.reach_record(),
             fewest_rings=self.rings_record(),
+            searches=RepeatedModel.of(self.repeated),
             gap=GapModel.of(self.bound, self.search.exact, self.scene.core)
             if self.gapped
             else None,

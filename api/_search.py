@@ -25,10 +25,13 @@ from .placement.search.feasible_set import InfeasibleError
 from .placement.search.fewest_rings import FewestRings, fewest_rings
 from .placement.search.fewest_sensors import Reach, fewest_sensors
 from .placement.search.progress import Progress
+from .placement.search.repeated_search import repeated_search
+from .placement.search.search import SearchResult
 
 __all__ = ["InfeasibleError", "search"]
 
 _MOST_COVERING = 10  # redundancy; the time of a search grows with it
+_MOST_SEARCHES = 1000
 
 
 def cap_of(time_cap: float | None) -> float:
@@ -93,6 +96,7 @@ def search(
     position_error_mm: float = 5.0,
     direction_error_deg: float = 2.0,
     seed: int = 0,
+    searches: int = 1,
     time_cap: float | None = None,
     voxel: float = VOXEL,
     start: Sequence[Setup] = (),
@@ -125,7 +129,11 @@ def search(
         position_error_mm: limit of these errors along a link, mm, as in ``robustness``.
         direction_error_deg: limit of these errors of direction, degrees, as in ``robustness``.
         seed: random seed of starts and points.
-        time_cap: limit in seconds; by default the search ends by its own schedule.
+        searches: number of searches, with the seeds ``seed``, ``seed + 1``, ...; the best answer
+            counts, ``seed`` of the result is its seed, and ``searched`` has the value of each. Not
+            with ``fewest_rings`` or ``reach_percent``.
+        time_cap: limit in seconds, for all searches together; by default a search ends by its own
+            schedule.
         voxel: side of the voxels of the exact count, m.
         start: setups to start from, in addition to random ones.
         gap: also compute an upper bound on every layout of the same budget; ``gap`` and ``bound``
@@ -152,6 +160,7 @@ def search(
         number("time_cap", time_cap, "a positive number of seconds")
     cap = cap_of(time_cap)
     whole("seed", seed, 0)
+    whole("searches", searches, 1, _MOST_SEARCHES)
     known = _starts(start)
     choice = Rings(
         sensors,
@@ -170,12 +179,24 @@ def search(
     check_search_sight(core)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
-    reach = fewest = None
+    if searches > 1 and space is None:
+        raise InputError(
+            f"found {searches}, allowed: 1 with fewest_rings and reach_percent",
+            "searches",
+            others=("fewest_rings", "reach_percent"),
+        )
+    reach = fewest = repeated = None
     with input_errors(but=(InfeasibleError,)):
         if space is not None:
-            result = searching.search(
-                core, space, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
-            )
+            wanted = space
+
+            def run(seed: int, cap: float, tell: Callable[[Progress], None]) -> SearchResult:
+                return searching.search(
+                    core, wanted, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
+                )
+
+            repeated = repeated_search(run, searches, seed, cap, tell)
+            result, seed = repeated.result, repeated.seed
         elif choice.fewest_rings:
             fewest = _fewest_rings(core, choice, seed, cap, tell, known, aim, verifier)
             result = fewest.result
@@ -193,6 +214,7 @@ def search(
         wanted_percent=reach_percent,
         bound=bound,
         fewest=fewest,
+        repeated=repeated if searches > 1 else None,
         command=f"place_rings.search(..., seed={seed})",
         gapped=gap,
         verifier=verifier,

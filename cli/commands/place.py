@@ -150,6 +150,17 @@ def place(
         ),
     ] = False,
     seed: Seed = 0,
+    searches: Annotated[
+        int,
+        WHOLE,
+        Parameter(
+            validator=Number(gte=1, lte=1000),
+            help=(
+                "Number of searches with different random seeds, one after the other; the best"
+                " answer counts, and all are shown. Not with --reach or --fewest-rings."
+            ),
+        ),
+    ] = 1,
     time: TimeLimit = None,
     voxel: Voxel = 0.01,
     out: Annotated[
@@ -189,6 +200,7 @@ def place(
         losing=losing,
         tolerant=tolerant,
         seed=seed,
+        searches=searches,
         time_cap=time,
         voxel=voxel,
         gap=gap,

@@ -13,6 +13,7 @@ from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import made_folder, write_text
 from ...objectives.scene import CoreScene
 from ...placement.search.progress import Progress
+from ...placement.search.repeated_search import RepeatedProgress
 from ...placement.search.search import SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
@@ -112,6 +113,8 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
                 what = f"{counted(p.rings, 'ring')}, {what}"
             elif p.to_count:
                 what, total, done = "counting the finalists", p.to_count, p.counted
+            if isinstance(p, RepeatedProgress) and p.searches > 1:
+                what = f"search {p.search} of {p.searches}, {what}"
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=total, completed=done, best=best)
 
@@ -195,6 +198,8 @@ def _show(
             console.print(line, highlight=False, soft_wrap=True)
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
+    if (chance := _chance_line(record)) is not None:
+        console.print(chance, highlight=False, soft_wrap=True)
     if (gap := gap_line(record.gap)) is not None:
         console.print(gap, highlight=False, soft_wrap=True)
     if record.reach:
@@ -221,6 +226,19 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
         f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
         f" {result.outcome.value}."
     )
+
+
+def _chance_line(record: SearchFile) -> str | None:
+    """Return what chance decides and more time may add; None where searches share their time."""
+    if record.reach is not None or record.fewest_rings is not None:
+        return None
+    if not record.searches:
+        return (
+            "Another random seed may end a little higher: --searches 3 keeps the best of three"
+            " searches."
+        )
+    each = ", ".join(f"{one.seed}: {one.exact_percent:.2f}" for one in record.searches)
+    return f"Coverage in percent by the seed of each search, of which the best counts: {each}."
 
 
 def _fewer_line(setup: Setup, reach: bool) -> str:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
     from ...objectives.criterion import Criterion
     from ...placement.search.fewest_rings import FewestRings
     from ...placement.search.fewest_sensors import Reach
+    from ...placement.search.repeated_search import RepeatedSearch
     from ...placement.search.search import SearchResult
 
 
@@ -203,6 +204,27 @@ class FewestRingsModel(StrictModel):
         return cls(within_points=100 * fewest.within, tried=tried)
 
 
+class RepeatedModel(StrictModel):
+    """Result of one search of several with different random seeds."""
+
+    seed: int = Field(description="random seed")
+    exact_percent: float = Field(description="exact value of the criterion, percent")
+    seconds: float = Field(description="wall-clock time, s")
+
+    @classmethod
+    def of(cls, repeated: "RepeatedSearch | None") -> list[Self]:
+        """Return the records of several searches; none of a single one."""
+        tried = {} if repeated is None else repeated.tried
+        return [
+            cls(
+                seed=seed,
+                exact_percent=100 * one.exact,
+                seconds=round(one.statistics.seconds, 1),
+            )
+            for seed, one in tried.items()
+        ]
+
+
 class SearchFile(VersionedFile):
     """The file ``result.json`` of a search: the proposal, and the coverage of the paper's layouts
     by the same verifier."""
@@ -225,6 +247,9 @@ class SearchFile(VersionedFile):
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
     fewest_rings: FewestRingsModel | None = Field(
         default=None, description="searches for the fewest rings"
+    )
+    searches: list[RepeatedModel] = Field(
+        default=[], description="results of several searches by their random seeds"
     )
     gap: GapModel | None = Field(
         default=None, description="upper bound on every layout of the same budget, on request"
