@@ -59,7 +59,7 @@ def _results(
     """Yield the numbers ``new`` of cells with their results, as they come; one runs on each core.
 
     Raises:
-        SystemExit: if one fails, with its output.
+        SystemExit: if one fails, with its output. Then, and after Ctrl-C, no other begins.
     """
     free = SimpleQueue[int]()
     for core in _own_cores():
@@ -67,8 +67,8 @@ def _results(
     # a process inherits the core of the thread that starts it
     threads = ThreadPoolExecutor(free.qsize(), initializer=lambda: _stay_on(free.get()))
     failed: BaseException | None = None
-    with threads:
-        under_way = {threads.submit(_in_a_process, script, cells[i]): i for i in new}
+    under_way = {threads.submit(_in_a_process, script, cells[i]): i for i in new}
+    try:
         for done in as_completed(under_way):
             if done.cancelled():
                 continue
@@ -78,6 +78,8 @@ def _results(
                 failed = error
                 for other in under_way:
                     other.cancel()
+    finally:
+        threads.shutdown(cancel_futures=True)
     if failed is not None:
         raise failed
 

@@ -3,6 +3,7 @@ gets better only; what the tables say; a run that was stopped is repeated.
 """
 
 import math
+import os
 import sys
 from dataclasses import replace
 from importlib.util import find_spec
@@ -207,6 +208,25 @@ def test_a_spread_is_best_less_worst(parts, zetas, rings):
     assert ("too wide" in text) == wide
     assert ("limit: nowhere" in text) != wide
     assert "During 0 of" in text
+
+
+def test_after_ctrl_c_no_other_cell_begins(parts, tmp_path):
+    """The first cell to end presses the key."""
+    script, log = tmp_path / "script.py", tmp_path / "log"
+    script.write_text(
+        f"import os, signal, sys, time; sys.path.insert(0, {str(BENCHMARKS)!r})\n"
+        "from cell_runs import answer\n"
+        "def measure(n):\n"
+        f"    open({str(log)!r}, 'a').write(f'{{n}} ')\n"
+        "    if n == 0: os.kill(os.getppid(), signal.SIGINT)\n"
+        "    time.sleep(0.5)\n"
+        "    return {'seconds': 1.0}\n"
+        "answer(measure, sys.argv[1:])\n"
+    )
+    cells = [Cell("one", {"n": n}) for n in range(40)]
+    with pytest.raises(KeyboardInterrupt):
+        parts[4].measured(script, tmp_path, cells, 40)
+    assert len(log.read_text().split()) <= 2 * (os.cpu_count() or 1)
 
 
 def test_cells_are_measured_once_each_in_a_process_of_its_own(parts, tmp_path):
