@@ -6,11 +6,11 @@ or none, and rings anywhere that the scene's rules allow. The judge reads only t
 `place-rings export --to stl`: it places every part by `T_link_print` of `printing.json`, and
 compares the rings with each other and with the robot's bodies, at every pose, by manifold3d. Of
 4,000 points on each part it counts those more than 1 micrometre below the surface of another part
-of the same ring, by trimesh; within that depth faces that touch agree in the files. It measures the
-gaps between the parts of a ring, up to 5 mm; a common plane leaves 0. It evaluates the exact
-functions of a ring's own beams on its surface; a value above 0 means that no printed material lies
-in a beam. Rays through each file measure its walls. Gaps above 50 mm are reported as 50; watertight
-is trimesh's verdict on each file. Draws without room for a ring at their poses are not counted.
+of the same ring, by trimesh; within that depth faces that touch agree in the files. It evaluates
+the exact functions of a ring's own beams on its surface; a value above 0 means that no printed
+material lies in a beam. Rays through each file measure its walls. Gaps above 50 mm are reported as
+50; watertight is trimesh's verdict on each file. Draws without room for a ring at their poses are
+not counted.
 
 Run: python benchmarks assemblies            40 proposals of each robot; can be resumed
      python benchmarks assemblies --runs=0   from existing measurements
@@ -50,7 +50,6 @@ COLUMNS = {  # column by name of a value: its text, how to join cells, and its f
     "ring_gap": ("least gap of two rings, mm", min, ".1f"),
     "body_gap": ("least gap to another link, mm", min, ".1f"),
     "within": ("points within another part", sum, ".0f"),
-    "part_gap": ("least gap of two parts, mm", min, ".2f"),
     "beams": ("least distance from own beams, mm", min, ".4f"),
     "wall": ("least wall, mm", min, ".2f"),
     "open": ("files not watertight", sum, ".0f"),
@@ -78,7 +77,6 @@ def measure(robot: str, proposals: int, seed: int, of: str = "") -> dict[str, An
         "ring_gap": min(v.rings for v in verdicts),
         "body_gap": min(v.bodies for v in verdicts),
         "within": sum(v.within for v in verdicts),
-        "part_gap": min(v.between for v in verdicts),
         "beams": min(v.beams for v in verdicts),
         "wall": min(v.wall for v in verdicts),
         "open": sum(not v.watertight for v in verdicts),

@@ -25,7 +25,6 @@ from place_rings.objectives.scene import CoreScene
 
 _ROUND = 32  # facets of a body
 _NEAR = 50.0  # mm, largest gap that is measured
-_CLOSE = 5.0  # mm, the same between parts of a ring, which are far nearer
 _TOUCH = 1e-3  # mm, depth to which faces that touch agree in files of 32-bit numbers
 
 
@@ -53,8 +52,6 @@ class Verdict:
     within: int = 0
     """Points on a part's surface that lie within another part of its ring, deeper than 1
     micrometre."""
-    between: float = _CLOSE
-    """Least gap between two parts of a ring."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Largest width, depth and height of a file."""
 
@@ -165,8 +162,6 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
             low, high = np.reshape(solid.bounding_box(), (2, 3))
             verdict.size = tuple(np.maximum(verdict.size, high - low))
         verdict.within += shared(data, places(ring))
-        gaps = (a.min_gap(b, _CLOSE) for a, b in itertools.combinations(parts, 2))
-        verdict.between = min(verdict.between, *gaps)
         T = forward(robot.chain, scene.poses[0].q)[frames_of[ring["frame"]]].copy()
         T[:3, 3] *= 1000
         here = [part.transform(T[:3]) for part in parts]

@@ -189,21 +189,6 @@ def test_no_film_remains_between_the_openings_of_neighbours():
     assert min(wall(data) for data in files) >= 1.2
 
 
-@pytest.mark.parametrize(("count", "tilt", "clearance"), [(9, 0.5, 0.3), (7, 0.0, 2.0)])
-def test_halves_that_reach_under_each_other_do_not_touch(count, tilt, clearance):
-    """Between an odd number of sensors the split leans, and the band of one half lies under the
-    ears of the other: they touched there, although they slide when the bolts are drawn."""
-    printing = Printing(clearance=clearance / 1000)
-    record, _, plan, made = print_ring(SCENE, 0, ring_of(count, tilt), printing)
-    apart, gap = min(clearance, 1000 * printing.gap), 1000 * printing.gap
-    assert plan.lean > 0
-    for drawn in (0.0, gap - apart):  # by the bolts
-        first, other = made.parts[0].translate((0, -drawn, 0)), made.parts[1]
-        assert first.min_gap(other, 5) == pytest.approx(apart, abs=1e-6)
-    (check,) = (c for c in record.checks if c.name == "distance between parts")
-    assert check.measured == pytest.approx(apart, abs=1e-6)
-
-
 def test_a_flap_without_thickness_leaves_no_open_edges_in_a_file():
     """The Booleans of this ring left two vertices at one place on a long edge, and between them two
     faces of no area that covered each other."""

@@ -33,7 +33,7 @@ class Printing:
     wall: float = 0.003
     """Minimum thickness of load-bearing walls, m."""
     clearance: float = 0.0003
-    """Clearance around a board in its pocket, and under an ear that lies above another part, m."""
+    """Clearance around a board in its pocket, m."""
     slack: float = 0.0005
     """Clearance between ring and link, m."""
     relief: float = 0.002

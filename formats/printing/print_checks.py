@@ -199,12 +199,6 @@ def _of_assembly(plan: PrintPlan, made: Assembly, envelope: Envelope) -> list[Pr
     return [
         print_check("overlap of two parts", _shared(made.parts), "mm³", most=NOTHING),
         print_check(
-            "distance between parts",
-            _apart(made.parts),
-            "mm",
-            least=MM * min(p.clearance, p.gap),
-        ),
-        print_check(
             "overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=NOTHING
         ),
         print_check(
@@ -259,11 +253,6 @@ def _behind(plan: PrintPlan, made: Assembly) -> float:
 def _shared(parts: list[Manifold]) -> float:
     """Return the largest volume, mm³, that two parts have in common."""
     return float(max((a ^ b).volume() for a, b in itertools.combinations(parts, 2)))
-
-
-def _apart(parts: list[Manifold]) -> float:
-    """Return the least distance of two parts, mm."""
-    return float(min(a.min_gap(b, NEAR) for a, b in itertools.combinations(parts, 2)))
 
 
 def print_check(

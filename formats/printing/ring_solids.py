@@ -83,14 +83,12 @@ def _roof(plan: PrintPlan, shift: float) -> Manifold:
     )
 
 
-def _below(plan: PrintPlan, shift: float, sink: float = 0.0) -> Manifold:
+def _below(plan: PrintPlan, shift: float) -> Manifold:
     """Return the region of the half on the side of -y, shifted by ``shift`` towards +y.
 
-    At the bolts a plane separates the halves; between sensors the split runs midway. The region at
-    the bolts reaches down by ``sink`` into the zone of the sensors.
+    At the bolts a plane separates the halves; between sensors the split runs midway.
     """
-    low, high = plan.top - sink, plan.lug[1] + 1
-    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, low), (_FAR, shift, high))
+    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, shift, plan.lug[1] + 1))
 
 
 def _arms(plan: PrintPlan) -> Manifold:
@@ -148,12 +146,7 @@ def printed_parts(plan: PrintPlan, bridges: Manifold, cuts: Manifold) -> list[Ma
     # paths of the link into the halves
     down = box((-plan.bore, -_FAR, low), (plan.bore, 0.0, high))
     up = box((-plan.bore, 0.0, low), (plan.bore, _FAR, high))
-    # with a lean, the first half reaches under the ears of the other
-    sink = MM * min(plan.printing.clearance, plan.printing.gap) if plan.lean else 0.0
-    return [
-        _dusted(body - _below(plan, gap, sink) - down),
-        _dusted((body ^ _below(plan, -gap)) - up),
-    ]
+    return [_dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)]
 
 
 def _between(solid: Manifold, arc: tuple[float, float], inset: float) -> Manifold:

@@ -35,7 +35,7 @@ class PrintingModel(MappedModel[Printing]):
         default=0.0003,
         ge=0,
         le=0.005,
-        description="clearance around a board in its pocket, and under an ear above a part, m",
+        description="clearance of a board in its pocket on every side, m",
     )
     slack: float = Field(
         default=0.0005, ge=0, le=0.02, description="clearance between ring and link, m"
