@@ -29,7 +29,8 @@ import numpy as np
 from cell_runs import ONE, answer, measured
 from common import table
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT))
 
 from place_rings.formats.printing.print_files import ring_files
 from place_rings.studies.engine.digest import digest
@@ -40,7 +41,8 @@ from tests.test_assembly import drawn_proposal
 
 ROBOTS = ("ur10", "ur5e", "ur3e", "ur10e", "panda")
 PROPOSALS, EACH = 40, 10  # of each robot; of a cell
-FOLDER = Path(__file__).parent.parent / "results" / "assemblies"
+JUDGES = [ROOT / "tests" / name for name in ("assembly.py", "test_assembly.py")]
+FOLDER = ROOT / "results" / "assemblies"
 COLUMNS = {  # column by name of a value: its text, how to join cells, and its format
     "proposals": ("proposals", sum, ".0f"),
     "lids": ("with lids", sum, ".0f"),
@@ -90,7 +92,7 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
     parser.add_argument("--runs", type=int, default=10**6, help="largest number of new cells")
     parser.add_argument("--quick", action="store_true", help="one robot, no files")
     given = parser.parse_args(list(arguments))
-    of = digest(Path(__file__))
+    of = " ".join(digest(file) for file in (Path(__file__), *JUDGES))
     robots, each = (ROBOTS[:1], 2) if given.quick else (ROBOTS, EACH)
     seeds = range(1 if given.quick else PROPOSALS // EACH)
     cells = [

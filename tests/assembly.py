@@ -70,17 +70,17 @@ def capsule(a: Float[np.ndarray, " 3"], b: Float[np.ndarray, " 3"], radius: floa
     return Manifold.batch_hull([ball.translate(tuple(1000 * v)) for v in (a, b)])
 
 
-def wall(data: bytes, seed: int = 0) -> float:
+def wall(data: bytes, seed: int = 0, rays: int = 3000) -> float:
     """Return the least thickness, mm, by rays through an STL file: from points on its surface
     inwards to the first face that is parallel within 20 degrees."""
     mesh = trimesh.load_mesh(io.BytesIO(data), file_type="stl")
-    points, faces = trimesh.sample.sample_surface(mesh, 3000, seed=seed)
+    points, faces = trimesh.sample.sample_surface(mesh, rays, seed=seed)
     normals = mesh.face_normals[faces]
-    hits, rays, triangles = mesh.ray.intersects_location(
+    hits, met, triangles = mesh.ray.intersects_location(
         points - 1e-3 * normals, -normals, multiple_hits=False
     )
-    opposite = np.einsum("ri,ri->r", mesh.face_normals[triangles], normals[rays])
-    thick = np.linalg.norm(hits - points[rays], axis=1)
+    opposite = np.einsum("ri,ri->r", mesh.face_normals[triangles], normals[met])
+    thick = np.linalg.norm(hits - points[met], axis=1)
     return float(thick[opposite < -math.cos(math.radians(20))].min(initial=_NEAR))
 
 

@@ -189,6 +189,15 @@ def test_no_film_remains_between_the_openings_of_neighbours():
     assert min(wall(data) for data in files) >= 1.2
 
 
+@pytest.mark.parametrize("tilt", [0.0, -0.0002])
+def test_halves_whose_split_leans_have_no_thin_edge(tilt):
+    """A slot between them left wedges beside the blocks, which only many rays find: 11 of
+    40,000."""
+    ring = Ring("forearm", 0.4, 13, tilt, 0.0, SCENE.radius_of("forearm"), L4CD)
+    for part in build_ring(SCENE, ring)[1].parts:
+        assert wall(stl(part), rays=40_000) >= 1.2
+
+
 def test_a_flap_without_thickness_leaves_no_open_edges_in_a_file():
     """The Booleans of this ring left two vertices at one place on a long edge, and between them two
     faces of no area that covered each other."""
