@@ -29,8 +29,7 @@ import numpy as np
 from cell_runs import ONE, answer, measured
 from common import table
 
-ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from place_rings.formats.printing.print_files import ring_files
 from place_rings.studies.engine.digest import digest
@@ -41,6 +40,7 @@ from tests.test_assembly import drawn_proposal
 
 ROBOTS = ("ur10", "ur5e", "ur3e", "ur10e", "panda")
 PROPOSALS, EACH = 40, 10  # of each robot; of a cell
+ROOT = Path(__file__).parent.parent
 JUDGES = [ROOT / "tests" / name for name in ("assembly.py", "test_assembly.py")]
 FOLDER = ROOT / "results" / "assemblies"
 COLUMNS = {  # column by name of a value: its text, how to join cells, and its format
