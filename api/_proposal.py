@@ -69,12 +69,12 @@ class Proposal(Placement):
     if no bound is known."""
     fewest: FewestRings | None = None
     """Results with each number of rings, if the search minimised the rings."""
-    repeated: RepeatedSearch | None = None
-    """Results of each of several searches; None for a single one."""
     command: str = ""
     """The call or the command that ran the search."""
     found: FoundModel | None = None
     """Record of the search in the proposal's file; None for a new proposal."""
+    repeated: RepeatedSearch | None = field(default=None, kw_only=True)
+    """Results of each of several searches; None for a single one."""
     gapped: bool = field(default=False, kw_only=True, compare=False, repr=False)
     """Whether an upper bound was requested."""
     verifier: Verifier | None = field(default=None, kw_only=True, compare=False)

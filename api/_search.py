@@ -175,16 +175,16 @@ def search(
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
     aim = criterion(core, redundancy, losing, errors)
     space = choice.space(core)
-    check_scene(core, voxel)
-    check_search_sight(core)
-    verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
-    tell(Progress())
     if searches > 1 and space is None:
         raise InputError(
             f"found {searches}, allowed: 1 with fewest_rings and reach_percent",
             "searches",
             others=("fewest_rings", "reach_percent"),
         )
+    check_scene(core, voxel)
+    check_search_sight(core)
+    verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
+    tell(Progress())
     reach = fewest = repeated = None
     with input_errors(but=(InfeasibleError,)):
         if space is not None:

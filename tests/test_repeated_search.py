@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.placement.search import repeated_search as repeated
+from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
 from place_rings.placement.search.repeated_search import repeated_search
 from place_rings.placement.search.search import SearchResult
@@ -40,10 +41,16 @@ def test_the_best_is_kept_and_all_are_told(seed, values):
         return answer(of, *values[of - seed])
 
     found = repeated_search(run, len(values), seed, tell=told.append)
-    assert [(p.search, p.searches) for p in told] == [
+    own = [p for p in told if p.stages]
+    assert [(p.search, p.searches) for p in own] == [
         (i + 1, len(values)) for i in range(len(values))
     ]
-    assert all((p.stage, p.stages) == (2, 5) for p in told)
+    assert all((p.stage, p.stages) == (2, 5) for p in own)
+    begun = [p for p in told if not p.stages]  # each search but the first, with the best so far
+    assert [p.search for p in begun] == list(range(2, len(values) + 1))
+    assert [p.best for p in begun] == [
+        max(exact for exact, _ in values[: i + 1]) for i in range(len(values) - 1)
+    ]
     assert list(found.tried) == list(range(seed, seed + len(values)))
     least = min(short for _, short in values)
     exact = max(exact for exact, short in values if short == least)
@@ -58,6 +65,21 @@ def test_a_stop_ends_all_searches_and_a_rough_count_does_not_win(outcome):
     found = repeated_search(lambda seed, *_: results[seed], 3, 0)
     assert list(found.tried) == [0, 1]
     assert (found.seed, found.result.exact, found.result.outcome) == (0, 0.5, outcome)
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), InfeasibleError("all collide")])
+def test_an_error_of_a_later_search_keeps_the_answers_so_far(stop):
+    def run(seed, cap, tell):
+        if seed == 1:
+            raise stop
+        return answer(seed, 0.5 + seed)
+
+    found = repeated_search(run, 3, 0)
+    interrupted = isinstance(stop, KeyboardInterrupt)
+    assert list(found.tried) == ([0] if interrupted else [0, 2])
+    assert found.result.outcome is (Outcome.INTERRUPTED if interrupted else Outcome.FINISHED)
+    with pytest.raises(type(stop)):
+        repeated_search(run, 1, 1)
 
 
 def test_searches_share_the_time(monkeypatch):
@@ -101,9 +123,10 @@ def test_the_command_tells_all_searches(tmp_path, capsys, monkeypatch):
     record = json.loads((tmp_path / "place-rings-out" / "result.json").read_text())["searches"]
     assert [one["seed"] for one in record] == [0, 1]
     each = ", ".join(f"{one['seed']}: {one['exact_percent']:.2f}" for one in record)
-    assert f"by the seed of each search, of which the best counts: {each}." in said
+    (best,) = (one["seed"] for one in record if one["best"])
+    assert f"by the seed of each search: {each}. The answer is that of seed {best}." in said
     assert call(words) == 0
-    assert "--searches 3 keeps the best of three searches" in capsys.readouterr().out
+    assert "--searches 3 keeps the best of three." in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("more", [{"reach_percent": 50}, {"sensors": 20, "fewest_rings": True}])

@@ -12,7 +12,7 @@ from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import made_folder, write_text
 from ...objectives.scene import CoreScene
-from ...placement.search.progress import Progress
+from ...placement.search.progress import Outcome, Progress
 from ...placement.search.repeated_search import RepeatedProgress
 from ...placement.search.search import SearchResult
 from ...reporting.comparison import papers
@@ -105,8 +105,8 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
             bar.start()
             if p == Progress():
                 return
-            total, done = p.stages, p.climbed
-            what = f"stage {p.stage} of {p.stages}"
+            total, done = p.stages or None, p.climbed
+            what = f"stage {p.stage} of {p.stages}" if p.stages else "drawing points"
             if p.sensors is not None:
                 what = f"{p.sensors} sensors"
             elif p.rings is not None:
@@ -198,8 +198,8 @@ def _show(
             console.print(line, highlight=False, soft_wrap=True)
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
-    if (chance := _chance_line(record)) is not None:
-        console.print(chance, highlight=False, soft_wrap=True)
+        if (chance := _chance_line(record, proposal.search)) is not None:
+            console.print(chance, highlight=False, soft_wrap=True)
     if (gap := gap_line(record.gap)) is not None:
         console.print(gap, highlight=False, soft_wrap=True)
     if record.reach:
@@ -228,17 +228,24 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     )
 
 
-def _chance_line(record: SearchFile) -> str | None:
-    """Return what chance decides and more time may add; None where searches share their time."""
-    if record.reach is not None or record.fewest_rings is not None:
-        return None
-    if not record.searches:
+def _chance_line(record: SearchFile, result: SearchResult) -> str | None:
+    """Return what chance decides and more time may add; None where searches share their time, or
+    where time was short."""
+    if record.searches:
+        each = [
+            f"{one.seed}: {one.exact_percent:.2f}"
+            + (f" (misses minimums by {one.short_percent:.2f})" if one.short_percent else "")
+            for one in record.searches
+        ]
+        best = next(one.seed for one in record.searches if one.best)
         return (
-            "Another random seed may end a little higher: --searches 3 keeps the best of three"
-            " searches."
+            f"Coverage in percent by the seed of each search: {', '.join(each)}. The answer is that"
+            f" of seed {best}."
         )
-    each = ", ".join(f"{one.seed}: {one.exact_percent:.2f}" for one in record.searches)
-    return f"Coverage in percent by the seed of each search, of which the best counts: {each}."
+    fewest = record.reach is not None or record.fewest_rings is not None
+    if fewest or result.outcome is not Outcome.FINISHED:
+        return None
+    return "Another random seed may end a little higher: --searches 3 keeps the best of three."
 
 
 def _fewer_line(setup: Setup, reach: bool) -> str:

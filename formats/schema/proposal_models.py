@@ -209,19 +209,26 @@ class RepeatedModel(StrictModel):
 
     seed: int = Field(description="random seed")
     exact_percent: float = Field(description="exact value of the criterion, percent")
+    short_percent: float = Field(
+        default=0.0, ge=0, description="sum by which floors are missed, percentage points"
+    )
+    best: bool = Field(description="whether it is the answer")
     seconds: float = Field(description="wall-clock time, s")
 
     @classmethod
     def of(cls, repeated: "RepeatedSearch | None") -> list[Self]:
         """Return the records of several searches; none of a single one."""
-        tried = {} if repeated is None else repeated.tried
+        if repeated is None:
+            return []
         return [
             cls(
                 seed=seed,
                 exact_percent=100 * one.exact,
+                short_percent=100 * one.short,
+                best=seed == repeated.seed,
                 seconds=round(one.statistics.seconds, 1),
             )
-            for seed, one in tried.items()
+            for seed, one in repeated.tried.items()
         ]
 
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from .feasible_set import InfeasibleError
 from .progress import Outcome, Progress
 from .search import SearchResult
 
@@ -46,7 +47,8 @@ def repeated_search(
     """Search with ``count`` seeds from ``seed`` on, one after the other; keep the best answer.
 
     The best misses the floors of the goals least, and then has the highest exact value. An answer
-    whose count was cut short is kept only if there is no other.
+    that a stop cut short counts only if it is the only one with voxels as fine. Ctrl-C keeps the
+    answers so far.
 
     Args:
         run: runs one search.
@@ -56,7 +58,7 @@ def repeated_search(
         tell: receives the progress, in the calling thread.
 
     Raises:
-        InfeasibleError: if the rules admit no setup.
+        InfeasibleError: if no search found a setup that the rules admit.
     """
     if count < 1:
         raise ValueError(f"count must be at least 1, got {count}")
@@ -64,13 +66,26 @@ def repeated_search(
     for number in range(1, count + 1):
 
         def of_one(progress: Progress, number: int = number) -> None:
-            tell(RepeatedProgress(**vars(progress), search=number, searches=count))
+            shown = replace(progress, best=max([progress.best, *(r.exact for r in tried.values())]))
+            tell(RepeatedProgress(**vars(shown), search=number, searches=count))
 
         left = time_cap - (time.monotonic() - began)
         if tried and left <= 0:
             outcome = Outcome.TIME
             break
-        one = tried[seed + number - 1] = run(seed + number - 1, left, of_one)
+        try:
+            if tried:
+                of_one(Progress())
+            one = tried[seed + number - 1] = run(seed + number - 1, left, of_one)
+        except InfeasibleError:  # of this seed: rings collided in every candidate
+            if not tried and number == count:
+                raise
+            continue
+        except KeyboardInterrupt:  # before the search had anything to return
+            if not tried:
+                raise
+            outcome = Outcome.INTERRUPTED
+            break
         if (outcome := one.outcome) is not Outcome.FINISHED:
             break
     finest = min(one.voxel for one in tried.values())

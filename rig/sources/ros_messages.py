@@ -10,9 +10,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from jaxtyping import Integer
 
 from ...formats.ring_frame import MOST_ZONES as MOST_OF_FRAME
 from ..rings.protocol import Status
+from ..rings.status import known_status
 from .messages import FARTHEST, JointMessage, Message, RangeMessage, StepMessage, ranged
 
 JOINTS, RANGE, POINTS, TEXT = (
@@ -118,16 +120,24 @@ def _zones(topic: str, time: float, data: bytes) -> RangeMessage:
     some = np.isfinite(distance) & (distance > 0) & (distance <= FARTHEST)
     status = np.where(some, Status.VALID, Status.NO_TARGET)
     if (stated := fields.get(_STATUS)) is not None:
-        unread = np.isin(stated, (Status.WEAK, Status.FAILED))
-        some, status = some & ~unread, np.where(unread, stated, status)
-    seen, failed = distance[some], count > 0 and (status == Status.FAILED).all()
-    nothing = Status.FAILED if failed else Status.NO_TARGET
-    read = (float(seen.min()), Status.VALID) if len(seen) else (math.nan, nothing)
+        known = known_status(stated)
+        unread = np.isin(known, (Status.WEAK, Status.FAILED))
+        some, status = some & ~unread, np.where(unread, known, status)
+    seen = distance[some]
+    read = (float(seen.min()), Status.VALID) if len(seen) else (math.nan, _without_target(status))
     shape = _SQUARE.get(count) if message.height == 1 else (message.height, message.width)
     zones: tuple[np.ndarray | None, np.ndarray | None] = (None, None)
     if shape is not None and 1 < count <= MOST_OF_FRAME:
         zones = (np.where(some, distance, np.nan).reshape(shape), status.reshape(shape))
     return RangeMessage(topic, message.header.frame_id, time, _stamp(message.header), *read, *zones)
+
+
+def _without_target(status: Integer[np.ndarray, " n"]) -> Status:
+    """Return the status of a sensor of whose zones none has a valid target."""
+    if Status.WEAK in status:
+        return Status.WEAK
+    failed = len(status) and (status == Status.FAILED).all()
+    return Status.FAILED if failed else Status.NO_TARGET
 
 
 def _columns(message: Any) -> dict[str, np.ndarray]:
