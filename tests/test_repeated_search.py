@@ -91,7 +91,7 @@ def test_searches_share_the_time(monkeypatch):
         return answer(seed, 0.5)
 
     found = repeated_search(run, 9, 0, 35.0)
-    assert caps == [25.0, 15.0, 5.0]
+    assert caps == [35.0, 25.0, 15.0, 5.0]
     assert found.result.outcome is Outcome.TIME
 
 

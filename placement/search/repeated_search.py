@@ -69,7 +69,7 @@ def repeated_search(
             shown = replace(progress, best=max([progress.best, *(r.exact for r in tried.values())]))
             tell(RepeatedProgress(**vars(shown), search=number, searches=count))
 
-        left = time_cap - (time.monotonic() - began)
+        left = time_cap if number == 1 else time_cap - (time.monotonic() - began)
         if tried and left <= 0:
             outcome = Outcome.TIME
             break
