@@ -3,7 +3,6 @@ handles, playing, cuts and themes.
 """
 
 import math
-import threading
 import time
 from dataclasses import replace
 
@@ -13,7 +12,6 @@ import viser.transforms
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.viewer import page_drawing
 from place_rings.viewer.ring_handles import mount_frame
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
@@ -68,39 +66,6 @@ def test_the_page_is_named_for_what_it_shows(opened):
     page.until(lambda: "allowed: Undo, Redo" in page.words, "what no button says is taken")
     page.set("As opened", True)
     page.until(lambda: "mine : 11 sensors" in page.words, "it is not as opened")
-
-
-def test_a_count_of_all_points_gives_way_to_a_change(monkeypatch):
-    """The user changes the tilt again while the first of three targets is counted."""
-    monkeypatch.setattr(page_drawing, "_SLOW", 0.0)  # each change first counts few points
-    room = ViewerSession(MOTION, {"mine": SMALL})
-    zeta, show = room.glance.zeta, page_drawing.PageDrawing.show
-    counted, changed = [], threading.Event()
-
-    def count(setup, target, occlusion, count=None):
-        if count is None and setup != room.setups["mine"]:
-            counted.append(math.degrees(setup.rings[0].tilt))
-            if len(counted) == 1:
-                assert changed.wait(20)
-        return zeta(setup, target, occlusion, count)
-
-    def shown(drawing, newest):
-        show(drawing, newest)
-        if counted:
-            changed.set()
-
-    monkeypatch.setattr(room.glance, "zeta", count)
-    monkeypatch.setattr(page_drawing.PageDrawing, "show", shown)
-    with Server(room) as server:
-        page = Client(server.port)
-        page.until(lambda: page.zeta("V_OT") is not None, "the page says no ζ")
-        page.set("Tilt, °", 10.0)
-        page.until(lambda: len(counted) == 1, "all points are not counted")
-        page.set("Tilt, °", 20.0)
-        page.until(lambda: len(counted) > len(room.targets), "the newest state is not counted")
-        page.read(1.0)  # all that is still drawn, so that nothing is for a page that left
-        page.close()
-    np.testing.assert_allclose(counted, [10.0, *[20.0] * len(room.targets)])
 
 
 def test_positions_are_in_mm_along_the_link(opened):

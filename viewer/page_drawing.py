@@ -3,7 +3,6 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -32,10 +31,6 @@ _MOST_TOLD = 3  # violated rules that are listed
 _SLOW = 0.12  # s; where all points take longer, few are counted first
 _REST = 0.25  # s without a change, after which all points are counted
 _NAME_SIZE = 60  # characters of a name in the scene
-
-
-class _OutdatedError(Exception):
-    """The user has changed something since the drawing began."""
 
 
 class PageDrawing:
@@ -92,9 +87,8 @@ class PageDrawing:
                 while self._wanted.is_set() and not self._closed:
                     self._wanted.clear()
                     self._draw(newest(), few=self._took > _SLOW)
-                    if self._took > _SLOW and not self._wanted.wait(_REST):
-                        with suppress(_OutdatedError):
-                            self._draw(newest(), few=False, check=self._give_way)
+                    if self._took > _SLOW and not self._wanted.wait(_REST) and not self._closed:
+                        self._draw(newest(), few=False)
             finally:
                 self._turn.release()
 
@@ -103,14 +97,7 @@ class PageDrawing:
         self._closed = True
         self._wanted.set()
 
-    def _give_way(self) -> None:
-        """Raise _OutdatedError if the state has changed, so that nobody waits for an old one."""
-        if self._wanted.is_set() or self._closed:
-            raise _OutdatedError
-
-    def _draw(self, state: PageState, few: bool, check: Callable[[], None] = lambda: None) -> None:
-        """Draw a state; ``check`` is called between steps that may take long."""
-        check()
+    def _draw(self, state: PageState, few: bool) -> None:
         began = time.perf_counter()
         room, controls, active = self._room, self._controls, state.active
         setups = state.setups
@@ -123,11 +110,10 @@ class PageDrawing:
         choice = replace(state.choice, cut=self.cut)
         self._theme(state.dark)
         shares = self._draw_scene(setups, state, choice)
-        check()
         count = min(SHOWN, room.glance.each) if few else None
         if not few and room.glance.each > SHOWN and room.glance.weights[choice.pose] > 0:
             shares = room.drawing.shares(setups[active], choice, room.glance.each)
-        rows = self._rows(setups, choice.occlusion, count, check)
+        rows = self._rows(setups, choice.occlusion, count)
         took = time.perf_counter() - began
         if not few:
             self._took = took
@@ -150,7 +136,7 @@ class PageDrawing:
             if control.value != value:
                 set_value(control, value)
         self._client.flush()
-        if not (few or self._closed or self._wanted.is_set()):
+        if not few and not self._closed:
             self._draw_details(setups[active], state)
 
     def _draw_scene(
@@ -181,22 +167,22 @@ class PageDrawing:
         return shares
 
     def _rows(
-        self,
-        setups: list[Setup],
-        occlusion: Occlusion,
-        count: int | None,
-        check: Callable[[], None],
+        self, setups: list[Setup], occlusion: Occlusion, count: int | None
     ) -> list[words.TableRow]:
-        glance, rows = self._room.glance, []
-        for target in self._room.targets:
-            values = []
-            for before, setup in zip(self._room.setups.values(), setups, strict=True):
-                check()
-                opened = glance.zeta(before, target, occlusion)
-                points = None if before == setup else count
-                values.append((opened, glance.zeta(setup, target, occlusion, points)))
-            rows.append(words.TableRow(str(target), tuple(values)))
-        return rows
+        glance, opened = self._room.glance, self._room.setups.values()
+        return [
+            words.TableRow(
+                str(target),
+                tuple(
+                    (
+                        glance.zeta(before, target, occlusion),
+                        glance.zeta(setup, target, occlusion, None if before == setup else count),
+                    )
+                    for before, setup in zip(opened, setups, strict=True)
+                ),
+            )
+            for target in self._room.targets
+        ]
 
     def _draw_details(self, setup: Setup, state: PageState) -> None:
         """Show what may come a little later: rules, the selected sensor, the curve, the count."""
