@@ -49,8 +49,7 @@ class RangeMessage:
     zones: Float[np.ndarray, "r c"] | None = None
     """Distance in each zone, m, nan where there is none; None for a sensor of one zone."""
     zone_status: Integer[np.ndarray, "r c"] | None = None
-    """Status of each zone; None if the file states none. Then a zone without a distance saw
-    nothing."""
+    """Status of each zone; None for a sensor of one zone."""
 
 
 @dataclass(frozen=True)

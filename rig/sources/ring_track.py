@@ -4,7 +4,7 @@ import numpy as np
 
 from ...formats.errors import shown
 from ..rings.line_monitor import SILENT, Event, Happened
-from ..rings.protocol import ABSENT, Counts, Frame, Status
+from ..rings.protocol import ABSENT, Counts, Frame
 from ..rings.zones import Zones
 from .messages import RangeMessage, refuse
 
@@ -47,10 +47,8 @@ class RingTrack:
         self._clocks[sensor] = message.clock
         self._last, self._clock = message.time, message.clock
         self._distance[sensor], self._status[sensor] = message.distance, message.status
-        if message.zones is not None:
-            empty = np.where(np.isnan(message.zones), Status.NO_TARGET, Status.VALID)
-            status = empty if message.zone_status is None else message.zone_status
-            self._zones[sensor] = message.zones, status
+        if message.zones is not None and message.zone_status is not None:
+            self._zones[sensor] = message.zones, message.zone_status
 
     def _end(self, name: str) -> None:
         """Store the present frame and begin the next."""
