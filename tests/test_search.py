@@ -392,3 +392,21 @@ def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_fro
     assert result.exact >= Verifier(scene, 0.05).judge(known)[1]
     assert result.soft == pytest.approx(result.exact, abs=0.02)
     assert result.outcome is Outcome.FINISHED
+
+
+def test_each_round_tells_a_setup_at_once_and_its_best_at_the_end(scene):
+    told, rounds = [], (Round(512, 4, 3, 4, 0.2), Round(1024, 2, 3, 4, 0.1))
+    search(
+        scene,
+        Space(scene, ring_layout(scene, 2, 6)),
+        schedule=Schedule(2, (), rounds=rounds),
+        voxel=0.05,
+        tell=lambda p: told.append((p.stage, p.done, p.best, p.setup)),
+    )
+    of_rounds = [one for one in told if one[0] >= 1]
+    assert of_rounds
+    for _, _, best, setup in of_rounds:
+        assert setup is not None
+        assert best > 0
+    shares = [best for *_, best, _ in of_rounds]
+    assert shares == sorted(shares)

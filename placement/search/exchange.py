@@ -19,12 +19,13 @@ from ...objectives.parameterization import Interval, decode, encode, positions
 from .design import Candidate, Space
 from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criterion_by_counts
 from .exchange_points import Field, Fields
+from .exchange_trials import Trials, drawn_trials, with_place
 from .feasible_set import Rng
 from .local_search import StopToken
 from .mount_points import MountPoints
 from .moves import vary
 from .ring_views import RingPlaces, Views, ring_views
-from .round import SPREADS, Round
+from .round import Round
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 
@@ -32,17 +33,6 @@ _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
 _CHECKED = 2  # places of the best guessed values that are evaluated exactly
-
-
-class _Trials(NamedTuple):
-    """K places to try for one ring."""
-
-    segment: Int[np.ndarray, " K"]
-    """Number of the segment."""
-    values: Float[np.ndarray, "K 3"]
-    """Values as in a candidate: place along the segment, tilt, phase."""
-    sign: Float[np.ndarray, " K"]
-    """Sign of the tilt, where all rings share its size."""
 
 
 class _Batch(NamedTuple):
@@ -168,31 +158,34 @@ class Exchange:
         """Move ring ``i`` to the place where it adds most.
 
         The places tried are its own, ``near`` places close to it, and ``anywhere`` places in the
-        feasible set.
+        feasible set. Where lines of sight are guessed first, it is the first of the most promising
+        places that is better than its own.
         """
-        field, trials = self._field, self._drawn(i, near, scale, anywhere)
+        field = self._field
+        trials = drawn_trials(self._space, self.candidate, self.rng, i, near, scale, anywhere)
         rest = self._criterion.rest(field, self._tally, i, self._softness)
         (best,), winner = rest.values(self._tally.views(i, rest.index)), None
         batches = self._batches(i, trials, rest)
-        if any(batch.guessed for batch in batches):
-            batches = self._promising(batches, rest)
-        for batch in batches:
+        guessed = any(batch.guessed for batch in batches)
+        for batch in self._promising(batches, rest) if guessed else batches:
             value = self._values(batch, rest, False)
             if value.max() > best:
                 best, winner = float(value.max()), batch.trial[int(value.argmax())]
+                if guessed:  # the first of the promising places that is better will do
+                    break
         if winner is not None:
             s, values, sign = (a[winner] for a in trials)
-            moved = _with(self.candidate, i, int(s), values, sign)
+            moved = with_place(self.candidate, i, int(s), values, sign)
             if not self.offer(self._others_kept(moved)):
                 self.offer(moved)
 
-    def _batches(self, i: int, trials: _Trials, rest: Rest) -> list[_Batch]:
+    def _batches(self, i: int, trials: Trials, rest: Rest) -> list[_Batch]:
         """Return the places to try for ring ``i``, in batches of one segment."""
         batches = []
         step = max(_AT_ONCE // max(len(rest.index), 1), 1)  # places tested at once
         for s in dict.fromkeys(trials.segment.tolist()):
             mine = np.flatnonzero(trials.segment == s)  # (K,), trials on this segment
-            there = _with(self.candidate, i, s, trials.values[0], 1.0)
+            there = with_place(self.candidate, i, s, trials.values[0], 1.0)
             places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
             ring = self._ring(there, i)
             points = self._field.points[ring.link].some(rest.index)
@@ -214,38 +207,16 @@ class Exchange:
         return rest.values(views)
 
     def _promising(self, batches: list[_Batch], rest: Rest) -> list[_Batch]:
-        """Return batches of the few places whose guessed values are highest."""
+        """Return the few places whose guessed values are highest, the best first, each a batch."""
         guess = [self._values(batch, rest, True) for batch in batches]
-        least = np.sort(np.concatenate(guess))[-_CHECKED:][0]
-        each = [(b, np.flatnonzero(g >= least)) for b, g in zip(batches, guess, strict=True)]
-        return [
-            b._replace(trial=b.trial[some], places=b.places[:, some])
-            for b, some in each
-            if len(some)
-        ]
-
-    def _drawn(self, i: int, near: int, scale: float, anywhere: int) -> _Trials:
-        """Draw places for ring ``i``: first those near its own, then those anywhere."""
-        c, space, rng = self.candidate, self._space, self.rng
-        link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
-        free = space.room(np.delete(c.segment, i).tolist(), link, count)
-        shared = space.scene.rules.shared_tilt
-        if shared:  # only segments whose limits allow the shared tilt
-            free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
-        segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])  # (K,)
-        some, which = np.unique(segment, return_inverse=True)  # (S,), (K,)
-        limits = np.array([space.limits(s, count) for s in some.tolist()])  # (S, 2, 3)
-        low, high = limits[which, 0], limits[which, 1]  # (K, 3)
-        values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
-        spread = rng.choice(SPREADS, (near, 1)) * rng.standard_normal((near, 3))
-        alone = rng.integers(6, size=near)  # half of the places differ in one value only
-        spread[(alone[:, None] != np.arange(3)) & (alone[:, None] < 3)] = 0.0
-        beside = c.values[:, i] + scale * spread * (high - low)[:near]  # (near, 3)
-        values[:near] = np.clip(beside, low[:near], high[:near])
-        sign[:near] = c.sign[i]
-        if shared:
-            values[:, 1] = c.values[1, i]
-        return _Trials(segment, values, sign)
+        which = np.repeat(np.arange(len(batches)), [len(g) for g in guess])  # (K,)
+        best = np.argsort(-np.concatenate(guess), kind="stable")[:_CHECKED]
+        first = np.cumsum([0, *(len(g) for g in guess)])
+        few = []
+        for i in best.tolist():
+            b, k = batches[which[i]], i - first[which[i]]
+            few.append(b._replace(trial=b.trial[k : k + 1], places=b.places[:, k : k + 1]))
+        return few
 
     def _places_of(
         self, c: Candidate, i: int, values: Float[np.ndarray, "K 3"], sign: Float[np.ndarray, " K"]
@@ -310,12 +281,3 @@ def share_of(space: Space, fields: Fields, c: Candidate) -> float:
     here = Exchange(space, c, np.random.default_rng(0), criterion)
     here.look(fields.all)
     return here.value
-
-
-def _with(
-    c: Candidate, i: int, segment: int, values: Float[np.ndarray, " 3"], sign: float
-) -> Candidate:
-    """Return ``c`` with other values of ring ``i``."""
-    each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
-    each[:, i], which[i], signs[i] = values, segment, sign
-    return replace(c, values=each, segment=which, sign=signs)

@@ -1,6 +1,7 @@
 """The pool of candidates of a search: results of the exchange, random starts and variants, improved
 by local search on all processors while the sigmoid narrows."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -32,6 +33,7 @@ from .search_points import SearchPoints
 UNLIKE = 0.12
 ALIKE = 0.03  # results of local search that differ by less count as one
 _EACH = 8  # random candidates compared for each one that is kept
+_PAUSE = 0.5  # s, after which the best candidate of a round is judged on all points before its end
 # weights of the poses (P,); None: the scene's own
 Weights = Float[np.ndarray, " P"] | None
 
@@ -73,6 +75,7 @@ class Pool:
         self.first: list[Candidate] = []
         self.evaluations = 0
         self.ready = time.monotonic()  # when points and occluders were there
+        self._shown = -math.inf
 
     @property
     def width(self) -> float:
@@ -120,7 +123,8 @@ class Pool:
                 round(100 * over),
                 100,
             )
-            self._show(c)
+            if over == 1.0 or self.brake.on() or time.monotonic() - self._shown > _PAUSE:
+                self._show(c)
             self.tell(self.progress)
 
         if rounds := self.schedule.rounds:
@@ -234,6 +238,7 @@ class Pool:
     def _show(self, c: Candidate) -> None:
         """Keep a candidate as the best so far if its value on all points is higher."""
         (share,) = self._worth([c])
+        self._shown = time.monotonic()
         if share > self.progress.best:
             self.progress.best, self.progress.setup = float(share), self.space.setup(c)
 
