@@ -1,13 +1,18 @@
 """Searches in every mode beside the plain one: processor time and the exact value of the answer.
 
-Run: python benchmarks search_modes; takes --seeds=2 and the names of rows, such as --only=shadow
+Run: python benchmarks search_modes
+     python benchmarks search_modes --seeds=2 --only=shadow   some rows
+     python benchmarks search_modes --before=4d273b61   beside an earlier version
 """
 
+import argparse
 import json
 import os
 import re
 import subprocess
 import sys
+import tarfile
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +24,6 @@ from common import table
 
 PEERS: tuple[str, ...] = ()
 PLAIN = "plain"
-_PAGE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 _SQUARE = "vl53l5cx"
 
 
@@ -137,61 +141,86 @@ def measure(name: str, seed: int) -> dict[str, float]:
     return {"seconds": seconds, "exact": 100 * result.exact, "rings": rings, "peak": peak}
 
 
-def _in_a_process(name: str, seed: int) -> dict[str, float]:
+def _in_a_process(name: str, seed: int, version: Path | None = None) -> dict[str, float]:
+    """Search in a new process, with the version of place-rings in a folder if one is given."""
     words = [sys.executable, __file__, name, str(seed)]
     alone = os.environ | {"OMP_NUM_THREADS": "1"}
-    said = subprocess.run(words, check=True, capture_output=True, text=True, env=alone).stdout
-    measured: dict[str, float] = json.loads(said.splitlines()[-1])
+    if version:
+        alone["PYTHONPATH"] = str(version)
+    done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True, env=alone)
+    measured: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return measured
 
 
-def _before() -> dict[str, str]:
-    """Return the column "ζ, %" of the committed page, by mode."""
-    text = _PAGE.read_text() if _PAGE.exists() else ""
-    part = re.search(r"^<!-- search_modes -->\n(.*?)(?=^<!-- |\Z)", text, re.M | re.S)
-    rows = re.findall(r"^\| ([^|]+) \|(?: [^|]+ \|){3} ([^|]+) \|", part[1] if part else "", re.M)
-    return dict(rows)
+def _installed(commit: str, folder: Path) -> Path:
+    """Install place-rings as it was at a commit; return the folder to import it from."""
+    source, version, tar = folder / "source", folder / "version", folder / "source.tar"
+    archive = ["git", "archive", f"--output={tar}", commit]
+    subprocess.run(archive, check=True, cwd=Path(__file__).parent.parent)
+    with tarfile.open(tar) as files:
+        files.extractall(source, filter="data")
+    words = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", version, source]
+    subprocess.run(words, check=True)
+    return version
+
+
+def _row(name: str, seeds: range, plain: float | None, before: Path | None) -> tuple[Any, ...]:
+    """Return the processor seconds of a mode and its row, with the ratio to ``plain`` seconds."""
+    each = [_in_a_process(name, seed) for seed in seeds]
+    seconds, limit = mean(one["seconds"] for one in each), MODES[name].limit
+    row = [
+        name,
+        f"{seconds:.1f}",
+        f"{seconds / (plain or seconds):.2f}",
+        "-" if limit is None else f"{limit:g}",
+        ", ".join(f"{one['exact']:.2f}" for one in each),
+        ", ".join(f"{one['rings']:.0f}" for one in each),
+        f"{max(one['peak'] for one in each):.0f}",
+    ]
+    if before:
+        earlier = [_in_a_process(name, seed, before) for seed in seeds]
+        row += [
+            f"{mean(one['seconds'] for one in earlier):.1f}",
+            ", ".join(f"{one['exact']:.2f}" for one in earlier),
+        ]
+    print(*row, sep=" | ", flush=True)
+    return seconds, row
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
     """Run each row in new processes, one per seed, and return Markdown."""
-    given = dict(word.lstrip("-").split("=", 1) for word in options)
-    seeds = range(int(given.get("seeds", 1)))
-    names = [PLAIN, *(n for n in MODES if n != PLAIN and re.search(given.get("only", ""), n))]
-    before, rows, plain = _before(), [], 1.0
-    for name in names:
-        each = [_in_a_process(name, seed) for seed in seeds]
-        seconds = mean(one["seconds"] for one in each)
-        plain = seconds if name == PLAIN else plain
-        limit = MODES[name].limit
-        rows.append(
-            (
-                name,
-                f"{seconds:.1f}",
-                f"{seconds / plain:.2f}",
-                "-" if limit is None else f"{limit:g}",
-                ", ".join(f"{one['exact']:.2f}" for one in each),
-                before.get(name, "-"),
-                ", ".join(f"{one['rings']:.0f}" for one in each),
-                f"{max(one['peak'] for one in each):.0f}",
-            )
-        )
-        print(*rows[-1], sep=" | ", flush=True)
-    columns = (
+    parser = argparse.ArgumentParser(prog="search_modes", allow_abbrev=False)
+    parser.add_argument("--seeds", type=int, default=1, help="number of seeds, from 0")
+    parser.add_argument("--only", default="", help="regular expression for the names of rows")
+    parser.add_argument("--before", help="commit of an earlier version of place-rings")
+    given = parser.parse_args(list(options))
+    names = [n for n in MODES if n != PLAIN and re.search(given.only, n)]
+    if given.seeds < 1 or not names:
+        parser.error("--seeds: allowed: 1 or more; --only: allowed: " + ", ".join(MODES))
+    columns = [
         *("mode", "processor s", "ratio to plain", "wanted", "exact value, %"),
-        *("before", "rings", "peak, MB"),
-    )
-    return [
-        (
-            "80 sensors for V_S(0.5) on a UR10 unless a row says otherwise; the plain search is"
-            " that of `--paper` in five rings of 16. Each search runs in a new process on one"
-            " thread (a second one makes both slower), with compilation counted. The value is that"
-            " of the criterion: ζ, covered by two, after the worst loss, the mean of 16 mountings,"
-            " or ζ at the worst pose. Before: the committed page."
-        ),
-        "",
-        *table(columns, rows),
+        *("rings", "peak, MB"),
     ]
+    about = (
+        "80 sensors for V_S(0.5) on a UR10 unless a row says otherwise; the plain search is that of"
+        " `--paper` in five rings of 16. Each search runs in a new process on one thread (a second"
+        " one makes both slower), with compilation counted. The value is that of the criterion: ζ,"
+        " covered by two, after the worst loss, the mean of 16 mountings, or ζ at the worst pose."
+    )
+    with tempfile.TemporaryDirectory() as temporary:
+        before = None
+        if given.before:
+            before = _installed(given.before, Path(temporary))
+            columns += ["processor s before", "exact value before, %"]
+            about += f" Before: commit `{given.before}`, measured in the same run."
+        for version in dict.fromkeys((None, before)):
+            _in_a_process(PLAIN, 0, version)  # a first run after an installation compiles modules
+        rows, plain = [], None
+        for name in (PLAIN, *names):
+            seconds, row = _row(name, range(given.seeds), plain, before)
+            plain = plain or seconds
+            rows.append(row)
+    return [about, "", *table(columns, rows)]
 
 
 if __name__ == "__main__":
