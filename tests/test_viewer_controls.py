@@ -2,8 +2,10 @@
 handles, playing, cuts and themes.
 """
 
+import asyncio
 import math
 import time
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -140,6 +142,62 @@ def test_handles_drag_the_ring_along_and_around(opened):
     page.set("Handles", False)
     page.until(lambda: "/setup0/along" not in page.drawn, "the handles stay")
     assert page.value("Phase, °") == pytest.approx(40, abs=0.1)
+
+
+@contextmanager
+def drawn_before_each_callback(server, monkeypatch):
+    """Let each page draw what it knows between a change by the user and the page's answer."""
+    pool = server._server._thread_executor
+    submit = pool.submit
+
+    def late(act, *args):
+        for page in list(server._pages.values()):
+            page._show()
+        return submit(act, *args)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pool, "submit", late)
+        yield
+
+
+def test_a_change_is_not_lost_where_the_page_draws_meanwhile(served, opened, monkeypatch):
+    page = opened()
+    until(lambda: served.pages == 1, "the page is not kept")
+    ring = SMALL.rings[0]
+    T = mount_frame(MOTION.robot, MOTION.poses[0].q, ring, 0.25)
+    wxyz = viser.transforms.SO3.from_matrix(T[:3, :3]).wxyz
+    length = 1000 * MOTION.robot.mount(ring.link).length
+    with drawn_before_each_callback(served, monkeypatch):
+        page.set("Position, mm", 150.0)
+        page.until(lambda: "edited" in page.words, "the ring stays", 10)
+        assert page.value("Position, mm") == 150.0
+        page.set("Handles", True)
+        page.until(lambda: {"/setup0/along", "/setup0/around"} <= page.drawn, "no handles came")
+        page.drag("/setup0/along", T[:3, 3], wxyz)
+        page.until(
+            lambda: page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1),
+            "the drag is lost",
+            10,
+        )
+
+
+def test_messages_are_never_left_waiting(served, opened, monkeypatch):
+    """The event loop stops for a moment whenever it is about to wait for messages."""
+    real = asyncio.Event._get_loop
+
+    def slow(event):
+        time.sleep(0.03)
+        return real(event)
+
+    page = opened()
+    until(lambda: served.pages == 1, "the page is not kept")
+    (drawn,) = served._pages.values()
+    monkeypatch.setattr(asyncio.Event, "_get_loop", slow)
+    for i in range(60):
+        drawn.controls.said.content = f"message {i}"
+        drawn._client.flush()
+        page.read(0.001 * (i % 12) ** 2)
+    page.until(lambda: "message 59" in page.words, "the page gets no messages any more", 20)
 
 
 def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened):

@@ -2,7 +2,6 @@
 
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
 import viser
@@ -14,6 +13,7 @@ from . import html as words
 from .browser_page import BrowserPage
 from .camera import VIEWS, FittedCamera
 from .closing import closing
+from .control_values import UserChanges, set_value
 from .motion import TENTH, Clock, MotionSession
 from .scene_graph import Ray, SceneGraph
 
@@ -27,7 +27,7 @@ class MotionPage:
     def __init__(self, client: viser.ClientHandle, room: MotionSession) -> None:
         """Build the controls and show the start."""
         self._client, self._room = client, room
-        self.clock = Clock(float(room.motion.time[-1]))
+        self.clock, self._changes = Clock(float(room.motion.time[-1])), UserChanges()
         self._ended, self._drawing = threading.Event(), threading.Lock()
         self._camera, browser = FittedCamera(client), BrowserPage(client)
         browser.title(printable(f"{room.title} · place-rings"))
@@ -60,19 +60,10 @@ class MotionPage:
 
     def _connect(self) -> None:
         self.play.on_click(lambda _: self._turn())
-        self._on(self.tenth, lambda slow: setattr(self.clock, "rate", TENTH if slow else 1.0))
-        self._on(self.time, self._jump)
-        self._on(self.stop, self._go)
+        self._changes.on(self.tenth, self._slow_down)
+        self._changes.on(self.time, self._jump)
+        self._changes.on(self.stop, self._go)
         self.views.on_click(lambda _: self._look(self.views.value))
-
-    def _on(self, control: Any, act: Callable[[Any], None]) -> None:
-        """Call ``act`` with the control's value after the user changed it, not the page."""
-
-        def changed(event: Any) -> None:
-            if event.client_id is not None:
-                act(control.value)
-
-        control.on_update(changed)
 
     def _turn(self) -> None:
         if self.clock.playing:
@@ -80,6 +71,9 @@ class MotionPage:
         else:
             self.clock.play()
         self._show()
+
+    def _slow_down(self, on: Any) -> None:
+        self.clock.rate = TENTH if on else 1.0
 
     def _jump(self, at: Any) -> None:
         """Go to a time; a browser may send what the slider would not allow."""
@@ -129,14 +123,15 @@ class MotionPage:
                 f" pose {self._names[stop]}"
             )
             self.play.label = "Pause" if self.clock.playing else "Play"
-            self.time.value = round(at, 2)
+            set_value(self.time, round(at, 2))
             if arrived:
-                self.stop.value = self._names[stop]
+                set_value(self.stop, self._names[stop])
             self._client.flush()
 
     def close(self) -> None:
         """End when the browser disconnects or the server ends."""
         self._ended.set()
+        self._changes.close()
         if threading.current_thread() is not self._thread:
             self._thread.join(_PATIENCE)
 

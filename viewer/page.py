@@ -17,6 +17,7 @@ from ..formats.errors import UserError
 from .browser_page import BrowserPage
 from .camera import START, VIEWS, FittedCamera
 from .closing import closing
+from .control_values import UserChanges
 from .controls import STEPS, Controls
 from .cut import BEHIND, CUTS, NONE, facing
 from .drawn_parts import SHOWN_CONES
@@ -45,7 +46,7 @@ class Page:
         self._client, self._room = client, room
         self._closed = False
         self.state = PageState.of(room.scene, {str(t): t for t in room.targets}, room.setups)
-        self._guarded = GuardedState(self.state)
+        self._guarded, self._changes = GuardedState(self.state), UserChanges()
         stages = [
             SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i))
             for i, place in enumerate(room.places())
@@ -144,15 +145,8 @@ class Page:
     # Actions of the user.
 
     def _on(self, control: Any, act: Callable[[Any], None]) -> None:
-        """Call ``act`` with the control's newest value after the user changed it, not after the
-        page did.
-        """
-
-        def changed(event: Any) -> None:
-            if event.client_id is not None:
-                self._try(lambda: act(control.value))
-
-        control.on_update(changed)
+        """Call ``act`` with the control's newest value after the user changed it."""
+        self._changes.on(control, lambda value: self._try(lambda: act(value)))
 
     def _press(self, button: Any, act: Callable[[], None]) -> None:
         button.on_click(lambda _: self._try(act))
@@ -249,6 +243,7 @@ class Page:
     def close(self) -> None:
         """Stop the running job when the browser disconnects or the server ends."""
         self._closed = True
+        self._changes.close()
         self._player.close()
         self._drawing.close()
         self._work.close()

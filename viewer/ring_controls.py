@@ -131,4 +131,4 @@ class RingControls:
         )
         for slider, value in values:
             if abs(slider.value - value) > slider.step / 2:  # keep what the user just set
-                slider.value = value
+                set_value(slider, value)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -44,6 +45,13 @@ def dragged_phase(
     """
     x = T_base_mount[:3, :3].T @ R_base_handle[:, 0]
     return math.atan2(x[1], x[0]) % (2 * math.pi)
+
+
+class _Pose(NamedTuple):
+    """Pose of a handle, in the frame of its setup."""
+
+    position: Float[np.ndarray, " 3"]
+    wxyz: Float[np.ndarray, " 4"]
 
 
 class RingHandles:
@@ -108,7 +116,7 @@ class RingHandles:
             depth_test=False,
             opacity=0.6,
         )
-        self._around.on_update(self._moved)
+        self._follow(self._around, self._moved_around)
         if movable:
             self._along = self._scene.add_transform_controls(
                 f"{root}/along",
@@ -119,16 +127,40 @@ class RingHandles:
                 depth_test=False,
                 opacity=0.6,
             )
-            self._along.on_update(self._moved)
+            self._follow(self._along, self._moved_along)
 
-    def _moved(self, event: viser.TransformControlsEvent) -> None:
-        """Move the ring with a handle; at the end the handles go to where the ring is."""
-        self._held = event.phase != "end"
-        if event.target is self._along and self._length > 0:
-            at = np.asarray(event.target.position, float)
-            if np.isfinite(at).all():
-                self._dragged(dragged_position(self._T, self._length, at), None)
-        elif event.target is self._around:
-            wxyz = np.asarray(event.target.wxyz, float)
-            if np.isfinite(wxyz).all() and np.linalg.norm(wxyz) > 0.5:
-                self._dragged(None, dragged_phase(self._T, viser.transforms.SO3(wxyz).as_matrix()))
+    def _follow(
+        self, handle: viser.TransformControlsHandle, moved: Callable[[_Pose], None]
+    ) -> None:
+        """Call ``moved`` with a handle's newest pose while the user drags it, and at the end.
+
+        The pose is read at once, in viser's own thread: a drawing in between may put the handle
+        back to where the ring still is. Only there do the phases come in order.
+        """
+        newest = [_Pose(handle.position, handle.wxyz)]
+
+        def shown() -> bool:
+            return handle is self._along or handle is self._around
+
+        async def heard(event: viser.TransformControlsEvent) -> None:
+            if shown():
+                self._held = event.phase != "end"
+            if event.phase == "update":
+                newest[0] = _Pose(handle.position, handle.wxyz)
+
+        def act(_: viser.TransformControlsEvent) -> None:
+            if shown():
+                moved(newest[0])
+
+        handle.on_update(heard)
+        handle.on_update(act)
+
+    def _moved_along(self, pose: _Pose) -> None:
+        at = np.asarray(pose.position, float)
+        if self._length > 0 and np.isfinite(at).all():
+            self._dragged(dragged_position(self._T, self._length, at), None)
+
+    def _moved_around(self, pose: _Pose) -> None:
+        wxyz = np.asarray(pose.wxyz, float)
+        if np.isfinite(wxyz).all() and np.linalg.norm(wxyz) > 0.5:
+            self._dragged(None, dragged_phase(self._T, viser.transforms.SO3(wxyz).as_matrix()))

@@ -19,6 +19,7 @@ from .motion import MotionSession
 from .motion_page import MotionPage
 from .page import Page
 from .session import ViewerSession
+from .wake_up import keep_awake
 
 LOOPBACK = "127.0.0.1"
 
@@ -134,6 +135,7 @@ class Server:
         headers = connection.request.headers
         if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
             return  # a foreign page gets no content and no controls
+        keep_awake(client)
         room = self.room
         page = MotionPage(client, room) if isinstance(room, MotionSession) else Page(client, room)
         with self._lock:
