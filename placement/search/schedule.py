@@ -71,6 +71,14 @@ CLOSE = (
     Round(32768, 4, 5, 24, 0.03, 2, 1),
     Round(65536, 2, 4, 24, 0.01),
 )
+# for pyramids, first returns, losses and errors CLOSE gives no better answers, only later ones
+BRISK = (
+    Round(4096, 16, 3, 16, 0.3, 12, 1),
+    Round(8192, 8, 4, 16, 0.15, 8, 1),
+    Round(16384, 4, 5, 20, 0.07, 4, 1),
+    Round(32768, 3, 4, 24, 0.03, 2, 1),
+    Round(65536, 2, 3, 24, 0.01),
+)
 THOROUGH = (
     Round(2048, 20, 3, 16, 0.2, 16, 1),
     Round(4096, 12, 6, 16, 0.12, 12, 2),
@@ -144,8 +152,10 @@ def usual(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
         return Schedule(FINALISTS, _REFINE, rounds=FIXED)
     if active_poses(scene):
         return Schedule(FINALISTS, (), rounds=WORST)
-    close = THOROUGH if aim.seen > 1 or aim.losing == "ring" else CLOSE
-    return Schedule(FINALISTS, (), rounds=close)
+    if aim.seen > 1 or aim.losing == "ring":
+        return Schedule(FINALISTS, (), rounds=THOROUGH)
+    cones = aim.plain and scene.occlusion != "blind" and not space.square
+    return Schedule(FINALISTS, (), rounds=CLOSE if cones else BRISK)
 
 
 def short(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
