@@ -181,6 +181,20 @@ def test_a_change_is_not_lost_where_the_page_draws_meanwhile(served, opened, mon
         )
 
 
+def test_a_handle_that_is_only_grabbed_leaves_the_ring_where_it_is(opened):
+    page = opened()
+    page.set("Handles", True)
+    page.until(lambda: "/setup0/along" in page.drawn, "no handles came")
+    page.set("Position, mm", 150.0)
+    page.until(lambda: "edited" in page.words, "the ring stays")
+    node = {"name": "/setup0/along", "owner": page._owners["/setup0/along"]}
+    page.read(1.0)
+    page.send({"type": "TransformControlsDragStartMessage", **node})
+    page.send({"type": "TransformControlsDragEndMessage", **node})
+    page.read(1.0)
+    assert page.value("Position, mm") == pytest.approx(150.0, abs=0.1)
+
+
 def test_messages_are_never_left_waiting(served, opened, monkeypatch):
     """The event loop stops for a moment whenever it is about to wait for messages."""
     real = asyncio.Event._get_loop

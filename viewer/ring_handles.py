@@ -137,16 +137,20 @@ class RingHandles:
         The pose is read at once, in viser's own thread: a drawing in between may put the handle
         back to where the ring still is. Only there do the phases come in order.
         """
-        newest = [_Pose(handle.position, handle.wxyz)]
+
+        def pose() -> _Pose:
+            return _Pose(handle.position.copy(), handle.wxyz.copy())  # viser writes into them
 
         def shown() -> bool:
             return handle is self._along or handle is self._around
 
+        newest = [pose()]
+
         async def heard(event: viser.TransformControlsEvent) -> None:
             if shown():
                 self._held = event.phase != "end"
-            if event.phase == "update":
-                newest[0] = _Pose(handle.position, handle.wxyz)
+            if event.phase != "end":  # it may have been placed anew since the last drag
+                newest[0] = pose()
 
         def act(_: viser.TransformControlsEvent) -> None:
             if shown():

@@ -1,4 +1,4 @@
-"""Messages to a browser that never stop: a repair of viser 1.1."""
+"""Keeps the messages to a browser coming: a repair of viser 1.1."""
 
 import asyncio
 
