@@ -37,7 +37,10 @@ from place_rings.placement.search.ring_places import (
     places_of,
 )
 from place_rings.placement.search.round import Round
-from place_rings.placement.search.ruin_recreate import RuinRecreate, _gains, _joined
+from place_rings.placement.search.ruin_recreate import RuinRecreate
+from place_rings.placement.search.shelf import Gains, gains, joined
+
+from .strategies.units import GENERATORS
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 PLAIN = paper_scene(poses=(Pose(Q),), goals=(Goal(Target("V_S", 1.0)),))
@@ -141,10 +144,28 @@ def test_bits_of_counts_add_like_counts(seen, seed):
         return np.stack(each)
 
     together = planes(a + b)
-    assert np.array_equal(_joined(planes(a), planes(b)), together)
-    gain = _gains(planes(a), planes(b)[:, None])[0]
+    assert np.array_equal(joined(planes(a), planes(b)), together)
+    gain = gains(planes(a), planes(b)[:, None])[0]
     more = [int((a + b > j).sum() - (a > j).sum()) for j in range(seen)]
     assert gain == pytest.approx(sum(0.5 ** (seen - 1 - j) * n for j, n in enumerate(more)))
+
+
+@pytest.mark.parametrize("seen", [1, 2])
+@given(rng=GENERATORS)
+def test_bounds_of_gains_lead_to_the_best_place(seen, rng):
+    words = rng.integers(0, 1 << 63, (3, seen, 40, 3), dtype=np.uint64)
+    words = np.bitwise_and.reduce(words, axis=0)  # few bits, so that gains differ
+    here = Gains(words)
+    cover = np.zeros((seen, 3), np.uint64)
+    costs, free = rng.uniform(0, 20, 40), rng.uniform(size=40) < 0.7
+    for _ in range(4):
+        free[0] = True
+        best = here.best(cover, costs, free)
+        scores = gains(cover, words) - costs
+        assert free[best]
+        assert scores[best] == scores[free].max()
+        cover = joined(cover, words[:, best])
+        free &= rng.uniform(size=40) < 0.8
 
 
 @given(st.sampled_from([None, "ring"]), st.integers(0, 1000))

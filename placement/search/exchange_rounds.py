@@ -54,10 +54,11 @@ def exchange(
     pool = [Exchange(space, c, rng, criterion) for c, rng in zip(starts, drawn, strict=True)]
     try:
         for number, r in enumerate(rounds):
-            pool = _best(pool, r.keep) if number else pool
+            before = _best(pool)
+            pool = before[: r.keep] if number else pool
             runner.look(r, pool)
             if number and not brake.on():
-                combining.improve(number, r, pool)
+                combining.improve(number, r, pool, [e.candidate for e in before[r.keep :]])
             runner.run(number, r, pool)
             if brake.on():
                 break

@@ -32,6 +32,7 @@ from .ring_views import RingPlaces, ring_views
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _BITS = 64
+_FEW = 8  # places up to which each is compared
 _BYTES = 1 << 27  # of the bits of a library: with many points it holds fewer places
 
 
@@ -57,9 +58,12 @@ class Spans(NamedTuple):
         """Return which places keep the spacing from all of the ``others``, which keep it from each
         other.
 
-        Only the next ones below and above need a test: an envelope that reaches past a neighbour
-        would meet the neighbour's own.
+        Of many only the next ones below and above need a test: an envelope that reaches past a
+        neighbour would meet the neighbour's own.
         """
+        if len(others.link) <= _FEW:
+            each = (a[:, None] for a in others[:4])
+            return np.logical_and.reduce(self.apart(*each), axis=0)
         apart = np.ones(len(self.link), bool)
         for link in np.unique(others.link):
             there = others.some(np.flatnonzero(others.link == link))
@@ -74,16 +78,16 @@ class Spans(NamedTuple):
 
     def apart(
         self,
-        link: int | Int[np.ndarray, " K"],
-        position: float | Float[np.ndarray, " K"],
-        above: float | Float[np.ndarray, " K"],
-        below: float | Float[np.ndarray, " K"],
-    ) -> Bool[np.ndarray, " K"]:
+        link: int | Int[np.ndarray, "*#batch #K"],
+        position: float | Float[np.ndarray, "*#batch #K"],
+        above: float | Float[np.ndarray, "*#batch #K"],
+        below: float | Float[np.ndarray, "*#batch #K"],
+    ) -> Bool[np.ndarray, "*batch K"]:
         """Return which places keep the spacing from one more place, or each from its own."""
         off = self.position - position
-        envelopes = np.where(off > 0, above + self.below, self.above + below)
-        near = np.abs(off) < np.maximum(envelopes, self.least)
-        apart: np.ndarray = ~near | (self.link != link)
+        apart: np.ndarray = off >= np.maximum(above + self.below, self.least)
+        apart |= off <= -np.maximum(self.above + below, self.least)
+        apart |= self.link != link
         return apart
 
 

@@ -11,21 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt64
+from jaxtyping import Bool, Int, UInt64
 
 from .feasible_set import Rng
 from .local_search import StopToken
 from .ring_library import RingLibrary
+from .shelf import Gains, Shelf, joined
 
 _DROPPED = 6  # most rings that leave at once
 _TRIED = 1500  # places among which a recreation chooses
 _PRICES = (0.0, 0.8)  # of a sensor, in units of what a sensor of the combination adds on average
 _PRICED = 0.6  # share of the points that a first combination is expected to cover
 _WARMTH = 0.002  # mean loss that is accepted at the start, as a share of the points
-_LOWER = 0.5  # worth of a point that one sensor less than requested sees
 _BLURRED = 0.3  # least random factor of a gain where rings are lost, which gains ignore
 _STARTS = 20  # attempts to combine rings from nothing
-_KEPT = 4  # trials that choose among the same places
+_KEPT = 8  # trials that choose among the same places
 
 
 @dataclass(frozen=True)
@@ -36,24 +36,6 @@ class Combination:
     """Indices of the places."""
     value: float
     """Number of points covered, less what the worst loss costs where losses count."""
-
-
-class _Shelf:
-    """Places among which some trials choose, side by side, with rows for the rings that may come
-    back."""
-
-    def __init__(self, library: RingLibrary, some: Int[np.ndarray, " M"]) -> None:
-        self._library, self._size = library, len(some)
-        self._index = np.concatenate([some, np.zeros(_DROPPED, int)])
-        self._words = library.words[:, self._index]
-
-    def places(
-        self, back: Sequence[int]
-    ) -> tuple[Int[np.ndarray, " M"], UInt64[np.ndarray, "J M W"]]:
-        """Return the indices of the places and the rings ``back``, with what they see."""
-        rows = slice(self._size, self._size + len(back))
-        self._index[rows], self._words[:, rows] = back, self._library.words[:, list(back)]
-        return self._index[: rows.stop], self._words[:, : rows.stop]
 
 
 class RuinRecreate:
@@ -69,11 +51,14 @@ class RuinRecreate:
         """
         self._library, self._rng, self._losing = library, rng, losing
         self._space, self._places = library.space, library.places
+        self._most = int(library.places.sensors.max(initial=0))
         space = self._space
         self._room = np.array([s.room for s in space.segments])
         held = [ring.link for ring in space.fixed]
         most = space.scene.rules.max_rings_per_link
         self._on_link = np.array([most - held.count(s.link) for s in space.segments])
+        names = [s.link for s in space.segments]
+        self._link = np.array([names.index(name) for name in names])  # the first segment's number
 
     def improved(
         self, start: Sequence[int] | None, trials: int, brake: StopToken
@@ -96,7 +81,8 @@ class RuinRecreate:
             if trial % _KEPT == 0:
                 shelf = self._shelf()
             kept, back = self._ruined(here)
-            other = self._recreated(kept, *shelf.places(back), self._price(here.value))
+            shelf.bring_back(back)
+            other = self._recreated(kept, shelf, self._price(here.value))
             warmth = _WARMTH * (1 - trial / trials) * self._library.points
             if other and other.value >= here.value - warmth * self._rng.exponential():
                 here = other
@@ -106,85 +92,84 @@ class RuinRecreate:
     def _first(self) -> Combination | None:
         for _ in range(_STARTS):
             price = self._price(_PRICED * self._library.points)
-            if made := self._recreated((), *self._shelf().places(()), price):
+            if made := self._recreated((), self._shelf(), price):
                 return made
         return None
 
     def _price(self, value: float) -> float:
         return float(self._rng.uniform(*_PRICES) * value / max(self._space.free, 1))
 
-    def _shelf(self) -> _Shelf:
+    def _shelf(self) -> Shelf:
         size = len(self._places.sensors)
         some = np.arange(size)
         if size > _TRIED:
             rings = np.concatenate([*self._library.own, np.zeros(0, int)])
             some = np.concatenate([rings, self._rng.integers(size, size=_TRIED)])
-        return _Shelf(self._library, some)
+        return Shelf(self._library, some, _DROPPED)
 
     def _ruined(self, c: Combination) -> tuple[list[int], list[int]]:
         """Return the rings that stay, and those that leave."""
         n = len(c.chosen)
-        most = min(
-            _DROPPED, max(-(-n // 2), 2)
-        )  # of few rings about half: more would be a new start
+        # of few rings about half: more would be a new start
+        most = min(_DROPPED, max(-(-n // 2), 2))
         number = min(int(self._rng.integers(1, most + 1)), n)
-        dropped = set(self._rng.choice(n, number, replace=False).tolist())
+        dropped = set(self._rng.permutation(n)[:number].tolist())
         kept = [j for i, j in enumerate(c.chosen) if i not in dropped]
         return kept, [c.chosen[i] for i in dropped]
 
-    def _recreated(
-        self,
-        kept: Sequence[int],
-        some: Int[np.ndarray, " M"],
-        words: UInt64[np.ndarray, "J M W"],
-        price: float,
-    ) -> Combination | None:
-        """Return a combination of the rings ``kept`` and places among ``some``, which see
-        ``words``; None where no place is left."""
-        library, places = self._library, self._places.some(some)
-        spans, costs = library.spans.some(some), price * places.sensors
+    def _recreated(self, kept: Sequence[int], shelf: Shelf, price: float) -> Combination | None:
+        """Return a combination of the rings ``kept`` and places of a shelf; None where no place is
+        left."""
+        costs, gains = price * shelf.sensors, Gains(shelf.words)
         cover, chosen = self._cover(kept), list(kept)
-        apart = spans.apart_from(library.spans.some(np.array(kept, int)))
+        apart = shelf.spans.apart_from(self._library.spans.some(np.array(kept, int)))
         while not self._complete(chosen):
-            used = self._places.segment[chosen]
-            free = apart & self._affordable(chosen, places.sensors)
-            free &= (np.bincount(used, minlength=len(self._room)) < self._room)[places.segment]
-            on_link = np.bincount(library.spans.link[chosen], minlength=len(self._room))
-            free &= (on_link < self._on_link)[spans.link]
-            i = np.flatnonzero(free)
-            if not len(i):
+            free = apart & self._affordable(chosen)[shelf.sensors]
+            free &= self._open(chosen)[shelf.segment]
+            if not free.any():
                 return None
-            gains = _gains(cover, words[:, i])
             if self._losing == "ring":
-                gains *= self._rng.uniform(_BLURRED, 1.0, len(i))
-            best = int(i[np.argmax(gains - costs[i])])
-            cover, j = _joined(cover, words[:, best]), int(some[best])
-            apart &= spans.apart(*self._span(j))
+                blurred = gains.all(cover) * self._rng.uniform(_BLURRED, 1.0, len(free))
+                best = int(np.argmax(np.where(free, blurred - costs, -np.inf)))
+            else:
+                best = gains.best(cover, costs, free)
+            cover, j = joined(cover, shelf.words[:, best]), int(shelf.index[best])
+            apart &= shelf.spans.apart(*self._span(j))
             chosen.append(j)
         return self._combined(chosen, cover)
+
+    def _open(self, chosen: Sequence[int]) -> Bool[np.ndarray, " S"]:
+        """Return on which segments the rules allow one more ring."""
+        used = np.bincount(self._places.segment[chosen], minlength=len(self._room))
+        on_link = np.bincount(self._link, used, len(self._room))[self._link]
+        free: np.ndarray = (used < self._room) & (on_link < self._on_link)
+        return free
 
     def _span(self, j: int) -> tuple[int, float, float, float]:
         spans = self._library.spans
         return int(spans.link[j]), *(float(a[j]) for a in spans[1:4])  # type: ignore[return-value]
 
-    def _complete(self, chosen: Sequence[int]) -> bool:
-        return int(self._places.sensors[list(chosen)].sum()) == self._space.free
+    def _complete(self, chosen: list[int]) -> bool:
+        return int(self._places.sensors[chosen].sum()) == self._space.free
 
-    def _affordable(
-        self, chosen: Sequence[int], count: Int[np.ndarray, " M"]
-    ) -> Bool[np.ndarray, " M"]:
-        """Return for which places the rings and sensors that are left allow the rest."""
-        space = self._space
-        left = space.free - int(self._places.sensors[list(chosen)].sum()) - count
+    def _affordable(self, chosen: Sequence[int]) -> Bool[np.ndarray, " C"]:
+        """Return for which sizes of a ring, from 0 sensors, the rings and sensors that are left
+        allow the rest."""
+        space, allowed = self._space, np.zeros(self._most + 1, bool)
+        left = space.free - int(self._places.sensors[chosen].sum())
         rings = (space.rings or space.places) - len(chosen) - 1
-        fewest = rings if space.rings else np.clip(left, 0, 1)
-        allowed: np.ndarray = (left >= space.least * fewest) & (left <= space.most * rings)
+        if rings < 0:
+            return allowed
+        fewest = rings if space.rings else min(rings, 1)
+        allowed[max(left - space.most * rings, 0) : max(left - space.least * fewest + 1, 0)] = True
+        if not space.rings and 0 <= left <= self._most:
+            allowed[left] = True  # the last ring takes all that are left
         return allowed
 
     def _cover(self, chosen: Sequence[int]) -> UInt64[np.ndarray, "J W"]:
         cover = self._library.held
         for j in chosen:
-            cover = _joined(cover, self._library.words[:, j])
+            cover = joined(cover, self._library.words[:, j])
         return cover
 
     def _combined(
@@ -207,28 +192,3 @@ class RuinRecreate:
         if self._losing == "sensor":
             alone = alone / self._places.sensors[chosen]
         return float(alone.max())
-
-
-def _joined(
-    cover: UInt64[np.ndarray, "J W"], words: UInt64[np.ndarray, "J W"]
-) -> UInt64[np.ndarray, "J W"]:
-    """Return the bits of the points that two groups together see at least 1, ..., J times."""
-    joined: np.ndarray = cover | words
-    for j in range(1, len(cover)):
-        for a in range(j):
-            joined[j] |= cover[a] & words[j - 1 - a]
-    return joined
-
-
-def _gains(
-    cover: UInt64[np.ndarray, "J W"], words: UInt64[np.ndarray, "J M W"]
-) -> Float[np.ndarray, " M"]:
-    """Return what each place adds: points that J sensors see, and less for those that fewer do."""
-    seen = len(cover)
-    gains = np.zeros(words.shape[1])
-    for j in range(seen):
-        new = words[j]
-        for a in range(j):
-            new = new | (cover[a] & words[j - 1 - a])
-        gains += _LOWER ** (seen - 1 - j) * np.bitwise_count(new & ~cover[j]).sum(axis=1)
-    return gains

@@ -36,24 +36,25 @@ FIXED = (
     Round(32768, 4, 5, 24, 0.03, 4, 1),
     Round(65536, 3, 5, 24, 0.015, 2, 1),
 )
-# each candidate has a library of its own at first, as one shared by all makes all alike
+# a candidate has a library of its own where all must stay different; in one that all share they
+# take rings from each other and from those that dropped out
 FREE = (
     Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
     Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
-    Round(4096, 12, 0, 0, 0.15, trials=150, library=500, beside=60, own=True),
-    Round(8192, 9, 3, 16, 0.1, 6, 6, trials=150, library=500, beside=60, own=True),
-    Round(16384, 6, 3, 16, 0.06, 4, 6, trials=300, library=1000, beside=50),
-    Round(32768, 4, 3, 16, 0.04, 2, 4, trials=150, library=500, beside=40),
+    Round(8192, 16, 0, 0, 0.15, trials=400, library=1000, beside=30),
+    Round(8192, 10, 2, 16, 0.1, 4, 2, trials=150, library=500, beside=60, own=True),
+    Round(16384, 8, 2, 16, 0.06, 4, 3, trials=400, library=1000, beside=40),
+    Round(32768, 4, 3, 16, 0.04, 2, 3, trials=300, library=500, beside=30),
     Round(65536, 3, 3, 16, 0.03, 2, trials=60, library=300, beside=30),
     Round(131072, 2, 5, 20, 0.012),
 )
 CLOSE_FREE = (
     Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
-    Round(4096, 20, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
-    Round(4096, 16, 0, 0, 0.15, trials=150, library=500, beside=60, own=True),
-    Round(8192, 12, 3, 16, 0.1, 6, 6, trials=150, library=500, beside=60, own=True),
-    Round(16384, 7, 4, 16, 0.05, 4, 6, trials=300, library=1000, beside=50),
-    Round(32768, 4, 4, 16, 0.03, 2, 4, trials=150, library=500, beside=40),
+    Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
+    Round(8192, 14, 0, 0, 0.15, trials=400, library=1000, beside=30),
+    Round(8192, 10, 2, 16, 0.1, 4, 3, trials=150, library=500, beside=50, own=True),
+    Round(16384, 7, 3, 16, 0.05, 4, 4, trials=300, library=1000, beside=40),
+    Round(32768, 4, 4, 16, 0.03, 2, 4, trials=150, library=500, beside=30),
     Round(65536, 2, 4, 20, 0.012),
 )
 # free counts without a library: sensors move between rings, one random move after the other
