@@ -63,7 +63,8 @@ class Spans(NamedTuple):
         """
         if len(others.link) <= _FEW:
             each = (a[:, None] for a in others[:4])
-            return np.logical_and.reduce(self.apart(*each), axis=0)
+            from_all: np.ndarray = self.apart(*each).all(axis=0)
+            return from_all
         apart = np.ones(len(self.link), bool)
         for link in np.unique(others.link):
             there = others.some(np.flatnonzero(others.link == link))
