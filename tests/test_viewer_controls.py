@@ -4,9 +4,11 @@ handles, playing, cuts and themes.
 
 import asyncio
 import math
+import threading
 import time
 from contextlib import contextmanager
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ import viser.transforms
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.viewer.ring_handles import mount_frame
+from place_rings.viewer.ring_handles import RingHandles, mount_frame
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
@@ -142,6 +144,60 @@ def test_handles_drag_the_ring_along_and_around(opened):
     page.set("Handles", False)
     page.until(lambda: "/setup0/along" not in page.drawn, "the handles stay")
     assert page.value("Phase, °") == pytest.approx(40, abs=0.1)
+
+
+class LateHandle:
+    """A handle that the user drags to a place while the page puts it where the ring is."""
+
+    __class__ = viser.TransformControlsHandle
+
+    def __init__(self, place):
+        self._place, self._at, self.wxyz = place, np.zeros(3), np.array([1.0, 0, 0, 0])
+        self.heard, self.act, self.user = None, None, None
+        self._written, self._drawn = threading.Event(), threading.Event()
+
+    def on_update(self, callback):
+        if self.heard is None:
+            self.heard = callback
+        else:
+            self.act = callback
+
+    @property
+    def position(self):
+        return self._at
+
+    @position.setter
+    def position(self, value):
+        if self.act is not None and self.user is None:
+            self.user = threading.Thread(target=self._drag)
+            self.user.start()
+            self._written.wait(0.5)
+        self._at = np.array(value)
+        self._drawn.set()
+
+    def _drag(self):
+        def event(phase):
+            return Mock(viser.TransformControlsEvent, phase=phase)
+
+        asyncio.run(self.heard(event("start")))
+        self._at = self._place
+        self._written.set()
+        self._drawn.wait(10)
+        asyncio.run(self.heard(event("update")))
+        self.act(event("update"))
+
+
+def test_a_drag_that_begins_while_the_page_draws_is_not_overwritten():
+    ring, scene, moved = SMALL.rings[0], Mock(viser.SceneApi), []
+    T = mount_frame(MOTION.robot, MOTION.poses[0].q, ring, 0.25)
+    late = LateHandle(T[:3, 3])
+    still = Mock(viser.TransformControlsHandle)
+    still.position, still.wxyz = np.zeros(3), np.array([1.0, 0, 0, 0])
+    scene.add_transform_controls = lambda name, *_, **__: late if "along" in name else still
+    handles = RingHandles(scene, lambda position, phase: moved.append(position))
+    handles.show("/setup0", MOTION.robot, MOTION.poses[0].q, ring)
+    late.user.join(20)
+    assert moved == [pytest.approx(0.25)]
 
 
 @contextmanager

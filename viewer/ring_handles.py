@@ -1,6 +1,7 @@
 """Handles in the scene that drag the selected ring along and around its link."""
 
 import math
+import threading
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -71,7 +72,7 @@ class RingHandles:
         self._along: viser.TransformControlsHandle | None = None
         self._around: viser.TransformControlsHandle | None = None
         self._T, self._length = np.eye(4), 0.0
-        self._held = False
+        self._held, self._lock = False, threading.Lock()
 
     def hide(self) -> None:
         """Remove the handles."""
@@ -95,14 +96,13 @@ class RingHandles:
         if self._root != wanted:
             self.hide()
             self._add(*wanted)
-        if self._held:
-            return
         T = mount_frame(robot, q, ring, ring.position)
         turn = viser.transforms.SO3.from_z_radians(ring.phase)
         wxyz = (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
-        for handle in (self._along, self._around):
-            if handle is not None:
-                handle.position, handle.wxyz = T[:3, 3], wxyz
+        with self._lock:  # a drag that begins now waits, so that it is not overwritten
+            for handle in (self._along, self._around):
+                if handle is not None and not self._held:
+                    handle.position, handle.wxyz = T[:3, 3], wxyz
 
     def _add(self, root: str, radius: float, movable: bool) -> None:
         self._root = root, radius, movable
@@ -147,8 +147,9 @@ class RingHandles:
         newest = [pose()]
 
         async def heard(event: viser.TransformControlsEvent) -> None:
-            if shown():
-                self._held = event.phase != "end"
+            with self._lock:
+                if shown():
+                    self._held = event.phase != "end"
             if event.phase != "end":  # it may have been placed anew since the last drag
                 newest[0] = pose()
 
