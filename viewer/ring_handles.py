@@ -76,10 +76,12 @@ class RingHandles:
 
     def hide(self) -> None:
         """Remove the handles."""
-        for handle in (self._along, self._around):
+        with self._lock:
+            shown = self._along, self._around
+            self._root, self._along, self._around, self._held = None, None, None, False
+        for handle in shown:
             if handle is not None:
                 handle.remove()
-        self._root, self._along, self._around, self._held = None, None, None, False
 
     def show(self, root: str, robot: Robot, q: Float[np.ndarray, " J"], ring: Ring) -> None:
         """Show the handles at a ring.
@@ -100,8 +102,10 @@ class RingHandles:
         turn = viser.transforms.SO3.from_z_radians(ring.phase)
         wxyz = (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
         with self._lock:  # a drag that begins now waits, so that it is not overwritten
+            if self._held:
+                return
             for handle in (self._along, self._around):
-                if handle is not None and not self._held:
+                if handle is not None:
                     handle.position, handle.wxyz = T[:3, 3], wxyz
 
     def _add(self, root: str, radius: float, movable: bool) -> None:

@@ -56,7 +56,8 @@ class Combining:
         """Offer each exchange, which looks at the points of a round, another combination like its
         own.
 
-        A library that all share also holds the rings of the candidates ``beside`` them.
+        A library that all share also holds the rings of the candidates ``beside`` them, and places
+        near these; libraries of single candidates do not.
         """
         if not self._helps(r):
             return

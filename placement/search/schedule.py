@@ -36,8 +36,8 @@ FIXED = (
     Round(32768, 4, 5, 24, 0.03, 4, 1),
     Round(65536, 3, 5, 24, 0.015, 2, 1),
 )
-# a candidate has a library of its own where all must stay different; in one that all share they
-# take rings from each other and from those that dropped out
+# candidates have libraries of their own where they must stay different; in one that all share they
+# take rings from each other and from those that dropped out just before
 FREE = (
     Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
     Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),

@@ -24,7 +24,10 @@ class Shelf:
         self.bring_back([])
 
     def bring_back(self, rings: Sequence[int]) -> None:
-        """Hold these rings of the library besides the places."""
+        """Hold these rings of the library besides the places, instead of those brought back before.
+
+        Earlier views of the rows change with them.
+        """
         end, library = self._size + len(rings), self._library
         rows, back = slice(self._size, end), list(rings)
         self._index[rows], self._words[:, rows] = back, library.words[:, back]
