@@ -63,7 +63,7 @@ class Spans(NamedTuple):
         """
         if len(others.link) <= _FEW:
             each = (a[:, None] for a in others[:4])
-            from_all: np.ndarray = self.apart(*each).all(axis=0)
+            from_all: np.ndarray = self.apart(*each).all(axis=0)  # type: ignore[assignment]
             return from_all
         apart = np.ones(len(self.link), bool)
         for link in np.unique(others.link):
