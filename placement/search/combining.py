@@ -51,13 +51,13 @@ class Combining:
         return [c or fresh(self.space, rng) for c, rng in zip(some, rngs, strict=True)]
 
     def improve(
-        self, number: int, r: Round, some: Sequence[Exchange], beside: Sequence[Candidate] = ()
+        self, number: int, r: Round, some: Sequence[Exchange], dropped: Sequence[Candidate] = ()
     ) -> None:
         """Offer each exchange, which looks at the points of a round, another combination like its
         own.
 
-        A library that all share also holds the rings of the candidates ``beside`` them, and places
-        near these; libraries of single candidates do not.
+        A library that all share also holds the rings of the candidates ``dropped`` just before, and
+        places near these; libraries of single candidates do not.
         """
         if not self._helps(r):
             return
@@ -66,7 +66,7 @@ class Combining:
             poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in some]))
         field = self.fields.first(r.points, poses)
         candidates, rngs = [e.candidate for e in some], [e.rng for e in some]
-        each = self._improved(number, r, field, candidates, rngs, beside)
+        each = self._improved(number, r, field, candidates, rngs, dropped)
         for one, c in zip(some, each, strict=True):
             if c is not None:
                 one.offer(c)
@@ -85,7 +85,7 @@ class Combining:
         field: Field,
         some: Sequence[Candidate | None],
         rngs: Sequence[Rng],
-        beside: Sequence[Candidate] = (),
+        dropped: Sequence[Candidate] = (),
     ) -> list[Candidate | None]:
         """Return a better combination for each candidate, or a new one where it is None."""
         if r.own:
@@ -96,7 +96,7 @@ class Combining:
             starts = [library.own[0].tolist() if library.own else None for library in libraries]
         else:
             rng = np.random.default_rng((self.seed, _STREAM, number))
-            libraries = [self._library(r, field, [*some, *beside], rng)] * len(some)
+            libraries = [self._library(r, field, [*some, *dropped], rng)] * len(some)
             own = iter(libraries[0].own)
             starts = [None if c is None else next(own).tolist() for c in some]
         losing = self.fields.aim.losing

@@ -54,11 +54,13 @@ def exchange(
     pool = [Exchange(space, c, rng, criterion) for c, rng in zip(starts, drawn, strict=True)]
     try:
         for number, r in enumerate(rounds):
-            before = _best(pool)
-            pool = before[: r.keep] if number else pool
+            dropped: list[Exchange] = []
+            if number:
+                best = _best(pool)
+                pool, dropped = best[: r.keep], best[r.keep :]
             runner.look(r, pool)
             if number and not brake.on():
-                combining.improve(number, r, pool, [e.candidate for e in before[r.keep :]])
+                combining.improve(number, r, pool, [e.candidate for e in dropped])
             runner.run(number, r, pool)
             if brake.on():
                 break
@@ -106,7 +108,7 @@ class _Runner:
         one.look(wide)
 
 
-def _best(some: list[Exchange], count: int | None = None) -> list[Exchange]:
-    """Return at most ``count`` of the exchanges, the best first, and of equal ones only one."""
+def _best(some: list[Exchange]) -> list[Exchange]:
+    """Return the exchanges, the best first, and of equal ones only one."""
     distinct = {e.value: e for e in some}
-    return sorted(distinct.values(), key=lambda e: -e.value)[:count]
+    return sorted(distinct.values(), key=lambda e: -e.value)

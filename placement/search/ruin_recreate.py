@@ -138,7 +138,7 @@ class RuinRecreate:
             chosen.append(j)
         return self._combined(chosen, cover)
 
-    def _open(self, chosen: Sequence[int]) -> Bool[np.ndarray, " S"]:
+    def _open(self, chosen: list[int]) -> Bool[np.ndarray, " S"]:
         """Return on which segments the rules allow one more ring."""
         used = np.bincount(self._places.segment[chosen], minlength=len(self._room))
         on_link = np.bincount(self._link, used, len(self._room))[self._link]
@@ -152,7 +152,7 @@ class RuinRecreate:
     def _complete(self, chosen: list[int]) -> bool:
         return int(self._places.sensors[chosen].sum()) == self._space.free
 
-    def _affordable(self, chosen: Sequence[int]) -> Bool[np.ndarray, " C"]:
+    def _affordable(self, chosen: list[int]) -> Bool[np.ndarray, " C"]:
         """Return for which sizes of a ring, from 0 sensors, the rings and sensors that are left
         allow the rest."""
         space, allowed = self._space, np.zeros(self._most + 1, bool)
