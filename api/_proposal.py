@@ -208,11 +208,13 @@ class Proposal(Placement):
             raise ValueError(
                 "the proposal comes from a file; only a proposal of search has a result.json"
             )
-        soft = self.search.soft
+        sampled = self.search.sampled
         own = self.own_records(comparison)
         return SearchFile(
             proposal=self.file(own),
-            soft_minus_exact_percent=(None if soft is None else 100 * (soft - self.search.exact)),
+            soft_minus_exact_percent=(
+                None if sampled is None else 100 * (sampled - self.search.exact)
+            ),
             comparison=comparison,
             asked_percent=criterion_percent,
             files=files,

@@ -121,8 +121,8 @@ def measure(run: Run) -> dict[str, float]:
     work, wall = time.process_time(), time.perf_counter()
     space = Space(scene, sensors=run.sensors)
     schedule = usual(scene, space, Criterion())
-    rounds = [replace(r, points=int(r.points * run.points)) for r in schedule.rounds]
-    result = search(scene, space, schedule=replace(schedule, rounds=tuple(rounds)))
+    rounds = [replace(r, points=int(r.points * run.points)) for r in schedule]
+    result = search(scene, space, schedule=tuple(rounds))
     work, wall = time.process_time() - work, time.perf_counter() - wall
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     zeta, half = math.nan, math.nan

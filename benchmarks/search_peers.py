@@ -23,7 +23,6 @@ def ours(scene: CoreScene, space: Space, seed: int, watch: Watch) -> None:
             watch.show(progress.best, lambda: progress.setup)
 
     found = search(scene, space, seed, watch.left(), tell=tell, clock=processor_seconds)
-    watch.evaluations = found.statistics.evaluations
     watch.show(found.exact, lambda: found.setup, always=True)
 
 

@@ -113,14 +113,27 @@ class _Chain(NamedTuple):
 
     def sorted(self, values: Float[np.ndarray, "*batch R"]) -> Float[np.ndarray, "*batch R"]:
         """Return values of the rings in this order."""
-        there: np.ndarray = np.take_along_axis(values, self.order, axis=-1)
-        return there
+        return _taken(values, self.order)
 
     def back(self, values: Float[np.ndarray, "*batch R"]) -> Float[np.ndarray, "*batch R"]:
         """Return values in this order by the rings' indices."""
         each = np.empty_like(values)
-        np.put_along_axis(each, self.order, values, axis=-1)
+        if values.ndim == 1:
+            each[self.order] = values
+        else:
+            np.put_along_axis(each, self.order, values, axis=-1)
         return each
+
+
+def _taken(
+    values: Float[np.ndarray, "*batch R"], order: Int[np.ndarray, "*batch R"]
+) -> Float[np.ndarray, "*batch R"]:
+    """Return values in an order along the last axis; one row takes a tenth of the time of
+    ``take_along_axis``."""
+    there: np.ndarray = (
+        values[order] if order.ndim == 1 else np.take_along_axis(values, order, axis=-1)
+    )
+    return there
 
 
 def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]:
@@ -170,10 +183,11 @@ def _chain(
     first ring comes first."""
     segment = np.asarray(where.segment)
     order = np.lexsort((rank, np.broadcast_to(segment, rank.shape)), axis=-1)
-    sizes = np.unique(segment, return_counts=True)[1]
-    first = np.cumsum(sizes) - sizes
-    parts = tuple(slice(a, a + n) for a, n in zip(first, sizes, strict=True) if n > 1)
-    ordered = np.take_along_axis(tilt, order, axis=-1)
+    of_order = np.sort(segment)
+    first = np.flatnonzero(np.append(True, of_order[1:] != of_order[:-1]))
+    ends = [*first[1:].tolist(), len(segment)]
+    parts = tuple(slice(a, b) for a, b in zip(first.tolist(), ends, strict=True) if b > a + 1)
+    ordered = _taken(tilt, order)
     table = at_tilt(np.asarray(where.by_tilt), order, ordered)  # (*batch, R, 4)
     least = np.asarray(where.least)[order]
     envelopes = table[..., BELOW].copy()

@@ -1,19 +1,9 @@
-"""The subset of poses that a search stage evaluates: few representative poses at first, more as the
-sigmoid narrows.
-"""
+"""Representative poses, on which setups are compared before the chosen one is counted at all."""
 
 import numpy as np
 from jaxtyping import Float
 
 MANY = 16  # number of poses above which setups are compared on representative poses only
-FEW = 8  # number of poses up to which a stage evaluates all, however few points each then gets
-POINTS = 512  # points per goal and pose in a stage that evaluates a subset
-_NO_PART = 1e-9  # weight of a pose that is evaluated but does not contribute to means
-
-
-def poses_at_once(points: int, goals: int, poses: int) -> int:
-    """Return how many of ``poses`` a stage with a budget of ``points`` evaluates."""
-    return min(poses, max(FEW, points // (goals * POINTS)))
 
 
 def representative(
@@ -32,19 +22,3 @@ def representative(
     edges = np.cumsum(weights) / np.sum(weights)
     met = np.searchsorted(edges[:-1], (np.arange(count) + rng.uniform()) / count, side="right")
     return np.bincount(met, minlength=len(weights)) / count
-
-
-def with_worst(
-    weights: Float[np.ndarray, " P"], by_pose: Float[np.ndarray, "S P"], count: int
-) -> Float[np.ndarray, " P"]:
-    """Return ``weights`` with ``count`` further poses of negligible weight.
-
-    They are the worst poses of each setup, alternately; ``by_pose`` (S, P) holds the setups' zetas.
-    """
-    extended: np.ndarray = weights.copy()
-    for pose in dict.fromkeys(np.argsort(by_pose, axis=1, kind="stable").T.ravel().tolist()):
-        if count == 0:
-            break
-        if extended[pose] == 0:
-            extended[pose], count = _NO_PART, count - 1
-    return extended

@@ -128,21 +128,18 @@ class CoverageObjective:
         zetas: Float[np.ndarray, " T"],
         some: Int[np.ndarray, " T"],
         poses: Float[np.ndarray, " P"],
-    ) -> tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]:
-        """Return a setup's value, its slopes by the zetas (T,) of terms ``some``, and zeta by pose.
-
-        The last has shape (P,).
-        """
+    ) -> tuple[float, Float[np.ndarray, " T"]]:
+        """Return a setup's value, and its slopes by the zetas (T,) of terms ``some``."""
         goal, pose, weights = self._goal[some], self._pose[some], self._goal_weights
         share = poses[pose] / self.aim.mountings
         zeta = np.bincount(goal, share * zetas, len(weights))
-        by_pose = np.bincount(pose, weights[goal] * zetas / self.aim.mountings, len(poses))
         short = np.maximum(self._floors - zeta, 0.0)
         value, pull = float(weights @ zeta), share * (weights + 2 * STEEP * short)[goal]
         if self.scene.over_poses == "worst":
+            by_pose = np.bincount(pose, weights[goal] * zetas / self.aim.mountings, len(poses))
             value, least = _soft_minimum(by_pose, poses > 0)
             pull = pull + (least - poses)[pose] * weights[goal]
-        return value - STEEP * float(short @ short), pull, by_pose
+        return value - STEEP * float(short @ short), pull
 
     def _pulled_back(
         self,
@@ -172,8 +169,8 @@ class CoverageObjective:
         poses: Float[np.ndarray, " P"],
         width: float,
         slopes: bool,
-    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
-        """Return value, slopes (3, R) and zeta by pose (P,) of each setup.
+    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
+        """Return value and slopes (3, R) of each setup.
 
         ``poses`` (P,) holds weights; poses of weight 0 are not evaluated.
         """
@@ -198,16 +195,16 @@ class CoverageObjective:
                 rows, losses, some, clouds, poses, width, slopes
             )
         results = []
-        for i, (value, pull, by_pose) in enumerate(worth):
+        for i, (value, pull) in enumerate(worth):
             slope = np.zeros_like(values[i])
             if slopes:
                 mine = slice(i * len(some), (i + 1) * len(some))
                 by = [None if a is None else pull[:, None, None] * a[mine] for a in soft[1:]]
                 slots, where = each[i]
                 slope = self._pulled_back(slots, where, values[i], places[i], some, by)
-            results.append((value, slope, by_pose))
-        worths, gradients, by_poses = zip(*results, strict=True)
-        return np.stack(worths), np.stack(gradients), np.stack(by_poses)
+            results.append((value, slope))
+        worths, gradients = zip(*results, strict=True)
+        return np.stack(worths), np.stack(gradients)
 
     def _after_the_worst_loss(
         self,
@@ -218,7 +215,7 @@ class CoverageObjective:
         poses: Float[np.ndarray, " P"],
         width: float,
         slopes: bool,
-    ) -> tuple[Soft, list[tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]]]:
+    ) -> tuple[Soft, list[tuple[float, Float[np.ndarray, " T"]]]]:
         """Return the soft minimum of the zetas after each loss, -s log sum exp(-zeta / s).
 
         Its slope is the slope of their mean with the soft minimum's weights. Computing these takes
@@ -238,7 +235,7 @@ class CoverageObjective:
             weights = np.repeat(softmax(-zetas / softness, axis=1), len(some), axis=0)
             soft = self._terms(rows._replace(weights=weights), clouds, width, True)
         values = -softness * logsumexp(-zetas / softness, axis=1)
-        return soft, [(float(value), share, np.zeros_like(poses)) for value in values]
+        return soft, [(float(value), share) for value in values]
 
     def _in_pieces(
         self,
@@ -248,7 +245,7 @@ class CoverageObjective:
         poses: Float[np.ndarray, " P"] | None,
         width: float,
         slopes: bool,
-    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
+    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
         results = []
         for i in range(0, len(values), _AT_ONCE):
@@ -256,8 +253,8 @@ class CoverageObjective:
                 lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float))
             )
             results.append(self._of_some(some, x, clouds, weights, float(width), slopes))
-        worths, gradients, by_poses = zip(*results, strict=True)
-        return np.concatenate(worths), np.concatenate(gradients), np.concatenate(by_poses)
+        worths, gradients = zip(*results, strict=True)
+        return np.concatenate(worths), np.concatenate(gradients)
 
     def soft(
         self,
@@ -276,8 +273,7 @@ class CoverageObjective:
             clouds: points of every goal at every pose.
             poses: weights (P,) of the poses, by default the scene's.
         """
-        value, slope, _ = self._in_pieces(setups, values, clouds, poses, width, True)
-        return value, slope
+        return self._in_pieces(setups, values, clouds, poses, width, True)
 
     def zetas(
         self,
@@ -292,13 +288,3 @@ class CoverageObjective:
         At the default width, zeta is the share of the points inside a cone.
         """
         return self._in_pieces(setups, values, clouds, poses, width, False)[0]
-
-    def by_pose(
-        self,
-        setups: SetupArrays,
-        values: Float[np.ndarray, "S 3 R"],
-        clouds: Cloud,
-        width: float = SHARP,
-    ) -> Float[np.ndarray, "S P"]:
-        """Return soft zeta of S setups at every pose, the weighted mean over the goals."""
-        return self._in_pieces(setups, values, clouds, None, width, False)[2]

@@ -1,6 +1,5 @@
 """Points drawn in the targets of a scene, on which the soft objective is evaluated."""
 
-import jax
 import numpy as np
 
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud
@@ -37,6 +36,8 @@ class TargetPoints:
 
         The shape does not depend on ``count``, so one compilation serves all.
         """
+        import jax
+
         if count not in self._clouds:
             blocks = -(-len(self.points[0]) // BLOCK)
             each = [cloud(points[:count], blocks=blocks) for points in self.points]

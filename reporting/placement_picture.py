@@ -90,7 +90,7 @@ def _draw_seen(
     def colours(points: Any) -> Any:
         return _covering(scene, shown, colour, points)
 
-    add_far_side(canvas, pieces, colours, zorder=1.5)
+    add_far_side(canvas, pieces, hulls, colours, zorder=1.5)
 
 
 def _covering(scene: CoreScene, shown: _Shown, colour: dict[str, str], points: Any) -> Any:

@@ -22,17 +22,16 @@ from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
-from place_rings.placement.redesign.beam_search import BeamPlan
+from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.round import Round
-from place_rings.placement.search.schedule import Schedule, Stage
 
 from .rooms import ROOT
 
 HEAVY = ("numpy", "jax", "scipy", "matplotlib", "pydantic", "viser", "trimesh", "rich")
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
-QUICK = Schedule(2, (Stage(0.02, 512, 4, 1),), rounds=(Round(512, 2, 2, 4, 0.2, 4, 4),))
+QUICK = (Round(512, 2, 2, 4, 0.2, 4, 4),)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
 
 

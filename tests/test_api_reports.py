@@ -10,9 +10,8 @@ import pytest
 from place_rings.coverage.targets import Target
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
-from place_rings.placement.redesign.beam_search import BeamPlan
+from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search.progress import Outcome
-from place_rings.placement.search.schedule import Stage
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study as convergence
 from place_rings.studies.engine.provenance import from_json, sentences

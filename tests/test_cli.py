@@ -36,7 +36,7 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
-from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.round import Round
 from place_rings.reporting.comparison import comparable
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
@@ -315,9 +315,7 @@ def test_robustness_prints_one_object(run):
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(
-        searching, "usual", lambda *_: Schedule(3, (Stage(0.1, 256, 2, 1),), draws=3)
-    )
+    monkeypatch.setattr(searching, "usual", lambda *_: (Round(256, 3, 1, 4, 0.2, 4),))
     code, out, _ = run(
         "--target",
         "V_S",
@@ -363,7 +361,7 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
 
 
 def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    monkeypatch.setattr(searching, "usual", lambda *_: (Round(512, 4, 2, 8, 0.2, 8),))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
     assert code == 0
     for word in ("n3_16_55", "proposal.toml", "Search: coverage", "off by up"):
@@ -379,7 +377,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
     assert comparable(paper_scene())  # imported before what it imports is replaced
-    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    monkeypatch.setattr(searching, "usual", lambda *_: (Round(512, 4, 2, 8, 0.2, 8),))
     real, calls = Verifier.verify, []
 
     def interrupted(self, setup, target):

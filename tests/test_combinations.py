@@ -27,7 +27,6 @@ from place_rings.placement.search.exchange import Exchange
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.exchange_rounds import _best
-from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.ring_library import ring_library
 from place_rings.placement.search.ring_places import (
@@ -39,6 +38,7 @@ from place_rings.placement.search.ring_places import (
 from place_rings.placement.search.round import Round
 from place_rings.placement.search.ruin_recreate import RuinRecreate
 from place_rings.placement.search.shelf import Gains, gains, joined
+from place_rings.placement.search.stop_token import StopToken
 
 from .strategies.units import GENERATORS
 

@@ -18,7 +18,6 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.design import Candidate, Space
-from place_rings.placement.search.diversity import features, unlike_first
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fitted, fresh, papers, vary
@@ -322,21 +321,6 @@ def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
     c = fitted(space, setup)
     assume(c is not None)
     check(space, space.setup(c), after)
-
-
-@given(drawing.seeds)
-def test_likeness_does_not_see_phases_or_the_order_of_rings(seed):
-    space = Space(paper_scene(), sensors=40)
-    rng = np.random.default_rng(seed)
-    c = fresh(space, rng)
-    turned = replace(c, values=c.values * np.array([[1], [1], [0]]))
-    order = rng.permutation(space.places)
-    moved = Candidate(c.segment[order], c.count[order], c.values[:, order], c.sign[order])
-    np.testing.assert_allclose(features(space, turned), features(space, c), atol=1e-12)
-    if len(set(c.values[0].tolist())) == space.places:
-        np.testing.assert_allclose(features(space, moved), features(space, c), atol=1e-9)
-    assert features(space, c).sum() == pytest.approx(1)
-    assert len(unlike_first(space, [c, turned, fresh(space, rng)], 0.0)) == 3
 
 
 def test_segments_of_a_scene_with_everything():

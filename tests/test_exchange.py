@@ -31,11 +31,11 @@ from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.exchange_rounds import exchange
 from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.mount_points import mount_points
 from place_rings.placement.search.moves import fresh, papers
 from place_rings.placement.search.ring_views import RingPlaces, ring_views
 from place_rings.placement.search.round import Round
+from place_rings.placement.search.stop_token import StopToken
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 TWO = paper_scene(

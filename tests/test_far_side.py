@@ -52,7 +52,7 @@ def test_the_image_keeps_the_view_and_shows_each_colour():
     def colours(points):
         return np.where(points[:, :1] > 0.5, [[1.0, 0, 0]], [[0, 0, 1.0]])
 
-    add_far_side(canvas, pieces, colours, 1.5)
+    add_far_side(canvas, pieces, [canvas.hull(p) for p in pieces], colours, 1.5)
     assert (canvas.ax.get_xlim(), canvas.ax.get_ylim()) == before
     (image,) = canvas.ax.images
     red, _, blue = np.moveaxis(np.asarray(image.get_array()), -1, 0)

@@ -16,10 +16,10 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.fewest_sensors import fewest_sensors
 from place_rings.placement.search.progress import Outcome, Statistics
-from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import SearchResult
 
-QUICK = Schedule(4, (Stage(0.1, 512, 6, 2), Stage(0.03, 512, 6, 1, variants=1)), draws=16)
+QUICK = (Round(512, 4, 1, 8, 0.2, 8, 4), Round(1024, 2, 1, 8, 0.05, 4, 2))
 SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
 
 
@@ -82,9 +82,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 
     def known(scene, space, *_):
         exact = 1 - math.exp(-space.sensors / 60)
-        return SearchResult(
-            Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 1, 0.0, 0.01)
-        )
+        return SearchResult(Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 0.0))
 
     def can(n):
         try:
@@ -107,7 +105,7 @@ def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
 
     def slow(scene, space, *_):
         now[0] += 10
-        return SearchResult(Setup(()), 0.1, 0.1, 0.0, Outcome.FINISHED, Statistics(1, 1, 0.0, 0.01))
+        return SearchResult(Setup(()), 0.1, 0.1, 0.0, Outcome.FINISHED, Statistics(1, 0.0))
 
     monkeypatch.setattr(reach, "search", slow)
     monkeypatch.setattr(reach.time, "monotonic", lambda: now[0])

@@ -16,11 +16,10 @@ from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
-from place_rings.placement.redesign.beam_search import WORTH, BeamPlan
+from place_rings.placement.redesign.beam_search import WORTH, BeamPlan, Stage
 from place_rings.placement.redesign.changes import ChangeKind
 from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.progress import Outcome
-from place_rings.placement.search.schedule import Stage
 
 from .test_redesign_problem import check_changes, check_rules
 

@@ -16,7 +16,7 @@ from place_rings.placement.search.search import SearchResult
 
 from .test_rig_files import call
 
-SPENT = Statistics(1, 0, 1.0, 0.0)
+SPENT = Statistics(1, 1.0)
 
 
 def answer(seed, exact, short=0.0, outcome=Outcome.FINISHED, voxel=0.01):
@@ -55,7 +55,7 @@ def test_the_best_is_kept_and_all_are_told(seed, values):
     least = min(short for _, short in values)
     exact = max(exact for exact, short in values if short == least)
     assert (found.result.short, found.result.exact) == (least, exact)
-    assert found.result.soft == found.seed
+    assert found.result.sampled == found.seed
     assert found.tried[found.seed] == found.result
 
 

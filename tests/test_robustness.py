@@ -41,7 +41,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh
-from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
 
 from .strategies.rings import poses, setups
@@ -262,7 +262,7 @@ def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
 
 
 def test_a_search_is_judged_by_its_own_aim(one_pose):
-    scene, schedule = one_pose.scene, Schedule(3, (Stage(0.1, 256, 8, 1),), draws=3)
+    scene, schedule = one_pose.scene, (Round(256, 3, 2, 8, 0.2, 8),)
     layout, aim = ring_layout(scene, 2, 6), Criterion(2)
     found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
     assert (found.short, found.exact) == judge(one_pose, found.setup, aim)

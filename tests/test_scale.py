@@ -29,25 +29,20 @@ from place_rings.placement.search import exchange, ring_library
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.ring_places import places_of
 from place_rings.placement.search.round import Round
-from place_rings.placement.search.schedule import Schedule
 from place_rings.placement.search.search import search
+from place_rings.placement.search.stop_token import StopToken
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
 FREE = CoreScene(rules=CLOSE)
 REAL = CoreScene(rules=replace(CLOSE, mount="real"))
 SPACES = {"free": Space(FREE, sensors=240), "real": Space(REAL, sensors=240)}
-SHORT = Schedule(
-    1,
-    (),
-    rounds=(
-        Round(512, 2, 0, 0, 0.0, trials=5, library=400),
-        Round(512, 1, 1, 4, 0.1, 2, moves=2, trials=5, library=200, beside=2),
-    ),
+SHORT = (
+    Round(512, 2, 0, 0, 0.0, trials=5, library=400),
+    Round(512, 1, 1, 4, 0.1, 2, moves=2, trials=5, library=200, beside=2),
 )
 SEEDS = st.integers(0, 2**31)
 
@@ -189,7 +184,7 @@ def test_points_of_many_poses_do_not_fill_the_memory(monkeypatch):
 
     poses = tuple(Pose(FREE.poses[0].q + 0.01 * i) for i in range(4))
     scene = replace(FREE, poses=poses)
-    space, schedule = Space(scene, sensors=12), Schedule(1, (), rounds=(SHORT.rounds[0],))
+    space, schedule = Space(scene, sensors=12), SHORT[:1]
     for many, each in ((1 << 19, 256), (400, 128)):  # the round needs 128
         monkeypatch.setattr(search_points, "_MANY", many)
         points = search_points.SearchPoints(scene, space, Criterion(), schedule, 0)

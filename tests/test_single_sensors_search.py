@@ -18,14 +18,13 @@ from place_rings.objectives.soft_objective import CoverageObjective
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import mounted_cones
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.redesign.beam_search import BeamPlan
+from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.exchange import share_of
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.round import Round
-from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.placement.search.search import search
 
 from .strategies.rings import LINKS
@@ -116,7 +115,7 @@ def test_sensors_of_the_cell_neither_err_nor_fail():
 
 
 def test_a_search_covers_what_the_standing_sensors_leave():
-    schedule = Schedule(2, (Stage(0.05, 512, 6, 1),), draws=8, rounds=(Round(512, 2, 1, 4, 0.2),))
+    schedule = (Round(512, 2, 1, 4, 0.2),)
     found = search(SCENE, Space(SCENE, sensors=12), seed=2, schedule=schedule, voxel=0.05)
     verifier = Verifier(SCENE, 0.05)
     assert found.setup.singles == (SKIN,)

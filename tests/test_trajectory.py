@@ -17,13 +17,7 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.objectives.pose_subset import (
-    FEW,
-    POINTS,
-    poses_at_once,
-    representative,
-    with_worst,
-)
+from place_rings.objectives.pose_subset import representative
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
@@ -370,17 +364,6 @@ def test_subsets_stand_for_all():
 def test_few_poses_are_all_looked_at():
     weights = np.array([0.2, 0.5, 0.3])
     assert representative(weights, 3, np.random.default_rng(0)) is weights
-    for points, goals, poses in ((1, 1, 1), (4096, 1, FEW), (64, 3, FEW)):
-        assert poses_at_once(points, goals, poses) == poses
-    assert poses_at_once(40 * POINTS, 1, 300) == 40
-    assert poses_at_once(40 * POINTS, 2, 300) == 20
-
-
-def test_the_worst_of_each_setup_are_looked_at():
-    by_pose = np.array([[0.9, 0.1, 0.8, 0.2], [0.3, 0.9, 0.2, 0.9]])
-    found = with_worst(np.array([0.0, 0.0, 0.0, 1.0]), by_pose, 2)
-    assert np.flatnonzero(found).tolist() == [1, 2, 3]
-    assert found[1] < 1e-6
 
 
 def test_a_record_of_another_robot_says_which_columns_it_wants(tmp_path):

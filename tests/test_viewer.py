@@ -26,7 +26,6 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.round import Round
-from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, rgb
 from place_rings.viewer.drawing import Drawing
@@ -278,7 +277,7 @@ def test_a_proof_holds_its_count():
         prove(paper_scene(), SMALL, (NEAR,), stop)
 
 
-QUICK = Schedule(1, (Stage(0.02, 256, 2, 1),), rounds=(Round(512, 2, 1, 4, 0.2, 4, 1),))
+QUICK = (Round(512, 2, 1, 4, 0.2, 4, 1),)
 
 
 @pytest.mark.parametrize("start", [SMALL, named_setup("n1_8_0")])

@@ -217,12 +217,12 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
-    soft = ""
-    if result.soft is not None:
-        soft = f"; its smooth approximation gave {100 * result.soft:.2f} %"
+    sampled = ""
+    if result.sampled is not None:
+        sampled = f"; of its sample points {100 * result.sampled:.2f} %"
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %{soft} ({spent.starts} starts,"
-        f" {spent.evaluations} evaluations, {spent.seconds:.0f} s, of which start-up"
+        f"Search{sought}: coverage {100 * result.exact:.2f} %{sampled} ({spent.starts} starts,"
+        f" {spent.seconds:.0f} s, of which start-up"
         f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
         f" {result.outcome.value}."
     )

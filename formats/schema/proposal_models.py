@@ -36,12 +36,17 @@ class FoundModel(StrictModel):
     seed: int = Field(description="random seed")
     soft_percent: float | None = Field(
         default=None,
-        description="soft estimate of the criterion by the search, percent; none if stopped early",
+        description="criterion on the search's sample points, percent; none if stopped early",
     )
     exact_percent: Percent = Field(description="exact value of the criterion, percent")
-    width: float = Field(description="width of the sigmoid of soft_percent, m")
+    width: float = Field(
+        default=0.0,
+        description="width of the sigmoid of soft_percent, m; 0 if it is a share of the points",
+    )
     starts: int = Field(description="number of starts")
-    evaluations: int = Field(description="evaluations of the soft estimate")
+    evaluations: int = Field(
+        default=0, description="evaluations of a soft estimate by local searches"
+    )
     seconds: float = Field(description="wall-clock time, s")
     start_up_seconds: float = Field(
         default=0.0, description="part of it before the search began, which a cap does not cut, s"
@@ -86,7 +91,7 @@ class FoundModel(StrictModel):
         return cls(
             outcome=result.outcome.value,
             seed=seed,
-            soft_percent=None if result.soft is None else 100 * result.soft,
+            soft_percent=None if result.sampled is None else 100 * result.sampled,
             exact_percent=100 * result.exact,
             width=spent.width,
             starts=spent.starts,

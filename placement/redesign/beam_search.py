@@ -20,16 +20,30 @@ from ...objectives.soft_objective import CoverageObjective
 from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.design import stacked
-from ..search.local_search import StopToken, climb
 from ..search.progress import Progress
-from ..search.schedule import Stage
+from ..search.stop_token import StopToken
 from .changes import Change, Touched, Work, changes, work
+from .local_search import climb
 from .moves import as_it_is, touched
 from .problem import EncodedSetup, RedesignProblem
 
 # smallest gain of ζ for which a change is proposed, or a value is not put back
 WORTH = 5e-4
 _EACH = 2  # setups kept for each set of touched rings
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of local search."""
+
+    width: float
+    """Width of the sigmoid, m."""
+    points: int
+    """Points of all goals and poses together."""
+    steps: int
+    """Most evaluations of one local search."""
+    keep: int
+    """Number of the best results that continue."""
 
 
 @dataclass(frozen=True)

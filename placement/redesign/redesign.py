@@ -19,8 +19,8 @@ from ...objectives.scene import CoreScene
 from ...objectives.soft_objective import CoverageObjective
 from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
-from ..search.local_search import StopToken
 from ..search.progress import Outcome, Progress, Statistics
+from ..search.stop_token import StopToken
 from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
 from .changes import Touched
 from .problem import RedesignProblem
@@ -104,7 +104,7 @@ def improve(
     )
     broken = tuple(faults(scene, rework.mounted.rings))
     spent = Statistics(
-        search.climbs, search.evaluations, time.monotonic() - began, search.finest.width
+        search.climbs, time.monotonic() - began, search.evaluations, search.finest.width
     )
     return Improved(start, broken, _worthwhile(search, start, most), outcome, spent)
 

@@ -1,1 +1,1 @@
-"""The search: coordinate exchange, multi-start local search, and the exact choice of a finalist."""
+"""The search: coordinate exchange, and the exact choice of a finalist."""

@@ -10,11 +10,11 @@ from .design import Candidate, Space
 from .exchange import Exchange
 from .exchange_points import ACTIVE, Field, Fields
 from .feasible_set import Rng
-from .local_search import StopToken
 from .moves import fresh
 from .ring_library import RingLibrary, ring_library
 from .round import Round
 from .ruin_recreate import RuinRecreate
+from .stop_token import StopToken
 
 _STREAM = 5  # random stream of the libraries, besides those of the search
 _POOL = 12_000  # places anywhere, from which each candidate draws its own
@@ -133,7 +133,7 @@ class Combining:
         anywhere = 0 if pool else r.library
         library = ring_library(
             *(self.space, field, self.fields.aim.seen, rng, self.threads, self.brake),
-            *(anywhere, known, r.beside, r.scale),
+            *(anywhere, known, r.beside, r.scale, r.guess),
         )
         if pool is None:
             return library

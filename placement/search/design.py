@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -145,5 +144,7 @@ def _off(s: Segment, position: float) -> float:
 
 def stacked(each: Sequence[SetupArrays]) -> SetupArrays:
     """Stack the arrays of several candidates along a new first axis."""
+    import jax
+
     together: SetupArrays = jax.tree.map(lambda *a: np.stack(a), *each)
     return together

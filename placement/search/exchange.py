@@ -21,11 +21,10 @@ from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criter
 from .exchange_points import Field, Fields
 from .exchange_trials import Trials, drawn_trials, with_place
 from .feasible_set import Rng
-from .local_search import StopToken
-from .mount_points import MountPoints
 from .moves import vary
 from .ring_views import RingPlaces, Views, ring_views
 from .round import Round
+from .stop_token import StopToken
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 
@@ -46,8 +45,6 @@ class _Batch(NamedTuple):
     """Index of each place among the trials."""
     places: Float[np.ndarray, "3 K"]
     """Positions, tilts and phases."""
-    points: MountPoints
-    """The points."""
     guessed: bool
     """Whether lines of sight can be guessed."""
 
@@ -61,9 +58,10 @@ class Exchange:
         self._criterion, self._softness = criterion, 0.0
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
-    def look(self, field: Field, softness: float = 0.0) -> None:
-        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss."""
-        self._field, self._softness = field, softness
+    def look(self, field: Field, softness: float = 0.0, guess: bool = False) -> None:
+        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss, and with
+        guessed lines of sight if ``guess``."""
+        self._field, self._softness, self._guess = field, softness, guess
         held, most, n = field.held, self._criterion.most, len(field.part)
         nothing, none = np.zeros(n, np.uint8), np.zeros(n, np.uint16)
         free = self._space.places
@@ -80,22 +78,28 @@ class Exchange:
         ring: Ring,
         i: int,
         places: Float[np.ndarray, "3 K"],
-        points: MountPoints | None = None,
-        occluded: bool = True,
+        index: Int[np.ndarray, " M"] | None = None,
+        guess: bool = False,
     ) -> Views:
-        """Return what ring ``i`` sees at places: positions, tilts and phases."""
+        """Return what ring ``i`` sees of the points ``index``, by default of all, at places:
+        positions, tilts and phases."""
         position, tilt, phase = places
         field, criterion = self._field, self._criterion
         height = position * self._space.scene.robot.mount(ring.link).length
-        return ring_views(
+        points = field.points[ring.link]
+        outlook = field.outlook.get(ring.link) if guess or self._guess else None
+        views = ring_views(
             ring,
-            points or field.points[ring.link],
+            points if index is None else points.some(index),
             RingPlaces(height, tilt, phase),
             criterion.most,
-            field.past.get(ring.link) if occluded else None,
+            None if outlook else field.past.get(ring.link),
             field.errors[i] if field.errors else None,
             criterion.named,
         )
+        if outlook:
+            views.counts[:] *= outlook.clear(height, index)
+        return views
 
     def _ring(self, c: Candidate, i: int) -> Ring:
         key = int(c.segment[i]), int(c.count[i])
@@ -166,7 +170,7 @@ class Exchange:
         rest = self._criterion.rest(field, self._tally, i, self._softness)
         (best,), winner = rest.values(self._tally.views(i, rest.index)), None
         batches = self._batches(i, trials, rest)
-        guessed = any(batch.guessed for batch in batches)
+        guessed = any(batch.guessed for batch in batches) and not self._guess
         for batch in self._promising(batches, rest) if guessed else batches:
             value = self._values(batch, rest, False)
             if value.max() > best:
@@ -188,23 +192,17 @@ class Exchange:
             there = with_place(self.candidate, i, s, trials.values[0], 1.0)
             places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
             ring = self._ring(there, i)
-            points = self._field.points[ring.link].some(rest.index)
             guessed = ring.link in self._field.outlook
             batches += [
-                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], points, guessed)
+                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], guessed)
                 for k in range(0, len(mine), step)
             ]
         return batches
 
     def _values(self, batch: _Batch, rest: Rest, guess: bool) -> Float[np.ndarray, " K"]:
-        """Return the criterion for the places of a batch; a guess needs no lines of sight."""
-        ring, points = batch.ring, batch.points
-        guess &= batch.guessed
-        views = self._see(ring, batch.i, batch.places, points, not guess)
-        if guess:
-            height = batch.places[0] * self._space.scene.robot.mount(ring.link).length
-            views.counts[:] *= self._field.outlook[ring.link].clear(height, rest.index)
-        return rest.values(views)
+        """Return the criterion for the places of a batch, with guessed lines of sight if
+        ``guess``."""
+        return rest.values(self._see(batch.ring, batch.i, batch.places, rest.index, guess))
 
     def _promising(self, batches: list[_Batch], rest: Rest) -> list[_Batch]:
         """Return the few places whose guessed values are highest, the best first, each a batch."""

@@ -12,8 +12,8 @@ from .design import Candidate, Space
 from .exchange import Exchange
 from .exchange_criteria import criterion_by_counts
 from .exchange_points import ACTIVE, Fields
-from .local_search import StopToken
 from .round import Round
+from .stop_token import StopToken
 
 _STREAM = 3  # random stream, besides those of the search
 
@@ -85,7 +85,11 @@ class _Runner:
     def look(self, r: Round, some: list[Exchange]) -> None:
         """Evaluate candidates on a round's points."""
         field = self.fields.wide or self.fields.first(r.points)
-        list(self.threads.map(Exchange.look, some, repeat(field), repeat(r.softness)))
+        list(
+            self.threads.map(
+                Exchange.look, some, repeat(field), repeat(r.softness), repeat(r.guess)
+            )
+        )
 
     def run(self, number: int, r: Round, some: list[Exchange]) -> None:
         """Run the sweeps of a round."""

@@ -11,7 +11,7 @@ from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import CoreScene
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
-from .local_search import StopToken
+from .stop_token import StopToken
 
 # With more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then
 # counted with the requested voxels.

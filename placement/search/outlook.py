@@ -26,13 +26,14 @@ class Outlook:
         self._rows = dict[int, Bool[np.ndarray, " N"]]()
 
     def clear(
-        self, height: Float[np.ndarray, " K"], index: Int[np.ndarray, " M"]
+        self, height: Float[np.ndarray, " K"], index: Int[np.ndarray, " M"] | None = None
     ) -> Bool[np.ndarray, "K M"]:
-        """Return whether rings at the heights (K,), m, probably have the points ``index`` in
-        sight."""
+        """Return whether rings at the heights (K,), m, probably have the points ``index``, by
+        default all, in sight."""
         rows, which = np.unique(np.rint(height / _STEP).astype(int), return_inverse=True)
-        each: np.ndarray = np.stack([self._row(r)[index] for r in rows.tolist()])[which]
-        return each
+        each = [self._row(r) for r in rows.tolist()]
+        clear: np.ndarray = np.stack([r if index is None else r.take(index) for r in each])[which]
+        return clear
 
     def _row(self, row: int) -> Bool[np.ndarray, " N"]:
         if row not in self._rows:

@@ -20,13 +20,12 @@ class Statistics:
 
     starts: int
     """Number of starts."""
-    evaluations: int
-    """Evaluations of value and gradient."""
     seconds: float
     """Wall-clock time, s."""
-    width: float
-    """Sigmoid width of the last stage, m; 0 without local search, when the soft value is a share of
-    points."""
+    evaluations: int = 0
+    """Evaluations of value and gradient by local searches."""
+    width: float = 0.0
+    """Width of the sigmoid in the estimate on sample points, m; 0 where it is a share of points."""
     start_up: float = 0.0
     """Wall-clock time until points and occluders existed, s; no cap cuts it."""
     counting: float = 0.0
@@ -42,9 +41,9 @@ class Progress:
     stages: int = 0
     """Number of stages."""
     done: int = 0
-    """Finished local searches of the stage."""
+    """Finished local searches of the stage, or percent of a round."""
     climbs: int = 0
-    """Local searches of the stage."""
+    """Local searches of the stage; 100 in a round."""
     best: float = 0.0
     """Best share of points so far."""
     setup: Setup | None = None

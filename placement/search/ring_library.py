@@ -20,7 +20,6 @@ from ...objectives.scene import CoreScene
 from .design import Candidate, Space
 from .exchange_points import Field
 from .feasible_set import Rng
-from .local_search import StopToken
 from .ring_places import (
     SinglePlaces,
     places_anywhere,
@@ -29,6 +28,7 @@ from .ring_places import (
     rows_at_tilt,
 )
 from .ring_views import RingPlaces, ring_views
+from .stop_token import StopToken
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _BITS = 64
@@ -158,6 +158,7 @@ def ring_library(
     known: Sequence[Candidate] = (),
     near: int = 0,
     scale: float = 0.0,
+    guess: bool = False,
 ) -> RingLibrary:
     """Draw a library.
 
@@ -174,6 +175,7 @@ def ring_library(
         known: candidates whose rings the library holds too.
         near: places near each of these rings, or fewer likewise.
         scale: distance of the near places, as a share of a ring's bounds.
+        guess: whether to guess lines of sight.
     """
     most = _BYTES // (8 * seen * -(-len(field.part) // _BITS))
     anywhere = min(anywhere, most // 2)
@@ -188,7 +190,7 @@ def ring_library(
     places = SinglePlaces(*(np.concatenate(column) for column in zip(*each, strict=True)))
     index = _by_weight(field, space.scene)
     pairs = rng.permutation(np.unique(np.stack([places.segment, places.sensors]), axis=1).T)
-    words = _words(space, field, places, pairs, index, seen, threads, brake)
+    words = _words(space, field, places, pairs, index, seen, threads, brake, guess)
     held = field.held.count.sum(axis=0, dtype=int) + field.held.cell  # (N,)
     return RingLibrary(
         space, places, words, _planes(held[None, index], seen)[:, 0], len(index), tuple(own)
@@ -214,6 +216,7 @@ def _words(
     seen: int,
     threads: ThreadPoolExecutor,
     brake: StopToken,
+    guess: bool,
 ) -> UInt64[np.ndarray, "J K W"]:
     """Return the bits of the points ``index`` that at least 1, ..., J sensors of each place see,
     tested in the order of the ``pairs`` of a segment and a number of sensors."""
@@ -229,12 +232,16 @@ def _words(
         mine = np.flatnonzero((places.segment == pair[0]) & (places.sensors == pair[1]))
         length = space.scene.robot.mount(link).length
         errors = field.errors[0] if field.errors else None
+        outlook = field.outlook.get(link) if guess else None
+        past = None if outlook else field.past.get(link)
         for k in range(0, len(mine), step):
             if brake.on():
                 return
             few = mine[k : k + step]
             here = RingPlaces(places.position[few] * length, places.tilt[few], places.phase[few])
-            views = ring_views(ring, points[link], here, seen, field.past.get(link), errors)
+            views = ring_views(ring, points[link], here, seen, past, errors)
+            if outlook:
+                views.counts[:] *= outlook.clear(here.height, some)
             words[:, few] = _planes(np.take(views.counts, back, axis=1), seen)
 
     list(threads.map(fill, pairs))

@@ -35,6 +35,9 @@ class Round:
     """Whether each candidate has a library of its own, so that candidates stay different; else they
     share one, and with it the rings of each other."""
 
+    guess: bool = False
+    """Whether lines of sight are guessed."""
+
     @property
     def softness(self) -> float:
         """Softness of a worst pose or loss."""

@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Bool, Int, UInt64
 
 from .feasible_set import Rng
-from .local_search import StopToken
 from .ring_library import RingLibrary
 from .shelf import Gains, Shelf, joined
+from .stop_token import StopToken
 
 _DROPPED = 6  # most rings that leave at once
 _TRIED = 1500  # places among which a recreation chooses

@@ -1,6 +1,4 @@
-"""Schedules of a search: the rounds of its exchange and the stages of its local search."""
-
-from dataclasses import dataclass
+"""Schedules of a search: the rounds of its exchange."""
 
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
@@ -8,24 +6,8 @@ from .design import Space
 from .exchange_points import active_poses
 from .round import Round
 
-FINALISTS = 3  # results of local search that the exact count compares, besides the best start
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One stage of local search."""
-
-    width: float
-    """Width of the sigmoid, m."""
-    points: int
-    """Points of all goals and poses together."""
-    steps: int
-    """Most evaluations of one local search."""
-    keep: int
-    """Number of the best results that continue."""
-    variants: int = 0
-    """Variants of the previous stage's results that join the local search."""
-
+FINALISTS = 3  # results of the exchange that the exact count compares
+Schedule = tuple[Round, ...]
 
 # fewer points than 4096 mislead: what is best for them is often not best for the volume (MOVING and
 # THOROUGH were not measured with more), and with fewer sweeps the seeds' answers differ more
@@ -35,6 +17,7 @@ FIXED = (
     Round(16384, 8, 5, 24, 0.06, 8, 1),
     Round(32768, 4, 5, 24, 0.03, 4, 1),
     Round(65536, 3, 5, 24, 0.015, 2, 1),
+    Round(131072, 2, 6, 24, 0.006),
 )
 # candidates have libraries of their own where they must stay different; in one that all share they
 # take rings from each other and from those that dropped out just before
@@ -49,11 +32,11 @@ FREE = (
     Round(131072, 2, 5, 20, 0.012),
 )
 CLOSE_FREE = (
-    Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
-    Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
-    Round(8192, 14, 0, 0, 0.15, trials=400, library=1000, beside=30),
-    Round(8192, 10, 2, 16, 0.1, 4, 3, trials=150, library=500, beside=50, own=True),
-    Round(16384, 7, 3, 16, 0.05, 4, 4, trials=300, library=1000, beside=40),
+    Round(4096, 32, 0, 0, 0.0, trials=200, library=2000, own=True, guess=True),
+    Round(4096, 20, 0, 0, 0.25, trials=200, library=500, beside=60, own=True, guess=True),
+    Round(8192, 16, 0, 0, 0.15, trials=500, library=1000, beside=30, guess=True),
+    Round(8192, 12, 2, 16, 0.1, 4, 3, 200, library=500, beside=50, own=True, guess=True),
+    Round(16384, 8, 3, 16, 0.05, 4, 4, trials=400, library=1000, beside=40, guess=True),
     Round(32768, 4, 4, 16, 0.03, 2, 4, trials=150, library=500, beside=30),
     Round(65536, 2, 4, 20, 0.012),
 )
@@ -66,26 +49,42 @@ MOVING = (
     Round(32768, 2, 4, 24, 0.015, 2, 4),
 )
 CLOSE = (
-    Round(4096, 20, 4, 16, 0.3, 16, 1),
-    Round(8192, 12, 5, 16, 0.15, 12, 1),
-    Round(16384, 6, 7, 20, 0.07, 6, 1),
-    Round(32768, 4, 5, 24, 0.03, 2, 1),
-    Round(65536, 2, 4, 24, 0.01),
-)
-# for pyramids, first returns, losses and errors CLOSE gives no better answers, only later ones
-BRISK = (
-    Round(4096, 16, 3, 16, 0.3, 12, 1),
-    Round(8192, 8, 4, 16, 0.15, 8, 1),
-    Round(16384, 4, 5, 20, 0.07, 4, 1),
+    Round(4096, 24, 3, 16, 0.3, 16, 2, guess=True),
+    Round(8192, 14, 4, 16, 0.15, 12, 2, guess=True),
+    Round(16384, 7, 4, 20, 0.07, 6, 2, guess=True),
     Round(32768, 3, 4, 24, 0.03, 2, 1),
     Round(65536, 2, 3, 24, 0.01),
 )
+# for losses and errors CLOSE gives no better answers, only later ones
+BRISK = (
+    Round(4096, 16, 3, 16, 0.3, 12, 1, guess=True),
+    Round(8192, 8, 4, 16, 0.15, 8, 1, guess=True),
+    Round(16384, 4, 5, 20, 0.07, 4, 1, guess=True),
+    Round(32768, 3, 3, 24, 0.03, 2, 1, guess=True),
+    Round(65536, 2, 2, 24, 0.01),
+)
+# a ring of few wide sensors sees many points from far aside, where guesses are often wrong
+WIDE = (
+    Round(4096, 20, 3, 16, 0.3, 12, 1, guess=True),
+    Round(8192, 10, 3, 16, 0.15, 6, 1, guess=True),
+    Round(16384, 4, 4, 20, 0.07, 4, 1),
+    Round(32768, 2, 4, 20, 0.03, 2, 1),
+    Round(65536, 2, 2, 24, 0.01),
+)
+# each place needs the first return of each of its sensors, which takes most of the time
+BLINDED = (
+    Round(4096, 14, 3, 12, 0.3, 8, 1),
+    Round(8192, 6, 3, 16, 0.15, 6, 1),
+    Round(16384, 3, 4, 16, 0.07, 4, 1),
+    Round(32768, 2, 4, 16, 0.03, 2, 1),
+    Round(49152, 2, 2, 20, 0.01),
+)
 THOROUGH = (
-    Round(2048, 20, 3, 16, 0.2, 16, 1),
-    Round(4096, 12, 6, 16, 0.12, 12, 2),
-    Round(8192, 8, 9, 20, 0.06, 6, 1),
-    Round(16384, 4, 9, 24, 0.03, 2, 1),
-    Round(65536, 2, 4, 24, 0.006),
+    Round(2048, 20, 3, 16, 0.2, 16, 1, guess=True),
+    Round(4096, 12, 5, 16, 0.12, 12, 2, guess=True),
+    Round(8192, 8, 7, 20, 0.06, 6, 1, guess=True),
+    Round(16384, 4, 8, 24, 0.03, 2, 1, guess=True),
+    Round(65536, 2, 3, 24, 0.008),
 )
 WORST = (
     Round(8192, 12, 3, 16, 0.2, 16, 1),
@@ -93,32 +92,6 @@ WORST = (
     Round(32768, 3, 8, 24, 0.03, 2, 1),
     Round(65536, 2, 6, 24, 0.012),
 )
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """Schedule of a search: exchange, stages of local search, exact count of the finalists.
-
-    To give a good answer early, the best starts are refined before any variants are drawn.
-    """
-
-    starts: int = 16
-    """Number of starts, half of them from the exchange."""
-    stages: tuple[Stage, ...] = (
-        Stage(0.03, 2048, 24, 8),
-        Stage(0.01, 8192, 25, 8),
-        Stage(0.02, 4096, 30, 6, variants=16),
-        Stage(0.02, 8192, 40, 4, variants=8),
-        Stage(0.008, 32768, 80, 3),
-    )
-    """Stages of local search."""
-    draws: int = 512
-    """Random candidates among which the best diverse ones become variants; largest number of random
-    candidates for starts."""
-    rounds: tuple[Round, ...] = ()
-    """Rounds of the exchange."""
-
-
 _FROM_GOOD = (
     Round(8192, 12, 3, 24, 0.2, 16, 2),
     Round(16384, 6, 3, 24, 0.06, 8, 1),
@@ -134,34 +107,33 @@ _FROM_GOOD_MOVING = (
     Round(16384, 4, 6, 24, 0.06, 8, 8),
     Round(32768, 2, 4, 24, 0.02, 2, 4),
 )
-_REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
 def usual(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
-    """Return the default schedule: an exchange, which combines rings from libraries where the space
-    leaves counts free.
+    """Return the default schedule.
 
-    Local search refines its best results for ζ itself with cones, in given rings and without
-    occluders. Elsewhere further sweeps of the exchange gain more in the same time.
+    Rounds that guess do so only where bodies hide points and blind no sensor.
     """
     clear = scene.occlusion == "ignore" and not scene.obstacles
     mean = aim.plain and scene.over_poses == "mean"
     if space.layout is None:
         rounds = FREE if clear and mean else CLOSE_FREE
-        return Schedule(FINALISTS, (), rounds=MOVING if scene.rules.shared_tilt else rounds)
+        return MOVING if scene.rules.shared_tilt else rounds
     if clear and mean and not space.square:
-        return Schedule(FINALISTS, _REFINE, rounds=FIXED)
+        return FIXED
     if active_poses(scene):
-        return Schedule(FINALISTS, (), rounds=WORST)
+        return WORST
     if aim.seen > 1 or aim.losing == "ring":
-        return Schedule(FINALISTS, (), rounds=THOROUGH)
-    cones = aim.plain and scene.occlusion != "blind" and not space.square
-    return Schedule(FINALISTS, (), rounds=CLOSE if cones else BRISK)
+        return THOROUGH
+    if scene.occlusion == "blind":
+        return BLINDED
+    if space.square:
+        return WIDE
+    return CLOSE if aim.plain else BRISK
 
 
 def short(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
-    """Return the schedule for a search that starts from good setups: the exchange alone."""
+    """Return the schedule for a search that starts from good setups."""
     if space.layout is not None:
-        return Schedule(FINALISTS, (), rounds=_FROM_GOOD)
-    free = _FROM_GOOD_MOVING if scene.rules.shared_tilt else _FROM_GOOD_FREE
-    return Schedule(FINALISTS, (), rounds=free)
+        return _FROM_GOOD
+    return _FROM_GOOD_MOVING if scene.rules.shared_tilt else _FROM_GOOD_FREE

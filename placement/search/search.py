@@ -1,13 +1,8 @@
-"""The search: coordinate exchange ring by ring, then local search on the soft ζ while the sigmoid
-narrows.
-
-The exchange evaluates every criterion itself. Local search starts from its best results where it
-gains; a schedule without an exchange starts it from diverse random candidates. The exact count
+"""The search: coordinate exchange ring by ring on more and more points, and the exact count, which
 chooses among the finalists.
 
-The sigmoid is narrow from the start. A wide one counts points between many cones as covered and so
-prefers other setups than the exact count does: at 0.1 m, local search moves away from the best
-setups for a far shell.
+The exchange evaluates every criterion itself and compiles nothing. A local search by gradients of
+the soft ζ after it gained nothing that a last round on more points does not gain in less time.
 """
 
 import time
@@ -15,7 +10,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.voxels.allocation import keep_freed_memory
@@ -26,12 +20,12 @@ from ...objectives.verify import Verifier
 from .collision_repair import apart
 from .design import Space
 from .finalists import choose
-from .local_search import StopToken
 from .moves import fitted, fresh, papers
-from .multistart import Pool
+from .pool import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 from .search_points import SearchPoints
+from .stop_token import StopToken
 
 
 @dataclass(frozen=True)
@@ -44,11 +38,11 @@ class SearchResult:
 
     setup: Setup
     """The best setup."""
-    soft: float | None
-    """Soft value of the criterion: weighted mean in [0, 1], over the poses the mean or the worst,
-    as the scene states. None where a stop left no estimate."""
+    sampled: float | None
+    """Value of the criterion on the sample points: weighted mean in [0, 1], over the poses the mean
+    or the worst, as the scene states. None where a stop left no estimate."""
     exact: float
-    """Exact value of the criterion, defined as ``soft`` is."""
+    """Exact value of the criterion, defined as ``sampled`` is."""
     short: float
     """Sum by which the exact values miss the goals' floors."""
     outcome: Outcome
@@ -82,20 +76,20 @@ def search(
 
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
-    A cut leaves a compilation that is under way to its thread. What the cap does not hold for is
-    the start-up, until the points are there, and the exact count of the finalists; the statistics
-    have both.
-    The paper's tilts are among the starts, and the best of all starts is among the finalists, so
-    the answer is never worse than those. With many poses, each stage of local search uses a
-    representative subset of poses, which grows as the sigmoid narrows; where the worst pose counts,
-    the exchange improves each candidate at the poses that are worst for it.
+    What the cap does not hold for is the start-up, until the points are there, and the exact count
+    of the finalists; the statistics have both.
+    The paper's tilts are among the starts. Where the worst pose counts, the exchange improves each
+    candidate at the poses that are worst for it.
+
+    One thread runs the exchange. Its steps are short, and threads would wait for each other: two
+    on two processors took up to twice the processor time and no less wall time.
 
     Args:
         scene: robot, poses, goals, limits.
         space: the setups to choose from.
         seed: random seed of the starts and of the points.
         time_cap: limit in seconds of the ``clock``, counted from the call.
-        schedule: starts and stages.
+        schedule: rounds of the exchange; by default those of ``usual``.
         voxel: side of the voxels of the exact count, m.
         tell: receives the progress from time to time, in the calling thread.
         known: setups to start from besides the random ones, fitted to the space.
@@ -118,12 +112,11 @@ def search(
         *papers(space),
         *(c for c in (fitted(space, setup) for setup in known) if c is not None),
     ]
-    threads = ThreadPoolExecutor(processors())
+    threads = ThreadPoolExecutor(1)
     try:
         pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts, points)
         try:
             pool.exchange()
-            pool.climb()
         except KeyboardInterrupt:
             brake.pulled.set()
         return _counted(pool, verifier or Verifier(scene, voxel), tell, began)
@@ -137,7 +130,7 @@ def _counted(
     """Return the finalist that the exact count prefers, with the search's statistics."""
     space, brake, aim = pool.space, pool.brake, pool.aim
     progress, late = pool.progress, brake.on()
-    some = [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)]
+    some = pool.some[:FINALISTS] or [fresh(space, pool.rng)]
     try:
         finalists = apart(space, some, pool.luck)
     except KeyboardInterrupt:
@@ -152,21 +145,19 @@ def _counted(
     start = time.monotonic()
     counted = choose(verifier, setups, aim, brake, pool.luck, counting)
     end = time.monotonic()
-    soft = pool.soft(finalists[counted.index])
+    sampled = pool.share(finalists[counted.index])
     outcome = (
         Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
     )
     spent = Statistics(
-        pool.schedule.starts,
-        pool.evaluations,
+        pool.schedule[0].keep,
         time.monotonic() - began,
-        pool.width,
-        pool.ready - began,
-        end - start,
+        start_up=pool.ready - began,
+        counting=end - start,
     )
     return SearchResult(
         setups[counted.index],
-        soft,
+        sampled,
         counted.exact,
         counted.short,
         outcome,

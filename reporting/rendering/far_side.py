@@ -10,13 +10,14 @@ from scipy.spatial import ConvexHull, QhullError
 
 from .canvas import Canvas
 
-_ACROSS = 160  # pixels along the longer side
+_ACROSS = 128  # pixels along the longer side
 _LIGHT = 0.4  # weight of the shading; the rest is the plain colour
 
 
 def add_far_side(
     canvas: Canvas,
     pieces: Sequence[Float[np.ndarray, "_ 3"]],
+    hulls: Sequence[Float[np.ndarray, "_ 2"]],
     colours: Callable[[Any], Any],
     zorder: float,
 ) -> None:
@@ -25,12 +26,12 @@ def add_far_side(
     Args:
         canvas: the view.
         pieces: corners (N, 3) m of the convex pieces of which the solid is the union.
+        hulls: outline (M, 2) m of each piece in the axes; see ``Canvas.hull``.
         colours: function of points (P, 3) m on the surface that returns their colours (P, 3).
         zorder: order among the parts of the axes.
     """
     from matplotlib.path import Path as Outline
 
-    hulls = [canvas.hull(piece) for piece in pieces]
     every = np.concatenate(hulls)
     low, high = every.min(axis=0), every.max(axis=0)
     pixel = float((high - low).max()) / _ACROSS

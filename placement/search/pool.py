@@ -1,0 +1,86 @@
+"""The pool of candidates of a search: known starts and results of the exchange."""
+
+import math
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ...objectives.criterion import Criterion
+from ...objectives.scene import CoreScene
+from .design import Candidate, Space
+from .exchange import share_of
+from .exchange_rounds import exchange
+from .progress import Progress
+from .schedule import Schedule
+from .search_points import SearchPoints
+from .stop_token import StopToken
+
+_PAUSE = 0.5  # s, after which the best candidate of a round is judged on all points before its end
+
+
+class Pool:
+    """The candidates of a search, the best first."""
+
+    def __init__(
+        self,
+        scene: CoreScene,
+        space: Space,
+        aim: Criterion,
+        schedule: Schedule,
+        seed: int,
+        brake: StopToken,
+        threads: ThreadPoolExecutor,
+        tell: Callable[[Progress], None],
+        known: list[Candidate],
+        points: SearchPoints | None = None,
+    ) -> None:
+        """Draw the points, unless ``points`` are given, and start with the candidates ``known``.
+
+        Raises:
+            ValueError: for an empty target, or floors of goals that the criterion does not support.
+        """
+        self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
+        self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
+        self.aim = aim
+        self.fields = (points or SearchPoints(scene, space, aim, schedule, seed)).fields
+        self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
+        self.progress = Progress(stages=len(schedule))
+        self.ready = time.monotonic()  # when points and occluders were there
+        self._shown = -math.inf
+
+    def share(self, c: Candidate) -> float | None:
+        """Return the criterion of a candidate on all points, which needs no compilation; None where
+        a stop came first."""
+        try:
+            return share_of(self.space, self.fields, c)
+        except KeyboardInterrupt:
+            self.brake.pulled.set()
+            return None
+
+    def exchange(self) -> None:
+        """Run the rounds of the exchange.
+
+        The result replaces the pool.
+        """
+
+        def tell(number: int, over: float, c: Candidate) -> None:
+            progress = self.progress
+            progress.stage, progress.done, progress.climbs = number + 1, round(100 * over), 100
+            if over == 1.0 or self.brake.on() or time.monotonic() - self._shown > _PAUSE:
+                self._show(c)
+            self.tell(progress)
+
+        self.ready = time.monotonic()
+        self.some = exchange(
+            *(self.space, self.fields, self.seed, self.brake, self.threads),
+            *(tell, self.some, self.schedule),
+        )
+
+    def _show(self, c: Candidate) -> None:
+        """Keep a candidate as the best so far if its value on all points is higher."""
+        share = share_of(self.space, self.fields, c)
+        self._shown = time.monotonic()
+        if share > self.progress.best:
+            self.progress.best, self.progress.setup = share, self.space.setup(c)
