@@ -108,7 +108,7 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
             " 16, which may touch. `any rings` chooses its rings freely, which the peer cannot"
             f" do; one seed. Our search spends three ends and {FLOORS} floors, including counts."
             f" NSGA-II (pymoo, its defaults, {_POPULATION} setups per generation) gets the same"
-            " processor time on the same compiled objective. All setups are then counted exactly"
+            " processor time on a compiled objective. All setups are then counted exactly"
             f" with voxels of {_VOXEL:g} m."
         ),
         "",

@@ -4,7 +4,6 @@ Run: python benchmarks questions
 """
 
 import json
-import os
 import re
 import resource
 import shlex
@@ -55,9 +54,9 @@ def answer(command: str) -> tuple[int, dict[str, float], float]:
 
 
 def _spent() -> float:
-    """Return processor seconds of ended child processes / number of processors."""
+    """Return processor seconds of ended child processes."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return (used.ru_utime + used.ru_stime) / (os.cpu_count() or 1)
+    return used.ru_utime + used.ru_stime
 
 
 def report() -> list[str]:
@@ -78,8 +77,7 @@ def report() -> list[str]:
     return [
         (
             "Each command runs once, from the start of the process to its last file. Seconds are"
-            " processor seconds / number of processors: the time on an idle machine with all"
-            " processors busy, independent of other work."
+            " processor seconds: about the time on an idle machine, as a search uses one thread."
         ),
         "",
         *table(("question", "command", "sensors", "ζ, %", "seconds"), rows),

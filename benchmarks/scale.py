@@ -252,10 +252,10 @@ def report(options: Sequence[str] = ()) -> list[str]:
         " `sensors_per_ring = [3, 48]`, up to 61 rings; 250 sensors unless sensors are doubled."
         " Points are those of the rounds of the exchange, as multiples of the default ones. Poses"
         " have 96 sensors and V_S(0.5); joints differ by up to 0.4 rad. Real mounts are rings of"
-        " 0.15 m radius with 3 to 64 sensors, up to 21 of them. `paper` has transparent bodies and"
-        " ends in local search with JAX.",
+        " 0.15 m radius with 3 to 64 sensors, up to 21 of them. `paper` has transparent"
+        " bodies.",
         "",
-        "Each search runs in a new process with everything that it needs, compilation and the exact"
+        "Each search runs in a new process with everything that it needs, the exact"
         " count with voxels of 1 cm included. Exponents are slopes of straight lines through the"
         " logarithms of processor seconds and memory, and linear growth is 1. Wall seconds depend"
         " on what else runs: the load before each search stands beside it. The"
@@ -273,7 +273,8 @@ def report(options: Sequence[str] = ()) -> list[str]:
         *table(columns, _rows(each)),
         "",
         *_busy(each),
-        _accelerator(),
+        "A search is NumPy on one thread; only its exact count uses all processors. It uses no"
+        " accelerator.",
     ]
 
 
@@ -288,19 +289,6 @@ def _busy(each: dict[tuple[str, str], dict[str, float]]) -> list[str]:
         " high. Rows that are missing were not measured.",
         "",
     ]
-
-
-def _accelerator() -> str:
-    """Return what an accelerator does in a search, and whether one is here."""
-    import jax
-
-    here = jax.default_backend()
-    device = "none is here" if here == "cpu" else f"here: {jax.devices()[0].device_kind}"
-    return (
-        "Only local search runs in JAX, at the end of a search for ζ itself with cones and without"
-        " occluders (`paper`). It takes the accelerator that JAX finds, and nothing in a search"
-        f" names a device; {device}. The exchange and the exact count are NumPy on all processors."
-    )
 
 
 if __name__ == "__main__":

@@ -119,8 +119,8 @@ def measure(name: str, seed: int) -> dict[str, float]:
     """Search once in this process.
 
     Returns:
-        Processor seconds of the search, from the rules to the chosen finalist, compilation
-            included; exact value of the answer in percent; and rings and peak memory, MB.
+        Processor seconds of the search, from the rules to the chosen finalist; exact value of the
+            answer in percent; and rings and peak memory, MB.
     """
     import resource
 
@@ -203,9 +203,9 @@ def report(options: Sequence[str] = ()) -> list[str]:
     ]
     about = (
         "80 sensors for V_S(0.5) on a UR10 unless a row says otherwise; the plain search is that of"
-        " `--paper` in five rings of 16. Each search runs in a new process on one thread (a second"
-        " one makes both slower), with compilation counted. The value is that of the criterion: ζ,"
-        " covered by two, after the worst loss, the mean of 16 mountings, or ζ at the worst pose."
+        " `--paper` in five rings of 16. Each search runs in a new process. The value is"
+        " that of the criterion: ζ, covered by two, after the worst loss, the mean of 16 mountings,"
+        " or ζ at the worst pose."
     )
     with tempfile.TemporaryDirectory() as temporary:
         before = None

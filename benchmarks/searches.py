@@ -67,7 +67,7 @@ the best but whose rings collide is rejected. CMA-ES and differential evolution 
 and restart after convergence. Our search ends by its own schedule; a peer ends after {seconds:g} \
 processor seconds, as much as two cores do in {half:g} s. Each run is a separate process on a \
 core of its own, while the other cores run other methods. The \
-clock of ours starts after the imports and includes drawing points and compiling; a peer's starts \
+clock of ours starts after the imports and includes drawing points; a peer's starts \
 after compiling. Afterwards every answer that was a method's best is counted exactly (voxels of \
 {voxel:g} cm) and checked against all rules; one that breaks a rule does not count. Values are ζ \
 in percent."""

@@ -76,7 +76,7 @@ def scene_of(world: str, name: str) -> CoreScene:
 
 
 def measure(world: str, scene: str, rings: str, seed: int, of: str = "") -> dict[str, Any]:
-    """Search once; return the exact ζ in percent and the processor time with compiling in s."""
+    """Search once; return the exact ζ in percent and the processor time in s."""
     where, start = scene_of(world, scene), time.process_time()
     given = ring_layout(where, 2, SENSORS // 5) if rings == "given" else None
     space = Space(where, given) if given else Space(where, sensors=SENSORS)
@@ -181,7 +181,7 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
         f" of {SENSORS // 5}; with *free* rings the search chooses links, rings and counts. The"
         f" spread is best less worst, in points; its limit is {LIMITS['given']:g} with given and"
         f" {LIMITS['free']:g} with free rings. Processor seconds are medians on one thread, and"
-        " include drawing points, compiling and the exact count. `results/seeds/seeds.csv` has"
+        " include drawing points and the exact count. `results/seeds/seeds.csv` has"
         " every search."
     )
     return [about, "", *page(spreads(results))]

@@ -116,7 +116,7 @@ def main() -> None:
     titles = (
         "Three cones: f = min of three functions",
         "With a shadow: max(cone, −behind)",
-        "Soft occupancy, for the search",
+        "Soft occupancy, for gradients",
         "Octree cells, for the exact count",
     )
     for one, title in zip(axes.flat, titles, strict=True):

@@ -118,8 +118,8 @@ class _Chain(NamedTuple):
     def back(self, values: Float[np.ndarray, "*batch R"]) -> Float[np.ndarray, "*batch R"]:
         """Return values in this order by the rings' indices."""
         each = np.empty_like(values)
-        if values.ndim == 1:
-            each[self.order] = values
+        if self.order.ndim == 1:
+            each[..., self.order] = values
         else:
             np.put_along_axis(each, self.order, values, axis=-1)
         return each
@@ -131,7 +131,7 @@ def _taken(
     """Return values in an order along the last axis; one row takes a tenth of the time of
     ``take_along_axis``."""
     there: np.ndarray = (
-        values[order] if order.ndim == 1 else np.take_along_axis(values, order, axis=-1)
+        values[..., order] if order.ndim == 1 else np.take_along_axis(values, order, axis=-1)
     )
     return there
 
@@ -184,9 +184,10 @@ def _chain(
     segment = np.asarray(where.segment)
     order = np.lexsort((rank, np.broadcast_to(segment, rank.shape)), axis=-1)
     of_order = np.sort(segment)
-    first = np.flatnonzero(np.append(True, of_order[1:] != of_order[:-1]))
-    ends = [*first[1:].tolist(), len(segment)]
-    parts = tuple(slice(a, b) for a, b in zip(first.tolist(), ends, strict=True) if b > a + 1)
+    before = np.concatenate([of_order[:1] - 1, of_order[:-1]])
+    first = np.flatnonzero(of_order != before)
+    ends = np.append(first[1:], len(segment))
+    parts = tuple(slice(a, b) for a, b in zip(first, ends, strict=False) if b > a + 1)
     ordered = _taken(tilt, order)
     table = at_tilt(np.asarray(where.by_tilt), order, ordered)  # (*batch, R, 4)
     least = np.asarray(where.least)[order]

@@ -1,4 +1,5 @@
-"""Representative poses, on which setups are compared before the chosen one is counted at all."""
+"""Representative poses, on which setups are compared before the chosen one is counted at
+all of them."""
 
 import numpy as np
 from jaxtyping import Float

@@ -1,4 +1,4 @@
-"""Points drawn in the targets of a scene, on which the soft objective is evaluated."""
+"""Points drawn in the targets of a scene, on which a search evaluates setups."""
 
 import numpy as np
 

@@ -92,3 +92,17 @@ def test_help_lists_each_command_by_its_first_sentence(run):
     for name in sorted(set(FILES) - {"place"}):
         first = " ".join((getdoc(app[name].default_command) or "").split("\n\n")[0].split())
         assert first[:20] in listed, name
+
+
+def test_a_search_loads_no_jax():
+    """JAX takes longer to load than the first rounds take to run."""
+    seen = loaded(
+        "from place_rings.objectives.scene import CoreScene\n"
+        "from place_rings.placement.search.design import Space\n"
+        "from place_rings.placement.search.round import Round\n"
+        "from place_rings.placement.search.search import search\n"
+        "scene = CoreScene()\n"
+        "search(scene, Space(scene, sensors=24), schedule=(Round(256, 2, 1, 2, 0.1),), voxel=0.1)"
+    )
+    assert "place_rings.placement.search.search" in seen
+    assert not {"jax", "nlopt"} & seen

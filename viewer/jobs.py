@@ -1,6 +1,4 @@
-"""Long tasks of pages in threads, one at a time as each uses all processors; each can be
-stopped.
-"""
+"""Long tasks of pages in threads, one at a time; each can be stopped."""
 
 import threading
 from collections.abc import Callable

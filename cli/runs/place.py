@@ -219,9 +219,9 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     sampled = ""
     if result.sampled is not None:
-        sampled = f"; of its sample points {100 * result.sampled:.2f} %"
+        sampled = f" ({100 * result.sampled:.2f} % of the search's sample points)"
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %{sampled} ({spent.starts} starts,"
+        f"Search{sought}: coverage {100 * result.exact:.2f} %{sampled}; {spent.starts} starts,"
         f" {spent.seconds:.0f} s, of which start-up"
         f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
         f" {result.outcome.value}."

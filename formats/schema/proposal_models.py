@@ -243,7 +243,8 @@ class SearchFile(VersionedFile):
 
     proposal: ProposalFile = Field(description="setup, scene and search")
     soft_minus_exact_percent: float | None = Field(
-        description="error of the soft estimate, percentage points; null where there is none"
+        description="value on the search's sample points less the exact one, percentage points;"
+        " null where there is none"
     )
     comparison: list[VerifyResult] = Field(
         description="coverage of the proposal and of the paper's layouts"

@@ -33,7 +33,7 @@ class Combining:
     brake: StopToken
     """Ends the work."""
     threads: ThreadPoolExecutor
-    """Share the work."""
+    """Run the work."""
     _pools: dict[int, RingLibrary] = field(default_factory=dict)
     """Places anywhere, by their number of points."""
 
@@ -106,7 +106,7 @@ class Combining:
             best = ruin.improved(start, r.trials, self.brake)
             return None if best is None else library.candidate(best.chosen)
 
-        return list(self.threads.map(improved, libraries, starts, rngs))
+        return self.brake.all(self.threads, improved, libraries, starts, rngs)
 
     def _pool(self, number: int, r: Round, field: Field) -> RingLibrary | None:
         """Return places anywhere, from which each candidate draws its own: those of the first

@@ -1,5 +1,4 @@
-"""First stage of a search: coordinate exchange, ring by ring, on the points where a ring matters
-beside the others.
+"""Coordinate exchange, ring by ring, on the points where a ring matters beside the others.
 
 One test of a place and a point leaves few pairs that need a closer look (ring_views), and what the
 other rings see need not be recomputed. Trying another place for one ring is therefore cheap, needs
@@ -21,6 +20,7 @@ from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criter
 from .exchange_points import Field, Fields
 from .exchange_trials import Trials, drawn_trials, with_place
 from .feasible_set import Rng
+from .mount_points import MountPoints
 from .moves import vary
 from .ring_views import RingPlaces, Views, ring_views
 from .round import Round
@@ -45,6 +45,8 @@ class _Batch(NamedTuple):
     """Index of each place among the trials."""
     places: Float[np.ndarray, "3 K"]
     """Positions, tilts and phases."""
+    points: MountPoints
+    """The points."""
     guessed: bool
     """Whether lines of sight can be guessed."""
 
@@ -78,19 +80,19 @@ class Exchange:
         ring: Ring,
         i: int,
         places: Float[np.ndarray, "3 K"],
+        points: MountPoints | None = None,
         index: Int[np.ndarray, " M"] | None = None,
         guess: bool = False,
     ) -> Views:
-        """Return what ring ``i`` sees of the points ``index``, by default of all, at places:
-        positions, tilts and phases."""
+        """Return what ring ``i`` sees of ``points``, which have the numbers ``index``, by default
+        of all, at places: positions, tilts and phases."""
         position, tilt, phase = places
         field, criterion = self._field, self._criterion
         height = position * self._space.scene.robot.mount(ring.link).length
-        points = field.points[ring.link]
         outlook = field.outlook.get(ring.link) if guess or self._guess else None
         views = ring_views(
             ring,
-            points if index is None else points.some(index),
+            points or field.points[ring.link],
             RingPlaces(height, tilt, phase),
             criterion.most,
             None if outlook else field.past.get(ring.link),
@@ -192,9 +194,10 @@ class Exchange:
             there = with_place(self.candidate, i, s, trials.values[0], 1.0)
             places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
             ring = self._ring(there, i)
+            points = self._field.points[ring.link].some(rest.index)
             guessed = ring.link in self._field.outlook
             batches += [
-                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], guessed)
+                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], points, guessed)
                 for k in range(0, len(mine), step)
             ]
         return batches
@@ -202,7 +205,8 @@ class Exchange:
     def _values(self, batch: _Batch, rest: Rest, guess: bool) -> Float[np.ndarray, " K"]:
         """Return the criterion for the places of a batch, with guessed lines of sight if
         ``guess``."""
-        return rest.values(self._see(batch.ring, batch.i, batch.places, rest.index, guess))
+        views = self._see(batch.ring, batch.i, batch.places, batch.points, rest.index, guess)
+        return rest.values(views)
 
     def _promising(self, batches: list[_Batch], rest: Rest) -> list[_Batch]:
         """Return the few places whose guessed values are highest, the best first, each a batch."""

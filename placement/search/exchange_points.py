@@ -51,7 +51,8 @@ class Field:
     pose: Int[np.ndarray, " N"]
     """Pose of each point."""
     outlook: dict[str, Outlook]
-    """Guessed lines of sight of each link's rings; empty where exact ones cost little."""
+    """Guessed lines of sight of each link's rings; empty where nothing hides points, and where
+    bodies blind sensors."""
 
     @cached_property
     def total(self) -> Float[np.ndarray, " G"]:
@@ -92,6 +93,7 @@ class Fields:
             held_views(scene, groups, p, some, None if of_held is None else of_held[d])
             for p, d, some in terms
         ]
+        self._first = dict[int, Field]()
         self.all = self.first(self._most * len(terms))
 
     @cached_property
@@ -105,7 +107,17 @@ class Fields:
 
     def first(self, count: int, poses: Int[np.ndarray, " A"] | None = None) -> Field:
         """Return a field of about ``count`` points: the first points of each term at ``poses``, by
-        default at all of them."""
+        default at all of them.
+
+        That one is kept, with its guessed lines of sight.
+        """
+        if poses is not None:
+            return self._field(count, poses)
+        if count not in self._first:
+            self._first[count] = self._field(count, None)
+        return self._first[count]
+
+    def _field(self, count: int, poses: Int[np.ndarray, " A"] | None) -> Field:
         weights = self.scene.pose_weights
         some = np.arange(len(self._pose))  # (T,), terms
         if poses is not None:

@@ -35,7 +35,7 @@ def exchange(
         fields: points of the scene.
         seed: random seed of the starts and of all draws.
         brake: ends the exchange after a ring; Ctrl-C sets it.
-        threads: share the candidates of a round.
+        threads: run the work, while the calling thread waits for Ctrl-C.
         tell: receives the round, the finished part of it, and the best candidate so far, in the
             calling thread.
         known: starts besides those.
@@ -78,24 +78,22 @@ class _Runner:
     brake: StopToken
     """Ends a round after a ring."""
     threads: ThreadPoolExecutor
-    """Share the candidates."""
+    """Run the work."""
     tell: Callable[[int, float, Candidate], None]
     """Receives the progress; see ``exchange``."""
 
     def look(self, r: Round, some: list[Exchange]) -> None:
         """Evaluate candidates on a round's points."""
-        field = self.fields.wide or self.fields.first(r.points)
-        list(
-            self.threads.map(
-                Exchange.look, some, repeat(field), repeat(r.softness), repeat(r.guess)
-            )
-        )
+        wide = self.fields.wide
+        field, guess = wide or self.fields.first(r.points), r.guess and wide is None
+        how = repeat(r.softness), repeat(guess)
+        self.brake.all(self.threads, Exchange.look, some, repeat(field), *how)
 
     def run(self, number: int, r: Round, some: list[Exchange]) -> None:
         """Run the sweeps of a round."""
         for i in range(r.sweeps):
             sweep = Exchange.sweep if self.fields.wide is None else self._sweep_worst
-            list(self.threads.map(sweep, some, repeat(r), repeat(self.brake)))
+            self.brake.all(self.threads, sweep, some, repeat(r), repeat(self.brake))
             self.tell(number, (i + 1) / r.sweeps, _best(some)[0].candidate)
             if self.brake.on():
                 break
@@ -107,7 +105,7 @@ class _Runner:
         wide = self.fields.wide
         assert wide is not None
         poses = one.active_poses(wide, ACTIVE)
-        one.look(self.fields.first(r.points, poses), r.softness)
+        one.look(self.fields.first(r.points, poses), r.softness, r.guess)
         one.sweep(r, brake)
         one.look(wide)
 

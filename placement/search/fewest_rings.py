@@ -60,9 +60,9 @@ def fewest_rings(
     """Find the setup with the fewest rings whose exact value is within a margin of the best.
 
     A first search chooses the number of rings. Searches with one ring less each follow, started
-    from the results before them, until one falls short of the margin. They share sample points,
-    occluders and the compiled objective. This does not prove that fewer rings are
-    impossible: searches find good setups, not bounds.
+    from the results before them, until one falls short of the margin. They share sample points
+    and occluders. This does not prove that fewer rings are impossible: searches find good setups,
+    not bounds.
 
     Args:
         scene: robot, poses, goals, rules; its fixed rings count too.
@@ -87,7 +87,7 @@ def fewest_rings(
         raise ValueError(f"within must be at least 0 and below 1, got {within}")
     began, aim = time.monotonic(), aim or Criterion()
     verifier, space = verifier or Verifier(scene, voxel), Space(scene, sensors=sensors)
-    schedule = schedule or usual(scene, space, aim)
+    schedule = usual(scene, space, aim) if schedule is None else schedule
     points = SearchPoints(scene, space, aim, schedule, seed)
 
     def searched(space: Space, rings: int | None, known: Sequence[Setup]) -> SearchResult:

@@ -136,8 +136,7 @@ def fitted(space: Space, setup: Setup) -> Candidate | None:
 def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
     """Return a candidate that differs from ``c`` in one ring, or in the division of a few sensors.
 
-    Local search converges to few combinations of rings, and one changed ring is often enough to get
-    from a good one to a better one.
+    One changed ring is often enough to get from a good combination of rings to a better one.
     """
     if not len(c.rings):
         return c

@@ -1,5 +1,6 @@
-"""A quick guess of which points the sensors of a ring have in sight, by which its places are ranked
-before the best of them are evaluated exactly.
+"""A quick guess of which points the sensors of a ring have in sight.
+
+It ranks the ring's places, and in the first rounds of a search it also decides.
 
 The sensor that sees a point is the one nearest to it in azimuth. Whether bodies hide the point from
 that sensor depends mostly on the ring's height. The guess is the line of sight from the place on

@@ -47,12 +47,12 @@ class Pool:
         self.fields = (points or SearchPoints(scene, space, aim, schedule, seed)).fields
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule))
+        self.starts = max(schedule[0].keep, len(known))
         self.ready = time.monotonic()  # when points and occluders were there
-        self._shown = -math.inf
+        self._shown = self._best = -math.inf
 
     def share(self, c: Candidate) -> float | None:
-        """Return the criterion of a candidate on all points, which needs no compilation; None where
-        a stop came first."""
+        """Return the criterion of a candidate on all points; None where a stop came first."""
         try:
             return share_of(self.space, self.fields, c)
         except KeyboardInterrupt:
@@ -72,7 +72,8 @@ class Pool:
                 self._show(c)
             self.tell(progress)
 
-        self.ready = time.monotonic()
+        self.progress.stage = 1
+        self.tell(self.progress)
         self.some = exchange(
             *(self.space, self.fields, self.seed, self.brake, self.threads),
             *(tell, self.some, self.schedule),
@@ -82,5 +83,6 @@ class Pool:
         """Keep a candidate as the best so far if its value on all points is higher."""
         share = share_of(self.space, self.fields, c)
         self._shown = time.monotonic()
-        if share > self.progress.best:
-            self.progress.best, self.progress.setup = share, self.space.setup(c)
+        if share > self._best:
+            self._best, self.progress.setup = share, self.space.setup(c)
+            self.progress.best = max(share, 0.0)  # a missed floor lowers it, even below 0

@@ -169,7 +169,7 @@ def ring_library(
         field: the points; each is drawn as often as its share in the criterion says.
         seen: J, sensors to count at a point.
         rng: random generator.
-        threads: share the work.
+        threads: run the tests.
         brake: ends the tests.
         anywhere: places anywhere in the feasible set, or fewer where memory bounds them.
         known: candidates whose rings the library holds too.
@@ -244,7 +244,7 @@ def _words(
                 views.counts[:] *= outlook.clear(here.height, some)
             words[:, few] = _planes(np.take(views.counts, back, axis=1), seen)
 
-    list(threads.map(fill, pairs))
+    brake.all(threads, fill, pairs)
     return words
 
 

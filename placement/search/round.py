@@ -36,7 +36,7 @@ class Round:
     share one, and with it the rings of each other."""
 
     guess: bool = False
-    """Whether lines of sight are guessed."""
+    """Whether guessed lines of sight also decide; else they only rank places."""
 
     @property
     def softness(self) -> float:

@@ -35,7 +35,7 @@ CLOSE_FREE = (
     Round(4096, 32, 0, 0, 0.0, trials=200, library=2000, own=True, guess=True),
     Round(4096, 20, 0, 0, 0.25, trials=200, library=500, beside=60, own=True, guess=True),
     Round(8192, 16, 0, 0, 0.15, trials=500, library=1000, beside=30, guess=True),
-    Round(8192, 12, 2, 16, 0.1, 4, 3, 200, library=500, beside=50, own=True, guess=True),
+    Round(8192, 12, 2, 16, 0.1, 4, 3, trials=200, library=500, beside=50, own=True, guess=True),
     Round(16384, 8, 3, 16, 0.05, 4, 4, trials=400, library=1000, beside=40, guess=True),
     Round(32768, 4, 4, 16, 0.03, 2, 4, trials=150, library=500, beside=30),
     Round(65536, 2, 4, 20, 0.012),
@@ -63,7 +63,7 @@ BRISK = (
     Round(32768, 3, 3, 24, 0.03, 2, 1, guess=True),
     Round(65536, 2, 2, 24, 0.01),
 )
-# a ring of few wide sensors sees many points from far aside, where guesses are often wrong
+# a ring of few square beams sees many points from aside, where a fiftieth of the guesses is wrong
 WIDE = (
     Round(4096, 20, 3, 16, 0.3, 12, 1, guess=True),
     Round(8192, 10, 3, 16, 0.15, 6, 1, guess=True),

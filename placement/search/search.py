@@ -1,8 +1,8 @@
 """The search: coordinate exchange ring by ring on more and more points, and the exact count, which
 chooses among the finalists.
 
-The exchange evaluates every criterion itself and compiles nothing. A local search by gradients of
-the soft ζ after it gained nothing that a last round on more points does not gain in less time.
+The exchange evaluates every criterion itself and compiles nothing. A local search by gradients
+after the exchange gained nothing that a last round on more points does not gain sooner.
 """
 
 import time
@@ -40,7 +40,8 @@ class SearchResult:
     """The best setup."""
     sampled: float | None
     """Value of the criterion on the sample points: weighted mean in [0, 1], over the poses the mean
-    or the worst, as the scene states. None where a stop left no estimate."""
+    or the worst, as the scene states; from ``improve`` a soft one. None where a stop left no
+    estimate, or where a floor is missed, which lowers the criterion."""
     exact: float
     """Exact value of the criterion, defined as ``sampled`` is."""
     short: float
@@ -81,8 +82,9 @@ def search(
     The paper's tilts are among the starts. Where the worst pose counts, the exchange improves each
     candidate at the poses that are worst for it.
 
-    One thread runs the exchange. Its steps are short, and threads would wait for each other: two
-    on two processors took up to twice the processor time and no less wall time.
+    One thread runs the exchange, while the calling one waits for Ctrl-C. Its steps are short, and
+    more threads would wait for each other: on two processors two took up to twice the processor
+    time and no less wall time.
 
     Args:
         scene: robot, poses, goals, limits.
@@ -106,7 +108,7 @@ def search(
     """
     keep_freed_memory()
     began, aim = time.monotonic(), aim or Criterion()
-    schedule = schedule or usual(scene, space, aim)
+    schedule = usual(scene, space, aim) if schedule is None else schedule
     brake = StopToken(clock() + time_cap, clock=clock)
     starts = [
         *papers(space),
@@ -150,14 +152,14 @@ def _counted(
         Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
     )
     spent = Statistics(
-        pool.schedule[0].keep,
+        pool.starts,
         time.monotonic() - began,
         start_up=pool.ready - began,
         counting=end - start,
     )
     return SearchResult(
         setups[counted.index],
-        sampled,
+        None if counted.short > 0 else sampled,
         counted.exact,
         counted.short,
         outcome,

@@ -66,7 +66,7 @@ def place_in_time(
 ) -> dict[str, Any]:
     """Search within a limit of processor seconds, which other jobs of the machine do not consume.
 
-    The local searches stop early enough to count the finalists exactly.
+    The exchange stops early enough to count the finalists exactly.
 
     Returns:
         The rings, the processor and wall seconds, and whether the search completed.

@@ -227,8 +227,8 @@ def _effort(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     cut = [row.layout.name for row in rows if not row.finished]
     yield (
         f"The command above wrote this page with Python {python_version()}, {libraries}. Each"
-        f" search may use {rows[0].limit_seconds:g} s of processor time, besides compiling and the"
-        " count of its result. Those of this page used"
+        f" search may use {rows[0].limit_seconds:g} s of processor time, besides the count of its"
+        " result. Those of this page used"
         f" {processor:.0f} s of processor time in {wall:.0f} s, so they had"
         f" {processor / wall:.1f} processors to themselves."
         + (
