@@ -12,10 +12,10 @@ Schedule = tuple[Round, ...]
 # fewer points than 4096 mislead: what is best for them is often not best for the volume (MOVING and
 # THOROUGH were not measured with more), and with fewer sweeps the seeds' answers differ more
 FIXED = (
-    Round(4096, 16, 3, 16, 0.2, 16, 1),
-    Round(8192, 12, 3, 24, 0.12, 12, 1),
+    Round(4096, 20, 3, 16, 0.2, 16, 2),
+    Round(8192, 14, 4, 24, 0.12, 12, 2),
     Round(16384, 8, 5, 24, 0.06, 8, 1),
-    Round(32768, 4, 5, 24, 0.03, 4, 1),
+    Round(32768, 5, 5, 24, 0.03, 4, 1),
     Round(65536, 3, 5, 24, 0.015, 2, 1),
     Round(131072, 2, 6, 24, 0.006),
 )
