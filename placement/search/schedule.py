@@ -50,10 +50,10 @@ MOVING = (
 )
 CLOSE = (
     Round(4096, 24, 3, 16, 0.3, 16, 2, guess=True),
-    Round(8192, 14, 4, 16, 0.15, 12, 2, guess=True),
-    Round(16384, 7, 4, 20, 0.07, 6, 2, guess=True),
+    Round(8192, 12, 4, 16, 0.15, 12, 2, guess=True),
+    Round(16384, 6, 4, 20, 0.07, 6, 2, guess=True),
     Round(32768, 3, 4, 24, 0.03, 2, 1),
-    Round(65536, 2, 3, 24, 0.01),
+    Round(65536, 2, 2, 24, 0.01),
 )
 # for losses and errors CLOSE gives no better answers, only later ones
 BRISK = (
