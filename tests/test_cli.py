@@ -366,6 +366,8 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
     assert code == 0
     for word in ("n3_16_55", "proposal.toml", "Search: coverage", "off by up"):
         assert word in out
+    said = out[out.index("Search: coverage") :].split("Another random seed")[0]
+    assert said.count("(") == said.count(")") > 0
     setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
     assert result.proposal == file

@@ -223,7 +223,7 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     console.print(
         f"Search{sought}: coverage {100 * result.exact:.2f} %{sampled}; {spent.starts} starts,"
         f" {spent.seconds:.0f} s, of which start-up"
-        f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s);"
+        f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s;"
         f" {result.outcome.value}."
     )
 

@@ -63,7 +63,7 @@ BRISK = (
     Round(32768, 3, 3, 24, 0.03, 2, 1, guess=True),
     Round(65536, 2, 2, 24, 0.01),
 )
-# a ring of few square beams sees many points from aside, where a fiftieth of the guesses is wrong
+# a ring of few square beams sees many points from aside, where guesses are wrong more often
 WIDE = (
     Round(4096, 20, 3, 16, 0.3, 12, 1, guess=True),
     Round(8192, 10, 3, 16, 0.15, 6, 1, guess=True),
