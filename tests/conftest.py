@@ -4,6 +4,7 @@ half the time: its workers, and the processes that tests start, find both by the
 
 import mmap
 import os
+import random
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ import jaxtyping
 import numpy as np
 import pytest
 from beartype import BeartypeConf, FrozenDict, beartype
+from beartype._check.code import codemain
 from beartype.roar import BeartypeDecorHintPep3119Exception
 from hypothesis import Phase, settings
 from jaxtyping import install_import_hook
@@ -51,6 +53,10 @@ def _known_to_xla(flag: bytes) -> bool:
 _EMITTERS = "xla_cpu_use_fusion_emitters"
 if "XLA_FLAGS" not in os.environ and _known_to_xla(_EMITTERS.encode()):
     os.environ["XLA_FLAGS"] = f"--{_EMITTERS}=false"
+
+# Beartype draws which items of a sequence it checks. Hypothesis refuses a strategy in which the
+# state of the module `random` changes, so these draws have a state of their own.
+codemain.getrandbits = random.Random(0).getrandbits
 
 # An int is a float where a float is asked for, as PEP 484 says, and a scalar of NumPy's is what
 # Python's is.

@@ -21,7 +21,7 @@ from place_rings.formats.loader import read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import CoreScene, Goal
 
-from .strategies.units import GENERATORS, builder, failures, uniform_directions
+from .strategies.units import GENERATORS, failures, uniform_directions
 from .strategies.volumes import BOXES
 from .test_octree import dense, lattice
 
@@ -30,7 +30,6 @@ def solid_of(mesh):
     return ClosedMesh(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
 
 
-@builder
 def some_mesh(kind, size_mm, turn, seed):
     a, b, c = np.array(size_mm) / 1000
     mesh = {

@@ -24,7 +24,7 @@ from place_rings.objectives.verify import Verifier
 from scipy.ndimage import label
 
 from .strategies.scenes import CELLS
-from .strategies.units import GENERATORS, builder, failures, uniform_directions
+from .strategies.units import GENERATORS, failures, uniform_directions
 from .test_octree import dense, lattice
 
 SETUP = named_setup("n2_16_25")
@@ -47,7 +47,6 @@ def counted(target, *obstacles, voxel=0.02, rule="centre", width=0.0):
     return Verifier(scene_of(target, *obstacles), voxel, rule, width).verify(SETUP, target)
 
 
-@builder
 def some_region(seed, shape, share, corner):
     inside = np.random.default_rng(seed).random(shape) < share / 10
     return CubeRegion(inside, np.array(corner), 0.1)

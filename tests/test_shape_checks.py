@@ -1,5 +1,8 @@
 """Shapes that are checked once for each combination are checked as jaxtyping checks every call."""
 
+import random
+from importlib import import_module
+
 import jaxtyping
 import numpy as np
 import pytest
@@ -68,3 +71,14 @@ def test_shapes_of_the_package_are_checked():
         within(ball, np.array([[-2.0, -2, -2], [2, 2, 2]]))
         with pytest.raises(jaxtyping.TypeCheckError):
             within(ball, np.array([[-2.0, -2], [2, 2]]))
+
+
+def test_checks_of_sequences_leave_the_state_of_random_alone():
+    @import_module("place_rings_checker").check
+    def longest(names: list[str]) -> int:
+        return max(map(len, names))
+
+    state = random.getstate()
+    for _ in range(10):
+        longest(["one", "two", "three"])
+    assert random.getstate() == state

@@ -35,14 +35,12 @@ from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places
 
 from .strategies.units import GENERATORS, failures
-from .strategies.volumes import builder
 from .test_search import SHORT
 
 SETUP = named_setup("n2_16_25")
 VOXEL = 0.04
 
 
-@builder
 def some_field(seed, shape, cell_mm, values, outside):
     rng = np.random.default_rng(seed)
     weights = rng.integers(0, values, shape) / max(values - 1, 1)

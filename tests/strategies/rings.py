@@ -8,8 +8,6 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.sensor import Sensor
 
-from .units import builder
-
 LINKS = ("upper_arm", "forearm", "tool")  # of every built-in robot
 LONGEST = max(len(robot.chain) for robot in ROBOTS.values())  # joints
 ROBOT_NAMES = st.sampled_from(list(ROBOTS))
@@ -36,7 +34,6 @@ def ring(
     return Ring(link, position, count, tilt, phase, radius_mm / 1000, sensor)
 
 
-@builder
 def setup(rings: list[Ring]) -> Setup:
     """A setup."""
     return Setup(tuple(rings))

@@ -10,7 +10,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.sensors.sensor_frames import sensor_frames
 
 from .rings import LINKS, setups
-from .units import FACINGS, builder, directions, metres, points_mm, ups
+from .units import FACINGS, directions, metres, points_mm, ups
 
 
 def beam(beam_deg: tuple[int, int], range_mm: int, near_percent: int) -> Sensor:
@@ -74,7 +74,6 @@ def mixed_setups(most_sensors: int = 8, most_rings: int = 4) -> st.SearchStrateg
     return st.builds(mixed, setups(most_sensors, most_rings), some)
 
 
-@builder
 def mixed(setup: Setup, singles: list[MountedSensor]) -> Setup:
     """The setup with single sensors."""
     return Setup(setup.rings, tuple(singles))

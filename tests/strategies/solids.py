@@ -14,7 +14,7 @@ from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from scipy.spatial.transform import Rotation
 
-from .units import FACINGS, TURNS, builder, directions, metres, points_mm, ups
+from .units import FACINGS, TURNS, directions, metres, points_mm, ups
 
 
 class Beam(NamedTuple):
@@ -90,7 +90,6 @@ def balls(each: list[ball]) -> Spheres:
     return Spheres(metres(centre), metres(radius))
 
 
-@builder
 def turned_box(
     centre_mm: tuple[int, int, int],
     size_mm: tuple[int, int, int],
@@ -101,14 +100,12 @@ def turned_box(
     return box(metres(centre_mm), metres(size_mm), turn)
 
 
-@builder
 def pointed(at_mm: tuple[int, int, int], corners_mm: list[tuple[int, int, int]]) -> Polyhedron:
     """The convex hull of a tetrahedron of edges of 100 mm and more corners, moved."""
     tetrahedron = 100 * np.eye(4, 3)
     return hull(metres(at_mm) + metres([*tetrahedron, *corners_mm]))
 
 
-@builder
 def tube(
     points_mm: list[tuple[int, int, int]],
     radius_mm: int,

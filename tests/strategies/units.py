@@ -1,14 +1,7 @@
 """Numbers, points and directions in millimetres and degrees, and random samples of points."""
 
-import functools
-import random
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
-
 import numpy as np
 from hypothesis import strategies as st
-
-P, T = ParamSpec("P"), TypeVar("T")
 
 GENERATORS = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 """For points and directions that a law compares in bulk; printed as ``default_rng(0)``."""
@@ -60,21 +53,3 @@ def failures(points: np.ndarray, holds: np.ndarray) -> list[str]:
     where = np.flatnonzero(~np.asarray(holds))
     each = ["({:.6g}, {:.6g}, {:.6g}) mm".format(*1000 * points[i]) for i in where[:3]]
     return each if len(where) <= 3 else [*each, f"{len(where)} of {len(points)} points"]
-
-
-def builder(build: Callable[P, T]) -> Callable[P, T]:
-    """Keep ``build`` from changing the state of ``random``.
-
-    Beartype draws which item of a sequence it checks, and Hypothesis warns of strategies that draw
-    by themselves.
-    """
-
-    @functools.wraps(build)
-    def built(*args: P.args, **kwargs: P.kwargs) -> T:
-        state = random.getstate()
-        try:
-            return build(*args, **kwargs)
-        finally:
-            random.setstate(state)
-
-    return built

@@ -15,7 +15,7 @@ from place_rings.coverage.volumes import (
     Volume,
 )
 
-from .units import FACINGS, TURNS, builder, directions, metres, points_mm
+from .units import FACINGS, TURNS, directions, metres, points_mm
 
 Three = tuple[int, int, int]
 
@@ -25,14 +25,12 @@ def _three(values: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-@builder
 def turned_box(size_mm: Three, centre_mm: Three, turn_deg: Three) -> BoxVolume:
     """A box."""
     turn = _three(np.radians(turn_deg))
     return BoxVolume(_three(metres(size_mm)), _three(metres(centre_mm)), turn)
 
 
-@builder
 def turned_cylinder(
     radius_mm: int, height_mm: int, centre_mm: Three, turn_deg: Three
 ) -> CylinderVolume:
@@ -41,13 +39,11 @@ def turned_cylinder(
     return CylinderVolume(radius_mm / 1000, height_mm / 1000, centre, turn)
 
 
-@builder
 def ball(radius_mm: int, centre_mm: Three) -> BallVolume:
     """A sphere."""
     return BallVolume(radius_mm / 1000, _three(metres(centre_mm)))
 
 
-@builder
 def half_space(facing_deg: tuple[int, int], point_mm: Three) -> HalfSpaceVolume:
     """A half-space."""
     return HalfSpaceVolume(_three(directions(facing_deg)), _three(metres(point_mm)))
@@ -67,7 +63,7 @@ NAMED = st.one_of(
 
 def _combined(inner: st.SearchStrategy[Volume]) -> st.SearchStrategy[Volume]:
     return st.builds(
-        builder(CombinedVolume),
+        CombinedVolume,
         st.sampled_from(["union", "difference", "intersection"]),
         st.lists(inner, min_size=2, max_size=3).map(tuple),
     )
@@ -75,7 +71,7 @@ def _combined(inner: st.SearchStrategy[Volume]) -> st.SearchStrategy[Volume]:
 
 VOLUMES = st.recursive(
     st.one_of(BOXES, CYLINDERS, BALLS, HALF_SPACES, NAMED), _combined, max_leaves=5
-).filter(builder(lambda volume: volume.bounded))
+).filter(lambda volume: volume.bounded)
 """Volumes with an end; some are empty."""
 
-OWN_TARGETS = st.builds(builder(Target), st.just("my own"), st.none(), VOLUMES)
+OWN_TARGETS = st.builds(Target, st.just("my own"), st.none(), VOLUMES)
