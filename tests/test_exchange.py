@@ -124,7 +124,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     here.look(fields.first(256))
     for i in range(6):
         before = here.value
-        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3), StopToken(math.inf))
+        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3, pairs=2), StopToken(math.inf))
         assert here.value >= before
         assert here.value == pytest.approx(
             _share(scene, space.setup(here.candidate), points, 64),
@@ -136,6 +136,20 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     assert share_of(space, fields, here.candidate) == pytest.approx(
         _share(scene, space.setup(here.candidate), points, 128), abs=0.005
     )
+
+
+@given(st.integers(0, 2**31))
+def test_rings_moved_in_pairs_are_worth_what_a_new_look_finds(seed):
+    rng, space = np.random.default_rng(seed), _space(TWO)
+    fields = Fields(space, TargetPoints(TWO, 64, 0))
+    here = Exchange(space, fresh(space, rng), rng, MEAN)
+    here.look(fields.all)
+    before = here.value
+    for _ in range(3):
+        here.move_pair(4, 0.2, 8)
+    assert here.value >= before
+    assert here.value == share_of(space, fields, here.candidate)
+    assert not faults(TWO, space.setup(here.candidate).rings)
 
 
 @given(st.integers(0, 2**31))

@@ -246,13 +246,29 @@ class Exchange:
         changed = ~self._unchanged(c)
         for i in c.rings[changed[c.rings]]:
             other.put(int(i), near, scale, anywhere)
+        self._take(other)
+
+    def move_pair(self, near: int, scale: float, anywhere: int) -> None:
+        """Place one ring as if another were not there, then the other, then the first again; keep
+        the result if it is better."""
+        i, j = self.rng.choice(self.candidate.rings, 2, replace=False).tolist()
+        other = copy(self)
+        other._tally = self._tally.changed({j: self._nothing})
+        other.value = self._criterion.value(self._field, other._tally, self._softness)
+        other.put(i, near, scale, anywhere)
+        other._places = other._places.copy()
+        other._places[:, j] = np.nan  # so that what the other ring sees is computed again
+        other.value = -np.inf
+        other.offer(other.candidate)
+        other.put(j, near, scale, anywhere)
+        other.put(i, near, scale, 0)
+        self._take(other)
+
+    def _take(self, other: "Exchange") -> None:
+        """Continue with the candidate of ``other`` if it is better."""
         if other.value > self.value:
-            self.candidate, self.value, self._tally, self._places = (
-                other.candidate,
-                other.value,
-                other._tally,
-                other._places,
-            )
+            self.candidate, self.value = other.candidate, other.value
+            self._tally, self._places = other._tally, other._places
 
     def active_poses(self, wide: Field, poses: int) -> Int[np.ndarray, " P"]:
         """Return the ``poses`` worst poses by the points of ``wide``."""
@@ -266,7 +282,7 @@ class Exchange:
         return every[np.argsort(zeta, kind="stable")[:poses]]
 
     def sweep(self, r: Round, brake: StopToken) -> None:
-        """Improve every ring once, in random order, and try ``r.moves`` moves, until a stop."""
+        """Improve every ring once, in random order, and try the round's moves, until a stop."""
         for i in self.rng.permutation(self.candidate.rings):
             if brake.on():
                 return
@@ -275,6 +291,10 @@ class Exchange:
             if brake.on():
                 return
             self.move(r.near, r.scale, r.anywhere)
+        for _ in range(r.pairs if len(self.candidate.rings) > 1 else 0):
+            if brake.on():
+                return
+            self.move_pair(r.near, r.scale, r.anywhere)
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:

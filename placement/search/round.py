@@ -25,6 +25,8 @@ class Round:
     """Places tried anywhere in the feasible set."""
     moves: int = 0
     """Moves tried in each sweep: of sensors between rings where counts are free, else of rings."""
+    pairs: int = 0
+    """Pairs of rings that each sweep moves together."""
     trials: int = 0
     """Trials of ruin and recreate for each candidate before the sweeps."""
     library: int = 0
