@@ -18,7 +18,8 @@ from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import setup_from
 from place_rings.studies.engine.store import Cell
 from place_rings.studies.pareto import study as pareto
-from search_task import OverError, Question, Watch, layout, processor_seconds
+from search_scenes import layout
+from search_task import OverError, Question, Watch, processor_seconds
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
 SENSORS, FLOORS = 80, 30

@@ -10,7 +10,8 @@ from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.progress import Progress
 from place_rings.placement.search.search import search
-from search_task import OverError, Question, Watch, layout, processor_seconds
+from search_scenes import layout
+from search_task import OverError, Question, Watch, processor_seconds
 
 Peer = Callable[[Question, int], None]
 

@@ -23,19 +23,8 @@ from place_rings.studies.engine.import_closure import read_code
 from place_rings.studies.engine.store import Cell
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
-from search_task import (
-    PAPER,
-    POINTS,
-    ROBOTS,
-    SENSORS,
-    VOXEL,
-    Judge,
-    Question,
-    Watch,
-    layout,
-    scene_named,
-    thinned,
-)
+from search_scenes import PAPER, ROBOTS, SENSORS, layout, scene_named
+from search_task import POINTS, VOXEL, Judge, Question, Watch, thinned
 
 World = Literal["real", "paper"]
 
@@ -82,7 +71,8 @@ def plan(
     measures changed, a peer's also for another version of the peer.
     """
     peers = read_code((HERE / "search_peers.py").read_bytes()).form[:12]
-    rules = f"{digest(HERE / 'search_task.py')} {peers}"
+    task = digest(HERE / "search_task.py"), digest(HERE / "search_scenes.py")
+    rules = " ".join((*task, peers))
     made_of = {
         name: f"{package} {version(package)}, {rules}"
         for name, (package, _) in PEERS.items()

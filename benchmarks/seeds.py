@@ -25,7 +25,7 @@ from place_rings.placement.search.search import search
 from place_rings.reporting.pages import csv_text
 from place_rings.studies.engine.digest import digest
 from place_rings.studies.engine.store import Cell
-from search_task import GOALS, poses_of_task
+from search_scenes import GOALS, poses_of_task
 
 SENSORS, SEEDS = 80, 10
 RINGS = ("given", "free")

@@ -34,11 +34,12 @@ def parts():
         import cell_runs
         import search_page
         import search_peers
+        import search_scenes
         import search_task
         import seeds
     finally:
         sys.path.remove(str(BENCHMARKS))
-    return search_task, search_peers, search_page, seeds, cell_runs
+    return search_task, search_peers, search_page, seeds, cell_runs, search_scenes
 
 
 @pytest.fixture(scope="module")
@@ -64,11 +65,11 @@ def watch(parts):
 @pytest.fixture(scope="module")
 def real(parts):
     """The question on a Panda with real mounts, without its points."""
-    task = parts[0]
-    where = task.scene_named("Panda")
+    task, scenes = parts[0], parts[5]
+    where = scenes.scene_named("Panda")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(task, "CoverageObjective", Mock(spec=CoverageObjective))
-        return task.Question(where, task.layout(where, 40), 0, task.Watch(60.0), points=64)
+        return task.Question(where, scenes.layout(where, 40), 0, task.Watch(60.0), points=64)
 
 
 @pytest.fixture(scope="module")
