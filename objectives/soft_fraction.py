@@ -50,7 +50,7 @@ class SoftFraction:
         self._frames = jnp.asarray(frames)  # (P, F, 4, 4)
         self._clouds, self._pose = clouds, jnp.asarray(pose)
         self._weights = jnp.asarray(weights, clouds.points.dtype)
-        self._zeta = _differentiable(SoftTerms(scene, frames, 1))
+        self._zeta = _differentiable(SoftTerms(scene, frames))
         self._compiled = jax.jit(self._mean)
 
     def __call__(

@@ -16,9 +16,7 @@ from ..coverage.robots.attached import CarriedPolyhedron
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE
 from ..coverage.soft.beams import Hidden, InCell, Seen
-from ..coverage.soft.estimator import Soft
-from ..coverage.soft.k_coverage import soft_seen
-from ..coverage.soft.leave_one_out import soft_losses
+from ..coverage.soft.estimator import Soft, soft_zeta
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.polyhedra import Polyhedron, placed
@@ -48,10 +46,6 @@ class Rows(NamedTuple):
     """Shapes (N, K) of the beams."""
     up: Float[Array, "*N K 3"] | None = None
     """Up vectors of the beams where these may be square, else None."""
-    group: Int[Array, "*N K"] | None = None
-    """Where losses count: the group with which each sensor is lost."""
-    weights: Float[Array, "*N G"] | None = None
-    """Where losses count: the weights of the losses in slopes."""
 
 
 class SoftTerms:
@@ -61,12 +55,9 @@ class SoftTerms:
     all widths, links, counts and numbers of rows.
     """
 
-    def __init__(self, scene: CoreScene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
-        """Store a scene with the robot's ``frames`` at its poses.
-
-        A point counts as covered when at least ``seen`` sensors see it.
-        """
-        self._seen, self._occlusion, self._bodies = seen, scene.occlusion, None
+    def __init__(self, scene: CoreScene, frames: Float[np.ndarray, "P F 4 4"]) -> None:
+        """Store a scene with the robot's ``frames`` at its poses."""
+        self._occlusion, self._bodies = scene.occlusion, None
         self._obstacles = tuple(o.body for o in scene.obstacles)
         self._carried: list[Moved] = []
         if scene.occlusion != "ignore":
@@ -76,7 +67,7 @@ class SoftTerms:
         self._compiling, self._compiled = Lock(), False
 
     def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
-        """Return zetas (N,), or (N, G) after each loss, and slopes (N, K, 3), as NumPy arrays.
+        """Return zetas (N,) and slopes (N, K, 3), as NumPy arrays.
 
         Slopes are by apexes, axes and up vectors.
         """
@@ -108,23 +99,16 @@ class SoftTerms:
 
         def one(numbered: tuple[jax.Array, Rows]) -> Soft:
             i, row = numbered
-            group, weights = row.group, row.weights
-            assert (group is None) == (weights is None)
-            zetas = () if weights is None else weights.shape
 
             def look() -> Soft:
                 beams = row.beams.solids(row.apex, row.axis, row.up)
-                seen, points = (
-                    self.past(beams, row.pose),
-                    jax.tree.map(lambda a: a[row.term], clouds),
-                )
-                if group is None or weights is None:
-                    return soft_seen(seen, points, width, self._seen, slopes=slopes)
-                return soft_losses(seen, group, points, width, jnp.asarray(weights), slopes=slopes)
+                seen = self.past(beams, row.pose)
+                points = jax.tree.map(lambda a: a[row.term], clouds)
+                return soft_zeta(seen, points, width, slopes=slopes)
 
             def skip() -> Soft:
                 by_apex, by_axis, by_up = jax.tree.map(jnp.zeros_like, (row.apex, row.axis, row.up))
-                return Soft(jnp.zeros(zetas, width.dtype), by_apex, by_axis, by_up)
+                return Soft(jnp.zeros((), width.dtype), by_apex, by_axis, by_up)
 
             soft: Soft = jax.lax.cond(i < count, look, skip)
             return soft

@@ -305,16 +305,6 @@ def test_many_setups_are_as_one_by_one(near_and_far):
         assert objective.zetas(one, x[i : i + 1], clouds) == pytest.approx(shares[i], abs=1e-6)
 
 
-def test_poses_of_no_weight_are_not_looked_at(scene):
-    points, space = TargetPoints(scene, 256, 0), Space(scene, sensors=12)
-    objective, c = CoverageObjective(scene, points), fresh(space, np.random.default_rng(3))
-    setup, x, clouds = stacked([space.arrays(c)]), space.values(c)[None], points.clouds(256)
-    each = [objective.zetas(setup, x, clouds, poses=weights)[0] for weights in np.eye(2)]
-    assert objective.zetas(setup, x, clouds)[0] == pytest.approx(
-        2 / 3 * each[0] + 1 / 3 * each[1], abs=1e-6
-    )
-
-
 def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
     far = Target("V_S", 1.5)

@@ -10,7 +10,6 @@ from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_erro
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import CoreScene, Goal
@@ -65,22 +64,10 @@ def test_the_exchange_the_soft_estimate_and_the_exact_count_agree():
         assert Verifier(bare, 0.03).verify(Setup(), TARGET).zeta == 0
 
 
-@pytest.mark.parametrize(
-    "aim",
-    [
-        Criterion(),
-        Criterion(2, ERRORS, draws=2),
-        Criterion(losing="ring"),
-        Criterion(losing="sensor"),
-    ],
-    ids=["zeta", "twice, under errors", "without a ring", "without a sensor"],
-)
-def test_gradient_is_the_central_difference_beside_single_sensors(aim):
-    """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact
-    one.
-    """
-    space, points = Space(SCENE, sensors=20), TargetPoints(SCENE, 1024, 0, aim.mountings)
-    objective, clouds = CoverageObjective(SCENE, points, aim), points.clouds(1024)
+def test_gradient_is_the_central_difference_beside_single_sensors():
+    """In 32 bit: a step of 1e-2 and a tolerance to match."""
+    space, points = Space(SCENE, sensors=20), TargetPoints(SCENE, 1024, 0)
+    objective, clouds = CoverageObjective(SCENE, points), points.clouds(1024)
     rng = np.random.default_rng(5)
     for _ in range(3):
         c = fresh(space, rng)
@@ -96,9 +83,6 @@ def test_gradient_is_the_central_difference_beside_single_sensors(aim):
         assert (slope * d).sum() == pytest.approx(
             (up - down) / (2 * step), abs=5e-3 * np.linalg.norm(d)
         )
-    share = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], clouds)[0]
-    # 1024 points: a sigma is 0.015
-    assert share == pytest.approx(judge(Verifier(SCENE, 0.04), space.setup(c), aim)[1], abs=0.04)
 
 
 def test_sensors_of_the_cell_neither_err_nor_fail():

@@ -11,7 +11,6 @@ no logarithm. Third, the gradient is hand-written, not derived automatically (``
 ``pyramids``).
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -44,9 +43,6 @@ class Soft(NamedTuple):
     """Gradient by the up vectors, for ``MixedBeams``."""
 
 
-AddGroup = Callable[..., tuple[Any, Any]]
-
-
 def soft_zeta(
     seen: Seen, cloud: Cloud, width: Numbers, cut: Numbers = CUT, slopes: Numbers = True
 ) -> Soft:
@@ -65,22 +61,6 @@ def soft_zeta(
         slopes: False, which may be traced, leaves the gradient at 0 and takes a quarter of the
             time.
     """
-    return over_groups(add_group, seen, cloud, width, cut, slopes)
-
-
-def over_groups(
-    add: AddGroup,
-    seen: Seen,
-    cloud: Cloud,
-    width: Numbers,
-    cut: Numbers,
-    slopes: Numbers,
-    zetas: tuple[int, ...] = (),
-) -> Soft:
-    """Evaluate ``soft_zeta`` with another ``add_group``.
-
-    ``add`` may accumulate an array of zetas of shape ``zetas``.
-    """
     beams, (n, _) = soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
 
@@ -93,7 +73,7 @@ def over_groups(
 
     def one(i: Index, total: tuple[jax.Array, jax.Array]) -> Any:
         some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
-        return add(beams, beams.near(some, width, cut), some, width, slopes, *total)
+        return _add_group(beams, beams.near(some, width, cut), some, width, slopes, *total)
 
     dtype = cloud.points.dtype
     groups = -(-(cloud.weight[:, 0] > 0).sum() // group)
@@ -101,13 +81,13 @@ def over_groups(
         0,
         groups,
         one,
-        (jnp.zeros(zetas, dtype), jnp.zeros((beams.count + 1, beams.columns), dtype)),
+        (jnp.zeros((), dtype), jnp.zeros((beams.count + 1, beams.columns), dtype)),
     )
     size = cloud.weight.sum()
     return Soft(1 - unseen / size, *beams.pulled_back(-slope[: beams.count] / (size * width)))
 
 
-def add_group(
+def _add_group(
     beams: SoftBeams,
     near: Near,
     blocks: tuple[Array, ...],
@@ -126,21 +106,21 @@ def add_group(
 
     def multiply(j: Index, product: Array) -> Any:
         t, *_ = beams.pairs(points, near.beams_of(j)[1], width)
-        return product * free_and_occupied(t)[0].prod(axis=1)
+        return product * _free_and_occupied(t)[0].prod(axis=1)
 
     unseen = jax.lax.fori_loop(0, near.pieces, multiply, weight)
 
     def differentiate(j: Index, slope: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
-        pull = unseen[:, None] * free_and_occupied(t)[1]
+        pull = unseen[:, None] * _free_and_occupied(t)[1]
         return slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)
     return unseen_before + unseen.sum(), jax.lax.fori_loop(0, end, differentiate, slope_before)
 
 
-def free_and_occupied(t: Array) -> tuple[Any, Any]:
+def _free_and_occupied(t: Array) -> tuple[Any, Any]:
     """Return 1 - p and p = sigmoid(-t) for any t.
 
     The exponential cannot overflow, and neither result is computed as a difference.

@@ -2,7 +2,8 @@
 chooses among the finalists.
 
 The exchange evaluates every criterion itself and compiles nothing. With five rings, a local search
-by gradients after it gained no more than a last round on more points; with seven it gained more.
+by gradients after it gained no more than a last round on more points; with more rings, moves of
+pairs take its place.
 """
 
 import time
