@@ -3,6 +3,7 @@ value with a gradient or as a share of points.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -170,5 +171,7 @@ class CoverageObjective:
     ) -> Float[np.ndarray, "3 R"]:
         """Return slopes (3, R) by the values, from slopes (T, K, 3) by the terms' sensors."""
         frames = self._frames[self._pose]
-        by = [None if a is None else in_links(slots, a, frames).sum(axis=0) for a in slopes]
+        by: list[Any] = [
+            None if a is None else in_links(slots, a, frames).sum(axis=0) for a in slopes
+        ]
         return value_slopes(where, values, *ring_slopes(slots, here, *by))

@@ -122,8 +122,9 @@ def usual(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     clear = scene.occlusion == "ignore" and not scene.obstacles
     mean = aim.plain and scene.over_poses == "mean"
     if space.layout is None:
-        rounds = FREE if clear and mean else CLOSE_FREE
-        return MOVING if scene.rules.shared_tilt else rounds
+        if scene.rules.shared_tilt:
+            return MOVING
+        return FREE if clear and mean else CLOSE_FREE
     rounds = _given(scene, space, aim, clear and mean)
     return _with_pairs(rounds) if len(space.layout.rings) > _FEW else rounds
 
