@@ -54,11 +54,11 @@ MOVING = (
     Round(32768, 2, 4, 24, 0.015, 2, 4),
 )
 CLOSE = (
-    Round(4096, 32, 3, 16, 0.3, 16, 2, guess=True),
+    Round(4096, 32, 2, 16, 0.3, 16, 2, guess=True),
     Round(8192, 16, 4, 16, 0.15, 12, 2, guess=True),
     Round(16384, 8, 4, 20, 0.07, 6, 2, guess=True),
     Round(32768, 4, 4, 24, 0.03, 2, 1),
-    Round(65536, 2, 2, 24, 0.01),
+    Round(65536, 2, 1, 24, 0.01),
 )
 # for losses and errors CLOSE gives no better answers, only later ones
 BRISK = (
