@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace
 from ..choices import Law
@@ -62,14 +62,6 @@ class Misplaced:
 
     def __len__(self) -> int:
         return self.slip.shape[0]
-
-    def only(self, rings: Bool[np.ndarray, " R"], sensors: Bool[np.ndarray, " K"]) -> "Misplaced":
-        """Return the errors of some rings and sensors; the others have none."""
-        return Misplaced(
-            np.where(rings, self.slip, 0.0),
-            np.where(rings[:, None], self.turn, 0.0),
-            np.where(sensors[:, None], self.seat, 0.0),
-        )
 
     def beside(self, still: int) -> "Misplaced":
         """Return the errors with ``still`` more single sensors, which have none."""
