@@ -249,8 +249,8 @@ class Exchange:
         self._take(other)
 
     def move_pair(self, near: int, scale: float, anywhere: int) -> None:
-        """Place one ring as if another were not there, then the other, then the first again; keep
-        the result if it is better."""
+        """Place one ring as if another saw nothing, then the other, then the first again; keep the
+        result if it is better."""
         i, j = self.rng.choice(self.candidate.rings, 2, replace=False).tolist()
         other = copy(self)
         other._tally = self._tally.changed({j: self._nothing})
