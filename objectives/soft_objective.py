@@ -56,7 +56,6 @@ class CoverageObjective:
 
     def __init__(self, scene: CoreScene, points: TargetPoints) -> None:
         """Store the scene, and the points drawn for its goals and poses."""
-        assert points.mountings == 1  # a mean over mountings has no gradient
         self.scene = scene
         self._goal, self._pose = (np.array(column) for column in zip(*points.terms, strict=True))
         self._goal_weights = scene.goal_weights
