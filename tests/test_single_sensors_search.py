@@ -65,7 +65,9 @@ def test_the_exchange_the_soft_estimate_and_the_exact_count_agree():
 
 
 def test_gradient_is_the_central_difference_beside_single_sensors():
-    """In 32 bit: a step of 1e-2 and a tolerance to match."""
+    """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact
+    one.
+    """
     space, points = Space(SCENE, sensors=20), TargetPoints(SCENE, 1024, 0)
     objective, clouds = CoverageObjective(SCENE, points), points.clouds(1024)
     rng = np.random.default_rng(5)
@@ -83,6 +85,9 @@ def test_gradient_is_the_central_difference_beside_single_sensors():
         assert (slope * d).sum() == pytest.approx(
             (up - down) / (2 * step), abs=5e-3 * np.linalg.norm(d)
         )
+    share = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], clouds)[0]
+    # 1024 points: a sigma is 0.015
+    assert share == pytest.approx(Verifier(SCENE, 0.04).judge(space.setup(c))[1], abs=0.04)
 
 
 def test_sensors_of_the_cell_neither_err_nor_fail():
