@@ -8,6 +8,7 @@ the criterion itself on its points (exchange_criteria), with lines of sight and 
 
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +28,6 @@ from .round import Round
 from .stop_token import StopToken
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
-
-
 _STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
 _CHECKED = 2  # places of the best guessed values that are evaluated exactly
@@ -283,18 +282,13 @@ class Exchange:
 
     def sweep(self, r: Round, brake: StopToken) -> None:
         """Improve every ring once, in random order, and try the round's moves, until a stop."""
-        for i in self.rng.permutation(self.candidate.rings):
+        rings = self.rng.permutation(self.candidate.rings)
+        pairs = r.pairs if len(rings) > 1 else 0
+        puts = [partial(self.put, int(i)) for i in rings]
+        for step in (*puts, *[self.move] * r.moves, *[self.move_pair] * pairs):
             if brake.on():
                 return
-            self.put(int(i), r.near, r.scale, r.anywhere)
-        for _ in range(r.moves):
-            if brake.on():
-                return
-            self.move(r.near, r.scale, r.anywhere)
-        for _ in range(r.pairs if len(self.candidate.rings) > 1 else 0):
-            if brake.on():
-                return
-            self.move_pair(r.near, r.scale, r.anywhere)
+            step(r.near, r.scale, r.anywhere)
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:

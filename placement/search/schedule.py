@@ -29,9 +29,9 @@ FIXED = (
 FREE = (
     Round(4096, 24, 0, 0, 0.0, trials=150, library=2000, own=True),
     Round(4096, 16, 0, 0, 0.25, trials=150, library=500, beside=60, own=True),
-    Round(8192, 16, 0, 0, 0.15, trials=400, library=1000, beside=30),
+    Round(8192, 16, 0, 0, 0.15, trials=500, library=1000, beside=30),
     Round(8192, 10, 2, 16, 0.1, 4, 2, trials=150, library=500, beside=60, own=True),
-    Round(16384, 8, 2, 16, 0.06, 4, 3, trials=400, library=1000, beside=40),
+    Round(16384, 8, 2, 16, 0.06, 4, 3, trials=500, library=1000, beside=40),
     Round(32768, 4, 3, 16, 0.04, 2, 3, trials=300, library=500, beside=30),
     Round(65536, 3, 3, 16, 0.03, 2, trials=60, library=300, beside=30),
     Round(131072, 2, 5, 20, 0.012),
