@@ -291,7 +291,7 @@ def pages(runs: Sequence[Run], folder: Path, seconds: float) -> list[str]:
             "sensors": r.sensors,
             "seed": r.seed,
             "method": r.method,
-            "evaluations": r.evaluations,
+            "evaluations": r.evaluations or "",  # ours counts none
             "others": r.others,
         }
         | dict(zip(("wall_s", "processor_s", "zeta_percent", "own_percent"), point, strict=True))
