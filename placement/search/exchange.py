@@ -288,7 +288,7 @@ class Exchange:
         for step in (*puts, *[self.move] * r.moves, *[self.move_pair] * pairs):
             if brake.on():
                 return
-            step(r.near, r.scale, r.anywhere)
+            step(r.near, r.scale, r.anywhere)  # type: ignore[operator]  # partials and methods alike
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:
