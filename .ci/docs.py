@@ -1,7 +1,8 @@
 """Check the documentation: build it, then run every bash and Python block of the README and the
 pages.
 
-Blocks run in order, each page in an empty folder of its own. A TOML block whose first line is a
+Pages run side by side, one on each core; the blocks of a page run in order, in an empty folder of
+its own. A TOML block whose first line is a
 comment with a file name (``# cell.toml``) is written to that file. A ``text`` block right after a
 block quotes its output: every line must appear, in order. There … stands for anything, and numbers
 may differ by one percent, as a search may end slightly elsewhere on another processor. To leave out
@@ -17,6 +18,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -191,7 +193,12 @@ def main() -> None:
     asked = [Path(page).resolve() for page in sys.argv[1:]]
     if not asked:
         build()
-    counts = [run(page) for page in asked or pages()]
+    with ProcessPoolExecutor() as pool:  # a process for each, as each counts its children's seconds
+        futures = [pool.submit(run, page) for page in asked or pages()]
+        try:
+            counts = [future.result() for future in futures]
+        finally:
+            pool.shutdown(cancel_futures=True)
     ran, left = (sum(each) for each in zip(*counts, strict=True))
     if not ran:
         raise SystemExit("docs: no block to run")
