@@ -9,14 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.placement.search import repeated_search as repeated
+from place_rings.placement.search import search as searching
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
 from place_rings.placement.search.repeated_search import repeated_search
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import SearchResult
 
 from .test_rig_files import call
 
 SPENT = Statistics(1, 1.0)
+QUICK = (Round(512, 6, 2, 8, 0.2, 8), Round(1024, 2, 1, 8, 0.05))
 
 
 def answer(seed, exact, short=0.0, outcome=Outcome.FINISHED, voxel=0.01):
@@ -95,7 +98,8 @@ def test_searches_share_the_time(monkeypatch):
     assert found.result.outcome is Outcome.TIME
 
 
-def test_each_search_is_the_one_with_its_seed():
+def test_each_search_is_the_one_with_its_seed(monkeypatch):
+    monkeypatch.setattr(searching, "usual", lambda *_: QUICK)
     few = {"sensors_per_ring": 8, "rings_per_link": 1, "voxel": 0.05}
     both = pr.search(**few, seed=3, searches=2)
     single = {seed: pr.search(**few, seed=seed) for seed in (3, 4)}
@@ -107,6 +111,7 @@ def test_each_search_is_the_one_with_its_seed():
 
 def test_the_command_tells_all_searches(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(searching, "usual", lambda *_: QUICK)
     words = [
         "--target",
         "V_S",
