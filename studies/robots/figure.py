@@ -27,8 +27,8 @@ LABELS = {
     "blind": "searched under blind",
 }
 _HANDS = {
-    "n2_16_25": "n2_16_25, the paper's",
-    "n2_16_55": "n2_16_55, the paper's",
+    "n1_16_0": "n1_16_0, 48 sensors",
+    "n2_16_25": "n2_16_25, 80 sensors",
     "n3_16_55": "n3_16_55, 112 sensors",
 }
 _LOOKS = {

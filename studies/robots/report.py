@@ -96,8 +96,7 @@ def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
         "ζ is in percent. *Blocked* counts sensors of which less than 1 % of the cone is"
         " unobstructed by the body. *Time* is the processor time of the search in seconds; a *"
         f" marks searches cut short by the limit of {PROCESSORS * SECONDS:g} s,"
-        " of which a fifth is reserved for the exact count. The number in brackets is wall time on"
-        " a machine that also ran other jobs.\n"
+        " of which a fifth is reserved for the exact count. The number in brackets is wall time.\n"
     )
     for robot in dict.fromkeys(row.robot for row in rows):
         scene = scene_from(where(robot, {}))
