@@ -75,7 +75,8 @@ def test_the_study_shows_every_point_and_writes_proposals(tmp_path):
 
     points = pareto.measure(run, {}, TARGETS, {24: 3, 80: 5}, 0)
     searches = [cell for cell in asked if cell.work == "place"]
-    assert 2 * 3 < len(searches) <= 2 * 3 + 3 + 5
+    assert 2 * 3 < len(searches) <= 2 * 3 + 2 * (3 + 5)
+    assert {len(cell.arguments["known"]) for cell in searches} == {0, 2}
     assert len({cell.key for cell in searches}) == len(searches)
     assert sum(pareto.is_papers(p) for p in points) == 6
     files = pareto_report.write(
@@ -96,9 +97,9 @@ def test_a_front_is_filled_where_its_gaps_are_wide():
     """By a search that always finds the best point of a quarter of a circle."""
 
     def place(scene, **_):
-        (a, floor_a), (b, floor_b) = (
-            (goal["weight"], goal["at_least"]) for goal in scene["targets"]
-        )
+        asked = {goal["radius"]: (goal["weight"], goal["at_least"]) for goal in scene["targets"]}
+        assert all(map(any, asked.values()))
+        (a, floor_a), (b, floor_b) = (asked.get(t.radius, (0.0, 0.0)) for t in TARGETS)
         if a and b:
             return [math.sqrt(5e3)] * 2
         return (

@@ -2,8 +2,9 @@
 
 The ends of a front are the best setups for each target alone. Rounds of searches fill the front
 where its gaps are widest: a search maximises one target while the other must stay above the middle
-of the gap, starting from both sides of the gap. A front therefore need not be convex, and its
-points are spread. Each search is a cell.
+of the gap. One search starts from both sides of the gap, and a longer one from nothing: under such
+a limit a start may hold a search back. A front therefore need not be convex, and its points are
+spread. Each search is a cell.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,8 +22,8 @@ from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
 from ..paper.coverage_cells import SETUPS
 
-POINTS = 24  # searches between the ends of the requested front
-FEWER = 8  # searches between the ends of the other fronts
+POINTS = 24  # gaps that are searched between the ends of the requested front
+FEWER = 8  # gaps that are searched between the ends of the other fronts
 ROUNDS = 8  # rounds over which these are spread
 VOXEL = 0.01  # m
 
@@ -93,9 +94,13 @@ def _place(
     seed: int,
     known: Sequence[Rings] = (),
 ) -> Cell:
-    """Return a search with ``sensors`` sensors; it is shorter if it starts from known setups."""
+    """Return a search with ``sensors`` sensors; it is shorter if it starts from known setups.
+
+    Goals that ask for nothing are left out: points of a search are shared among its goals.
+    """
+    asking = [goal for goal in goals if goal["weight"] or goal["at_least"]]
     arguments = {
-        "scene": where | {"targets": goals},
+        "scene": where | {"targets": asking},
         "sensors": sensors,
         "seed": seed,
         "known": list(known),
@@ -121,7 +126,7 @@ def measure(
         run: measures cells under a heading.
         where: keys of the scene that differ from the reference scene's.
         targets: the first and the second target.
-        budgets: number of searches between the ends, by number of sensors.
+        budgets: number of gaps that are searched between the ends, by number of sensors.
         seed: random seed of all searches.
     """
     first, second = targets
@@ -135,13 +140,14 @@ def measure(
     points, tried = _counted(run, where, targets, setups), set[Gap]()
     for number in range(1, ROUNDS + 1):
         wanted = []
-        for n, searches in budgets.items():
-            share = searches * number // ROUNDS - searches * (number - 1) // ROUNDS
+        for n, gaps in budgets.items():
+            share = gaps * number // ROUNDS - gaps * (number - 1) // ROUNDS
             for gap in _widest([p for p in points if p.sensors == n], share, tried):
                 goals, name = _between(gap, targets)
-                wanted.append(
-                    (n, name, _place(where, goals, n, seed, [p.rings for p in gap.sides]))
-                )
+                wanted += [
+                    (n, name, _place(where, goals, n, seed, known))
+                    for known in ([p.rings for p in gap.sides], ())
+                ]
                 tried.add(gap)
         rings = run(f"between the ends, round {number} of {ROUNDS}", [cell for *_, cell in wanted])
         points += _counted(
