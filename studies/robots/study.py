@@ -21,7 +21,7 @@ from ..engine.store import Cell
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)
-SENSORS = 40  # with more, real rings have no room on an iiwa
+SENSORS = 40  # 80 in real rings have no room on a Panda and on an iiwa
 VOXEL = 0.01  # m
 SECONDS, PROCESSORS = 60.0, 2  # processor time of each search
 PAPERS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
