@@ -288,13 +288,14 @@ def report(options: Sequence[str] = ()) -> list[str]:
 
 def _busy(each: dict[tuple[str, str], dict[str, float]]) -> list[str]:
     """Return a note where other work shared the machine."""
-    most = max((one["load"] for one in each.values()), default=0.0) / (os.cpu_count() or 1)
-    if most <= BUSY + OWN / (os.cpu_count() or 1):
-        return ["A load of up to 1 before a search is that of the search before it.", ""]
+    cores = os.cpu_count() or 1
+    most = max((one["load"] for one in each.values()), default=0.0)
+    if most <= OWN + BUSY * cores:
+        return [f"A load of about {OWN:g} before a search comes from the search before it.", ""]
     return [
-        f"**Provisional:** other work shared the machine, with a load of up to {most:.1f} for each"
-        " core before a search. Wall seconds say nothing here, and processor seconds may be too"
-        " high. Rows that are missing were not measured.",
+        f"**Provisional:** other work shared the machine, with a load of up to"
+        f" {most / cores:.1f} for each core before a search. Wall seconds say nothing here, and"
+        " processor seconds may be too high. Rows that are missing were not measured.",
         "",
     ]
 

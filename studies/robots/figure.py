@@ -26,11 +26,7 @@ LABELS = {
     "shadow": "searched under shadow",
     "blind": "searched under blind",
 }
-_HANDS = {
-    "n1_16_0": "n1_16_0, 48 sensors",
-    "n2_16_25": "n2_16_25, 80 sensors",
-    "n3_16_55": "n3_16_55, 112 sensors",
-}
+_HANDS = ("n1_16_0", "n2_16_25", "n3_16_55")  # the paper's layouts that are drawn
 _LOOKS = {
     "ignore": ("o", "white", GREY),
     "shadow": ("s", COLOURS[0], COLOURS[0]),
@@ -107,9 +103,9 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
 def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
     """Plot ζ of each setup under the three models."""
     shown = [
-        (row, LABELS.get(row.name) or _HANDS[row.name])
+        (row, LABELS.get(row.name, f"{row.name}, {row.sensors} sensors"))
         for row in rows
-        if row.name in LABELS or row.name in _HANDS
+        if row.name in (*LABELS, *_HANDS)
     ]
     for at, (row, _) in enumerate(shown):
         values = [getattr(row, model) for model in OCCLUSIONS]
