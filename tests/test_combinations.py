@@ -252,9 +252,8 @@ def test_many_places_anywhere_lie_some_spacings_from_an_end():
 
 
 def test_of_equal_candidates_only_one_remains():
-    few = [Mock(spec=Exchange, value=value) for value in (0.3, 0.5, 0.3, 0.5, 0.1)]
-    assert [e.value for e in _best(few)[:4]] == [0.5, 0.3, 0.1]
-    assert [e.value for e in _best(few)[:1]] == [0.5]
+    few = [Mock(after={1: Mock(spec=Exchange, value=v)}) for v in (0.3, 0.5, 0.3, 0.5, 0.1)]
+    assert [c.after[1].value for c in _best(few, 1)] == [0.5, 0.3, 0.1]
 
 
 def test_a_stop_ends_the_trials():

@@ -20,7 +20,7 @@ from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.moves import fitted, fresh, papers, vary
+from place_rings.placement.search.moves import _resize, fitted, fresh, papers, vary
 from place_rings.placement.search.ring_budget import RingBudget
 from place_rings.placement.search.search import search
 
@@ -117,6 +117,37 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
         check(space, space.setup(ends), sensors)
         c = vary(space, c, rng)
+
+
+@given(st.integers(6, 60), drawing.seeds)
+def test_rings_of_one_size_change_together(sensors, seed):
+    """All of one size by the same one sensor, with phases the same share of a spacing."""
+    rng = np.random.default_rng(seed)
+    try:
+        space = Space(drawn_scene(rng), sensors=sensors)
+        c = fresh(space, rng)
+    except InfeasibleError:
+        return
+    rings, size = c.rings, int(rng.choice(c.count[c.rings]))
+    assert _resize(space, c, rng) is None or len(set(c.count[rings])) < len(rings)
+    alike = replace(c, count=np.where(c.count > 0, size, 0))
+    assert _resize(space, alike, rng) is None  # nobody makes up for it
+    other = _resize(space, c, rng)
+    if other is None:
+        return
+    assert other.count.sum() == c.count.sum()
+    assert np.array_equal(other.segment, c.segment)
+    moved = (other.count - c.count)[rings]
+    sizes, number = np.unique(c.count[rings], return_counts=True)
+    together = [
+        n
+        for n in sizes[number > 1]
+        if len(step := set(moved[c.count[rings] == n].tolist())) == 1 and step <= {-1, 1}
+    ]
+    assert together
+    turned = c.values[2, rings] * c.count[rings] / other.count[rings]
+    groups = [c.count[rings] == n for n in together]
+    assert any(np.allclose(other.values[2, rings][g], turned[g]) for g in groups)
 
 
 @given(st.integers(1, 60), st.integers(1, 9), st.none() | st.integers(1, 20), drawing.seeds)

@@ -108,7 +108,8 @@ def test_the_schedule_follows_what_costs_time():
     assert chosen(shadow) is schedule.CLOSE
     assert chosen(shadow, sensors=40) is schedule.CLOSE_FREE
     assert chosen(blind) is schedule.BLINDED
-    assert chosen(square) is schedule.WIDE
+    assert chosen(square) is schedule.CLOSE_WIDE
+    assert chosen(replace(paper, sensor=square.sensor)) is schedule.WIDE
     assert chosen(shadow, "two") is chosen(paper, "ring") is schedule.THOROUGH
     assert chosen(shadow, "sensor") is chosen(paper, "errors") is schedule.BRISK
     rounds = [r for name, r in vars(schedule).items() if name.isupper() and isinstance(r, tuple)]

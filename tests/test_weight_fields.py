@@ -30,6 +30,7 @@ from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
 from place_rings.placement.search.design import Space
+from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places
@@ -365,7 +366,8 @@ def test_a_search_covers_where_the_weight_is():
     whole."""
     field = WeightField.of(np.ones((1, 1, 1)), (0.2, -2, -2), (2, 4, 6))
     whole, side = scene_of(Target("V_S", 0.5)), scene_of(near(field))
-    found = [search(s, Space(s, sensors=12), 0, schedule=SHORT, voxel=0.05) for s in (whole, side)]
+    rounds = (*SHORT, Round(2048, 2, 3, 12, 0.1, 6, 3))
+    found = [search(s, Space(s, sensors=12), 0, schedule=rounds, voxel=0.05) for s in (whole, side)]
     verifier = Verifier(side, 0.05)
     other, mine = (verifier.verify(f.setup, near(field)).zeta for f in found)
     assert mine > other

@@ -1,7 +1,13 @@
-"""Rounds of the coordinate exchange: many candidates improve side by side, fewer in each round."""
+"""Rounds of the coordinate exchange: many candidates improve side by side, fewer in each round.
+
+A few candidates go ahead through all rounds but the last, so that a good answer is there early.
+What they did on their way counts when the others follow. The answers at the end are therefore those
+of a search in which none goes ahead.
+"""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -16,6 +22,12 @@ from .round import Round
 from .stop_token import StopToken
 
 _STREAM = 3  # random stream, besides those of the search
+_AHEAD = 8  # one of so many candidates goes ahead; of 4, answers are later, and not better
+_FIRST = 0.2  # share of the first round's progress that this takes
+
+Tell = Callable[[int, float, bool, Candidate], None]
+"""Receives the round, the finished part of it, whether its candidates are done, and the best of
+them."""
 
 
 def exchange(
@@ -24,7 +36,7 @@ def exchange(
     seed: int,
     brake: StopToken,
     threads: ThreadPoolExecutor,
-    tell: Callable[[int, float, Candidate], None],
+    tell: Tell,
     known: Sequence[Candidate],
     rounds: Sequence[Round],
 ) -> list[Candidate]:
@@ -36,37 +48,111 @@ def exchange(
         seed: random seed of the starts and of all draws.
         brake: ends the exchange after a ring; Ctrl-C sets it.
         threads: run the work, while the calling thread waits for Ctrl-C.
-        tell: receives the round, the finished part of it, and the best candidate so far, in the
-            calling thread.
+        tell: receives the progress, in the calling thread.
         known: starts besides those.
         rounds: the rounds to run.
 
     Returns:
-        The candidates of the last round, the best first.
+        The candidates that passed most rounds, the best first.
     """
     drawn = [
         np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))
     ]
     criterion = criterion_by_counts(fields.scene, fields.aim)
-    runner = _Runner(fields, brake, threads, tell)
     combining = Combining(space, fields, seed, brake, threads)
     starts = combining.starts(rounds[0], known, drawn)
-    pool = [Exchange(space, c, rng, criterion) for c, rng in zip(starts, drawn, strict=True)]
+    every = [
+        _Climber(Exchange(space, c, rng, criterion)) for c, rng in zip(starts, drawn, strict=True)
+    ]
+    rise = _Rise(rounds, combining, _Runner(fields, brake, threads, tell))
     try:
-        for number, r in enumerate(rounds):
-            dropped: list[Exchange] = []
-            if number:
-                best = _best(pool)
-                pool, dropped = best[: r.keep], best[r.keep :]
-            runner.look(r, pool)
-            if number and not brake.on():
-                combining.improve(number, r, pool, [e.candidate for e in dropped])
-            runner.run(number, r, pool)
-            if brake.on():
-                break
+        rise.all(every, len(known))
     except KeyboardInterrupt:
         brake.pulled.set()
-    return [e.candidate for e in _best(pool)]
+    furthest = max(c.passed for c in every)
+    best = _best([c for c in every if c.passed == furthest], furthest)
+    return [c.after[furthest].candidate for c in best]
+
+
+class _Climber:
+    """A candidate on its way through the rounds."""
+
+    def __init__(self, start: Exchange) -> None:
+        """Begin at a start."""
+        self.after = {0: start}  # the candidate after so many rounds
+
+    @property
+    def passed(self) -> int:
+        """Number of rounds that it passed; -1 where nothing is left of it."""
+        return max(self.after, default=-1)
+
+
+@dataclass(frozen=True)
+class _Rise:
+    """Leads candidates through the rounds."""
+
+    rounds: Sequence[Round]
+    """The rounds."""
+    combining: Combining
+    """Improves combinations of rings at the start of rounds."""
+    runner: "_Runner"
+    """Runs single rounds."""
+
+    def all(self, every: Sequence[_Climber], known: int) -> None:
+        """Lead all candidates through all rounds, until a stop; before that a few of them, with
+        the first ``known`` ones, through all but the last.
+
+        Where rounds combine rings, candidates take rings from each other, and none goes ahead.
+        """
+        alone = not any(r.trials for r in self.rounds)
+        if alone:
+            self._ahead(every[: max(len(every) // _AHEAD, known)])
+        if not self.runner.brake.on():
+            self._together(every, _FIRST if alone else 0.0)
+
+    def _ahead(self, some: Sequence[_Climber]) -> None:
+        """Lead a few candidates through all rounds but the last."""
+        rounds = self.rounds[:-1]
+        for number, r in enumerate(rounds):
+            if number:
+                some = _best(some, number)[: -(-r.keep // _AHEAD)]
+            low, high = (_FIRST * n / len(rounds) for n in (number, number + 1))
+            self._pass(number, some, [], 0, low, high)
+            if self.runner.brake.on():
+                return
+
+    def _together(self, some: Sequence[_Climber], done: float) -> None:
+        """Lead all candidates through the rounds; ``done``: finished share of the first round's
+        progress."""
+        for number, r in enumerate(self.rounds):
+            best, keep = (_best(some, number), r.keep) if number else (list(some), len(some))
+            lost = [c.after[number].candidate for c in best[keep:]]
+            self._pass(number, best[:keep], lost, number, 0.0 if number else done, 1.0)
+            for c in some:
+                del c.after[number]  # nobody comes back here
+            some = best[:keep]
+            if self.runner.brake.on():
+                return
+
+    def _pass(
+        self,
+        number: int,
+        some: Sequence[_Climber],
+        lost: Sequence[Candidate],
+        shown: int,
+        low: float,
+        high: float,
+    ) -> None:
+        """Lead candidates through a round if they were not there yet; ``lost``: those that dropped
+        out just before; shown, low, high: see ``_Runner.run``."""
+        r, late = self.rounds[number], [c for c in some if c.passed == number]
+        each = [copy(c.after[number]) for c in late]
+        self.runner.look(r, each)
+        for c, e in zip(late, each, strict=True):
+            c.after[number + 1] = e
+        if number and not self.runner.brake.on():
+            self.combining.improve(number, r, each, lost)
+        self.runner.run(r, each, shown, low, high)
 
 
 @dataclass(frozen=True)
@@ -79,8 +165,8 @@ class _Runner:
     """Ends a round after a ring."""
     threads: ThreadPoolExecutor
     """Run the work."""
-    tell: Callable[[int, float, Candidate], None]
-    """Receives the progress; see ``exchange``."""
+    tell: Tell
+    """Receives the progress."""
 
     def look(self, r: Round, some: list[Exchange]) -> None:
         """Evaluate candidates on a round's points."""
@@ -89,16 +175,18 @@ class _Runner:
         how = repeat(r.softness), repeat(guess)
         self.brake.all(self.threads, Exchange.look, some, repeat(field), *how)
 
-    def run(self, number: int, r: Round, some: list[Exchange]) -> None:
-        """Run the sweeps of a round."""
-        for i in range(r.sweeps):
+    def run(self, r: Round, some: list[Exchange], shown: int, low: float, high: float) -> None:
+        """Run the sweeps of a round for candidates, shown as the round ``shown`` from its share
+        ``low`` to its share ``high``."""
+        for i in range(r.sweeps if some else 0):
             sweep = Exchange.sweep if self.fields.wide is None else self._sweep_worst
             self.brake.all(self.threads, sweep, some, repeat(r), repeat(self.brake))
-            self.tell(number, (i + 1) / r.sweeps, _best(some)[0].candidate)
+            over = (i + 1) / r.sweeps
+            self.tell(shown, low + (high - low) * over, over == 1, _first(some))
             if self.brake.on():
-                break
-        if not r.sweeps:
-            self.tell(number, 1.0, _best(some)[0].candidate)
+                return
+        if some and not r.sweeps:
+            self.tell(shown, high, True, _first(some))
 
     def _sweep_worst(self, one: Exchange, r: Round, brake: StopToken) -> None:
         """Run a sweep at the poses that are worst for a candidate, and judge it at all poses."""
@@ -110,7 +198,13 @@ class _Runner:
         one.look(wide)
 
 
-def _best(some: list[Exchange]) -> list[Exchange]:
-    """Return the exchanges, the best first, and of equal ones only one."""
-    distinct = {e.value: e for e in some}
-    return sorted(distinct.values(), key=lambda e: -e.value)
+def _best(some: Sequence[_Climber], passed: int) -> list[_Climber]:
+    """Return the candidates by their values after a number of rounds, the best first, and of equal
+    ones only one."""
+    distinct = {c.after[passed].value: c for c in some}
+    return sorted(distinct.values(), key=lambda c: -c.after[passed].value)
+
+
+def _first(some: Sequence[Exchange]) -> Candidate:
+    """Return the candidate with the highest value."""
+    return max(some, key=lambda e: e.value).candidate

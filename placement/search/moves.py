@@ -16,8 +16,8 @@ PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200
 # probabilities of a redrawn ring and of the moves of sensors below, where the number of rings is
 # free and where it is stated
-_ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])
-_ODDS_OF_RINGS = np.array([0.4, 0.3, 0.0, 0.0, 0.2, 0.1])
+_ODDS = np.array([0.1, 0.2, 0.1, 0.1, 0.1, 0.1, 0.3])
+_ODDS_OF_RINGS = np.array([0.1, 0.3, 0.0, 0.0, 0.2, 0.1, 0.3])
 
 
 def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int]:
@@ -142,7 +142,7 @@ def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
         return c
     odds = _ODDS if space.rings is None else _ODDS_OF_RINGS
     move = 0 if space.layout else int(rng.choice(len(odds), p=odds))
-    varied = (_ring, _shift, _split, _merge, _move, _swap)[move](space, c, rng)
+    varied = (_ring, _shift, _split, _merge, _move, _swap, _resize)[move](space, c, rng)
     return _ring(space, c, rng) if varied is None or not space.holds(varied) else varied
 
 
@@ -235,3 +235,27 @@ def _swap(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
     count = c.count.copy()
     count[a], count[b] = count[b], count[a]
     return _turned(space, replace(c, count=count))
+
+
+def _resize(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
+    """Give each ring of one size a sensor, or take one from each; other rings make up for it.
+
+    Rings of one size fill each other's gaps, with phases half a spacing apart. One that changes
+    alone loses that, so they change together, and phases stay the same share of a spacing.
+    """
+    sizes, rings = np.unique(c.count[c.rings], return_counts=True)
+    if not (rings > 1).any():
+        return None
+    size, step = int(rng.choice(sizes[rings > 1])), int(rng.choice([-1, 1]))
+    if not space.least <= size + step <= space.most:
+        return None
+    like = c.count == size
+    count, values = c.count + step * like, c.values.copy()
+    values[2, like] *= size / (size + step)
+    for _ in range(int(like.sum())):
+        after = count - step
+        can = (c.segment >= 0) & ~like & (space.least <= after) & (after <= space.most)
+        if not can.any():
+            return None
+        count[rng.choice(np.flatnonzero(can))] -= step
+    return _turned(space, replace(c, count=count, values=values))

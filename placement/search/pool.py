@@ -65,10 +65,10 @@ class Pool:
         The result replaces the pool.
         """
 
-        def tell(number: int, over: float, c: Candidate) -> None:
+        def tell(number: int, over: float, done: bool, c: Candidate) -> None:
             progress = self.progress
             progress.stage, progress.done, progress.climbs = number + 1, round(100 * over), 100
-            if over == 1.0 or self.brake.on() or time.monotonic() - self._shown > _PAUSE:
+            if done or self.brake.on() or time.monotonic() - self._shown > _PAUSE:
                 self._show(c)
             self.tell(progress)
 

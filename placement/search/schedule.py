@@ -15,7 +15,8 @@ Schedule = tuple[Round, ...]
 _FEW, _PAIRS = 5, 3
 
 # fewer points than 4096 mislead: what is best for them is often not best for the volume (MOVING and
-# THOROUGH were not measured with more), and with fewer sweeps the seeds' answers differ more
+# THOROUGH were not measured with more; BLINDED has pairs, which help more than points), and with
+# fewer sweeps the seeds' answers differ more
 FIXED = (
     Round(4096, 20, 3, 16, 0.2, 16, 2),
     Round(8192, 14, 4, 24, 0.12, 12, 2),
@@ -68,21 +69,28 @@ BRISK = (
     Round(32768, 3, 3, 24, 0.03, 2, 1, guess=True),
     Round(65536, 2, 2, 24, 0.01),
 )
-# a ring of few square beams sees many points from aside, where guesses are wrong more often
+# a ring of few square beams sees many points from aside, where guesses are wrong so often that they
+# lead to worse answers; more places anywhere, and pairs, help more than more candidates
 WIDE = (
-    Round(4096, 20, 3, 16, 0.3, 12, 1, guess=True),
-    Round(8192, 10, 3, 16, 0.15, 6, 1, guess=True),
-    Round(16384, 4, 4, 20, 0.07, 4, 1),
-    Round(32768, 2, 4, 20, 0.03, 2, 1),
+    Round(4096, 24, 2, 8, 0.3, 48, pairs=2),
+    Round(8192, 8, 2, 12, 0.15, 24, pairs=2),
+    Round(16384, 4, 3, 20, 0.07, 4, pairs=2),
+    Round(65536, 2, 4, 24, 0.02, 2),
+)
+CLOSE_WIDE = (
+    Round(4096, 16, 3, 8, 0.3, 48),
+    Round(8192, 7, 3, 12, 0.15, 24, pairs=1),
+    Round(16384, 3, 3, 20, 0.07, 4, 1),
+    Round(32768, 2, 3, 20, 0.03, 2, 1),
     Round(65536, 2, 2, 24, 0.01),
 )
 # each place needs the first return of each of its sensors, which takes most of the time
 BLINDED = (
-    Round(4096, 14, 3, 12, 0.3, 8, 1),
-    Round(8192, 6, 3, 16, 0.15, 6, 1),
-    Round(16384, 3, 4, 16, 0.07, 4, 1),
-    Round(32768, 2, 4, 16, 0.03, 2, 1),
-    Round(49152, 2, 2, 20, 0.01),
+    Round(2048, 24, 2, 8, 0.3, 16, pairs=1),
+    Round(4096, 10, 2, 8, 0.2, 12, pairs=2),
+    Round(8192, 4, 2, 12, 0.15, 8, pairs=2),
+    Round(16384, 2, 4, 16, 0.07, 4, 1),
+    Round(49152, 2, 4, 20, 0.02, 2, 1),
 )
 THOROUGH = (
     Round(2048, 20, 3, 16, 0.2, 16, 1, guess=True),
@@ -141,7 +149,7 @@ def _given(scene: CoreScene, space: Space, aim: Criterion, clear_mean: bool) -> 
     if scene.occlusion == "blind":
         return BLINDED
     if space.square:
-        return WIDE
+        return WIDE if clear_mean else CLOSE_WIDE
     return CLOSE if aim.plain else BRISK
 
 
