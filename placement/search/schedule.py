@@ -78,11 +78,11 @@ WIDE = (
     Round(65536, 2, 4, 24, 0.02, 2),
 )
 CLOSE_WIDE = (
-    Round(4096, 12, 3, 8, 0.3, 48),
+    Round(4096, 11, 3, 8, 0.3, 48),
     Round(8192, 5, 3, 12, 0.15, 24, pairs=1),
-    Round(16384, 3, 3, 20, 0.07, 4, 1),
-    Round(32768, 2, 3, 20, 0.03, 2, 1),
-    Round(65536, 2, 2, 24, 0.01),
+    Round(16384, 2, 3, 20, 0.07, 4, 1),
+    Round(32768, 2, 2, 20, 0.03, 2, 1),
+    Round(65536, 2, 2, 20, 0.01),
 )
 # each place needs the first return of each of its sensors, which takes most of the time
 BLINDED = (
