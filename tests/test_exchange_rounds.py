@@ -16,7 +16,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, share_of
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.exchange_rounds import exchange
+from place_rings.placement.search.exchange_rounds import _STREAM, exchange
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, papers
 from place_rings.placement.search.round import Round
@@ -51,7 +51,7 @@ def _run(rounds, seed, known=(), brake=None, tell=lambda *_: None):
 def _round_by_round(rounds, seed, known):
     """All candidates of a round, then those of the next."""
     size = max(rounds[0].keep, len(known))
-    rngs = [np.random.default_rng((seed, 3, k)) for k in range(size)]
+    rngs = [np.random.default_rng((seed, _STREAM, k)) for k in range(size)]
     some = [*known, *[None] * (size - len(known))]
     pool = [
         Exchange(SPACE, c or fresh(SPACE, rng), rng, CRITERION)

@@ -1,8 +1,8 @@
 """Rounds of the coordinate exchange: many candidates improve side by side, fewer in each round.
 
-A few candidates go ahead through all rounds but the last, so that a good answer is there early.
-What they did on their way counts when the others follow. The answers at the end are therefore those
-of a search in which none goes ahead.
+Where rounds do not combine rings, a few candidates go ahead through all rounds but the last, so
+that a good answer is there early. What they did on their way counts when the others follow. The
+answers at the end are therefore those of a search in which none goes ahead.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +22,8 @@ from .round import Round
 from .stop_token import StopToken
 
 _STREAM = 3  # random stream, besides those of the search
-_AHEAD = 8  # one of so many candidates goes ahead; of 4, answers are later, and not better
-_FIRST = 0.2  # share of the first round's progress that this takes
+_AHEAD = 8  # one candidate of so many goes ahead; one of 4 would give its first good answer later
+_FIRST = 0.2  # share of the first round's progress that they take
 
 Tell = Callable[[int, float, bool, Candidate], None]
 """Receives the round, the finished part of it, whether its candidates are done, and the best of
@@ -178,14 +178,16 @@ class _Runner:
     def run(self, r: Round, some: list[Exchange], shown: int, low: float, high: float) -> None:
         """Run the sweeps of a round for candidates, shown as the round ``shown`` from its share
         ``low`` to its share ``high``."""
-        for i in range(r.sweeps if some else 0):
+        if not some:  # all of them went ahead
+            return
+        for i in range(r.sweeps):
             sweep = Exchange.sweep if self.fields.wide is None else self._sweep_worst
             self.brake.all(self.threads, sweep, some, repeat(r), repeat(self.brake))
             over = (i + 1) / r.sweeps
             self.tell(shown, low + (high - low) * over, over == 1, _first(some))
             if self.brake.on():
                 return
-        if some and not r.sweeps:
+        if not r.sweeps:
             self.tell(shown, high, True, _first(some))
 
     def _sweep_worst(self, one: Exchange, r: Round, brake: StopToken) -> None:

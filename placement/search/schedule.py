@@ -70,7 +70,7 @@ BRISK = (
     Round(65536, 2, 2, 24, 0.01),
 )
 # a ring of few square beams sees many points from aside, where guesses are wrong so often that they
-# lead to worse answers; more places anywhere, and pairs, help more than more candidates
+# only rank places here; more places anywhere, and pairs, help more than more candidates
 WIDE = (
     Round(4096, 24, 2, 8, 0.3, 48, pairs=2),
     Round(8192, 8, 2, 12, 0.15, 24, pairs=2),
