@@ -50,6 +50,27 @@ def opened(served):
     until(lambda: served.pages == 0, "a closed page is still kept")
 
 
+def test_the_view_is_fitted_again_until_the_browser_has_it_and_somebody_moves_it(opened):
+    page = opened()
+
+    def report(position, width: int) -> np.ndarray:
+        """What view the page is given after its report."""
+        page.report(position, width)
+        page.read(0.5)
+        return np.array(page.eye)
+
+    old = (3.0, 0.0, 0.0)  # where the browser's camera stood when the page was opened
+    page.read(0.5)
+    wide = np.array(page.eye)
+    narrow = report(old, 50)  # the window has another shape, and the first view is still to come
+    assert np.linalg.norm(narrow) > 1.2 * np.linalg.norm(wide)
+    assert np.allclose(report(narrow, 50), narrow)
+    assert np.allclose(report(narrow, 100), wide)
+    assert np.allclose(report(wide, 100), wide)
+    assert np.allclose(report(2 * wide, 100), wide)  # somebody moves it: left alone from now on
+    assert np.allclose(report(2 * wide, 50), wide)
+
+
 def test_the_page_is_named_for_what_it_shows(opened):
     page = opened()
     before = page.zeta("V_S(0.5)")

@@ -64,6 +64,11 @@ class Client:
     def send(self, message: dict) -> None:
         self._socket.send(msgspec.msgpack.encode(message))
 
+    def report(self, position, width: int) -> None:
+        """Say where the camera stands and how many pixels wide the window is; it is 100 high."""
+        place = {"position": [*map(float, position)], "look_at": [*map(float, self.look_at)]}
+        self.send({**_CAMERA, **place, "image_width": width})
+
     def read(self, seconds: float) -> None:
         """Take in what comes until nothing has come for so long."""
         while True:

@@ -62,6 +62,7 @@ class FittedCamera:
         self._aspect = 0.0
         self._eye: Vector | None = None
         self._arrived = False  # whether the browser has reported the view that was set last
+        self._set_at = 0.0  # the camera's time stamp once that view was set; reports change it
 
     def show(self, points: Float[np.ndarray, "N 3"], direction: Vector) -> None:
         """Look at points (N, 3) m from a direction."""
@@ -79,6 +80,7 @@ class FittedCamera:
             camera.position = eye  # moves what it looks at, too
             camera.look_at = middle
             camera.up_direction = np.array([0.0, 0.0, 1.0])
+            self._set_at = camera.update_timestamp
         self._client.flush()
 
     def follow(self) -> None:
@@ -89,7 +91,9 @@ class FittedCamera:
                 return
             moved = float(np.linalg.norm(camera.position - self._eye))
             there = moved < _MOVED * float(np.linalg.norm(self._eye - camera.look_at))
-            self._arrived = self._arrived or there
+            # where it stands as it was set here, the browser has not yet said so
+            reported = camera.update_timestamp != self._set_at
+            self._arrived = self._arrived or (there and reported)
             if abs(camera.aspect / self._aspect - 1) < _RESHAPED:
                 return
             if there or not self._arrived:  # the browser may not have heard of the last view yet
