@@ -12,7 +12,7 @@ import re
 import sys
 from pathlib import Path
 
-from place_rings.studies.engine.provenance import MeasurementRecorder, sentences
+from place_rings.studies.engine.provenance import MeasurementRecorder, from_json, sentences
 
 NAMES = (
     *(
@@ -46,6 +46,7 @@ _SHORT = (
     *("octree", "certified", "estimator", "growth", "occlusion", "kills"),
     *("viewer", "start_up", "house"),
 )
+REDRAWN = "--runs=0"  # the option of a section that is written from existing measurements
 _PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 RECORDS = FILE.with_suffix("")  # one record for each section: code, machine, load
@@ -74,8 +75,9 @@ def main() -> None:
             lines = [f"{quoted}.", "", *lines]
         RECORDS.mkdir(parents=True, exist_ok=True)
         file = RECORDS / f"{name}.json"
-        record = recorder.record(file)
-        file.write_text(record.to_json(), "utf-8")
+        if not (REDRAWN in options and file.exists()):  # nothing was measured: the record stays
+            file.write_text(recorder.record(file).to_json(), "utf-8")
+        record = from_json(file.read_text("utf-8"))
         measured = sentences(record, f"{RECORDS.name}/{file.name}")
         # read now: another benchmark may have ended meanwhile
         old = FILE.read_text() if FILE.exists() else ""

@@ -10,7 +10,6 @@ Run: python benchmarks scale                      everything, about half an hour
 import csv
 import json
 import math
-import os
 import subprocess
 import sys
 import time
@@ -35,8 +34,7 @@ LIMITS = {"sensors": 1.0, "points": 1.0, "poses": 1.0, "poses, worst": 1.0}
 """Largest exponent wanted of each series that doubles."""
 NOISE = 0.1  # tolerance of a fitted exponent
 MEMORY = 1500  # MB, wanted at most
-BUSY = 0.3  # load for each core above which a page says so
-OWN = 1.0  # load that the search before leaves behind: it has one thread
+BUSY = 0.3  # share of each core used by other processes above which the page says so
 _POSES_SEED, _SWING = 1, 0.4  # rad, by which joints differ from the reference pose
 
 
@@ -72,7 +70,7 @@ RUNS = (
     Run("real mounts", CHECKED, sensors=CHECKED, mount="real"),
     Run("paper", CHECKED, sensors=CHECKED, occlusion="ignore"),
 )
-COLUMNS = ("processor", "wall", "counting", "peak", "rings", "exact", "load", "estimate", "half")
+COLUMNS = ("processor", "wall", "counting", "peak", "rings", "exact", "others", "estimate", "half")
 
 
 def scene_of(run: Run) -> Any:
@@ -108,8 +106,8 @@ def measure(run: Run) -> dict[str, float]:
     Returns:
         Processor and wall seconds of the whole search, from the rules to the exact count of the
             finalists; wall seconds of that count; peak memory of the process, MB; rings, exact ζ in
-            percent; load average before; and the independent estimate with half its interval, or
-            NaN.
+            percent; share of each core that other processes used during the search; and the
+            independent estimate with half its interval, or NaN.
     """
     import resource
 
@@ -118,20 +116,22 @@ def measure(run: Run) -> dict[str, float]:
     from place_rings.placement.search.design import Space
     from place_rings.placement.search.schedule import usual
     from place_rings.placement.search.search import search
+    from place_rings.studies.engine.provenance import OtherWork
 
-    load, scene = os.getloadavg()[0], scene_of(run)
+    scene, other = scene_of(run), OtherWork()
     work, wall = time.process_time(), time.perf_counter()
     space = Space(scene, sensors=run.sensors)
     schedule = usual(scene, space, Criterion())
     rounds = [replace(r, points=int(r.points * run.points)) for r in schedule]
     result = search(scene, space, schedule=tuple(rounds))
     work, wall = time.process_time() - work, time.perf_counter() - wall
+    others = other.share()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     zeta, half = math.nan, math.nan
     if run.sensors >= CHECKED:
         zeta, half = (100 * v for v in estimate(scene, result.setup, _DRAWN, 0))
     counting = result.statistics.counting
-    values = (work, wall, counting, peak, len(result.setup.rings), 100 * result.exact, load)
+    values = (work, wall, counting, peak, len(result.setup.rings), 100 * result.exact, others)
     return dict(zip(COLUMNS, (*values, zeta, half), strict=True))
 
 
@@ -235,7 +235,7 @@ def _rows(each: dict[tuple[str, str], dict[str, float]]) -> list[tuple[str, ...]
         numbers = (f"{one[c]:.0f}" for c in ("processor", "wall"))
         more = (f"{one['counting']:.1f}", f"{one['peak']:.0f}", f"{one['rings']:.0f}")
         rows.append(
-            (*_key(run), *numbers, *more, f"{one['exact']:.2f}", checked, f"{one['load']:.1f}")
+            (*_key(run), *numbers, *more, f"{one['exact']:.2f}", checked, f"{one['others']:.2f}")
         )
     return rows
 
@@ -252,7 +252,7 @@ def report(options: Sequence[str] = ()) -> list[str]:
     _draw(each)
     columns = (
         *("series", "size", "processor s", "wall s", "of it the exact count", "peak, MB", "rings"),
-        *("exact ζ, %", "independent estimate, %", "load before"),
+        *("exact ζ, %", "independent estimate, %", "other work"),
     )
     return [
         "Searches with free rings for V_S(1.5) on a UR10 under `shadow` with the default schedule:"
@@ -265,8 +265,8 @@ def report(options: Sequence[str] = ()) -> list[str]:
         "",
         "Each search runs in a new process with everything that it needs, the exact"
         " count with voxels of 1 cm included. Exponents are slopes of straight lines through the"
-        " logarithms of processor seconds and memory, and linear growth is 1. Wall seconds depend"
-        " on what else runs: the load before each search stands beside it. The"
+        " logarithms of processor seconds and memory, and linear growth is 1. Other work is the"
+        " share of each core that other processes used during a search. The"
         f" independent estimate is a 95 % interval from {_DRAWN:,} random points by"
         " `benchmarks/monte_carlo.py`, plain NumPy that tests every point with every sensor and"
         " body.",
@@ -288,14 +288,12 @@ def report(options: Sequence[str] = ()) -> list[str]:
 
 def _busy(each: dict[tuple[str, str], dict[str, float]]) -> list[str]:
     """Return a note where other work shared the machine."""
-    cores = os.cpu_count() or 1
-    most = max((one["load"] for one in each.values()), default=0.0)
-    if most <= OWN + BUSY * cores:
-        return [f"A load of about {OWN:g} before a search comes from the search before it.", ""]
+    most = max((one["others"] for one in each.values()), default=0.0)
+    if most <= BUSY:
+        return []
     return [
-        f"**Provisional:** other work shared the machine, with a load of up to"
-        f" {most / cores:.1f} for each core before a search. Wall seconds say nothing here, and"
-        " processor seconds may be too high. Rows that are missing were not measured.",
+        f"**Provisional:** other processes used up to {100 * most:.0f} % of each core during a"
+        " search. Wall seconds say nothing here, and processor seconds may be too high.",
         "",
     ]
 

@@ -4,6 +4,8 @@ result.
 
 import itertools
 import math
+import runpy
+import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -246,3 +248,22 @@ def test_the_benchmark_of_scale_fits_exponents_and_reports_without_running(
     assert any(line.startswith("| sensors | 1.00 | 1.00 | yes") for line in lines)
     assert (tmp_path / "scale.png").exists()
     assert all(scale.scene_of(run).goals for run in scale.RUNS)
+
+
+def test_a_section_written_from_existing_measurements_keeps_its_record(
+    parts, tmp_path, monkeypatch
+):
+    _, scale = parts
+    monkeypatch.setattr(scale, "DATA", tmp_path / "runs.csv")
+    monkeypatch.setattr(scale, "PICTURE", tmp_path / "scale.png")
+    command = runpy.run_path(str(BENCHMARKS / "__main__.py"), run_name="benchmarks")
+    page, records = tmp_path / "benchmarks.md", tmp_path / "benchmarks"
+    monkeypatch.setitem(command["main"].__globals__, "FILE", page)
+    monkeypatch.setitem(command["main"].__globals__, "RECORDS", records)
+    monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])
+    monkeypatch.setattr(sys, "argv", ["benchmarks", "scale", "--runs=0"])
+    shutil.copytree(BENCHMARKS.parent / "results" / "benchmarks", records)
+    before = (records / "scale.json").read_bytes()
+    command["main"]()
+    assert (records / "scale.json").read_bytes() == before
+    assert "## Scale of searches" in page.read_text("utf-8")
