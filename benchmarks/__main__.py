@@ -75,9 +75,11 @@ def main() -> None:
             lines = [f"{quoted}.", "", *lines]
         RECORDS.mkdir(parents=True, exist_ok=True)
         file = RECORDS / f"{name}.json"
-        if not (REDRAWN in options and file.exists()):  # nothing was measured: the record stays
-            file.write_text(recorder.record(file).to_json(), "utf-8")
-        record = from_json(file.read_text("utf-8"))
+        if REDRAWN in options and file.exists():  # nothing was measured: the record stays
+            record = from_json(file.read_text("utf-8"))
+        else:
+            record = recorder.record(file)
+            file.write_text(record.to_json(), "utf-8")
         measured = sentences(record, f"{RECORDS.name}/{file.name}")
         # read now: another benchmark may have ended meanwhile
         old = FILE.read_text() if FILE.exists() else ""

@@ -24,6 +24,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from place_rings.formats.writing import write_text
 from place_rings.reporting.pages import csv_text
 from place_rings.reporting.plots import COLOURS, GREY, MARKERS, plain, save, sheet
+from place_rings.studies.engine.provenance import BUSY, OtherWork
 
 PEERS: tuple[str, ...] = ()
 FOLDER = Path(__file__).parent.parent / "results" / "scale"
@@ -34,7 +35,6 @@ LIMITS = {"sensors": 1.0, "points": 1.0, "poses": 1.0, "poses, worst": 1.0}
 """Largest exponent wanted of each series that doubles."""
 NOISE = 0.1  # tolerance of a fitted exponent
 MEMORY = 1500  # MB, wanted at most
-BUSY = 0.3  # share of each core used by other processes above which the page says so
 _POSES_SEED, _SWING = 1, 0.4  # rad, by which joints differ from the reference pose
 
 
@@ -116,7 +116,6 @@ def measure(run: Run) -> dict[str, float]:
     from place_rings.placement.search.design import Space
     from place_rings.placement.search.schedule import usual
     from place_rings.placement.search.search import search
-    from place_rings.studies.engine.provenance import OtherWork
 
     scene, other = scene_of(run), OtherWork()
     work, wall = time.process_time(), time.perf_counter()
@@ -145,12 +144,12 @@ def _key(run: Run) -> tuple[str, str]:
 
 
 def _read() -> dict[tuple[str, str], dict[str, float]]:
-    """Return existing measurements by series and size."""
+    """Return existing measurements by series and size; NaN for a column that the file lacks."""
     if not DATA.exists():
         return {}
     with DATA.open() as file:
         return {
-            (row["series"], row["size"]): {c: float(row[c]) for c in COLUMNS}
+            (row["series"], row["size"]): {c: float(row.get(c, "nan")) for c in COLUMNS}
             for row in csv.DictReader(file)
         }
 
@@ -234,9 +233,8 @@ def _rows(each: dict[tuple[str, str], dict[str, float]]) -> list[tuple[str, ...]
             checked = f"{one['estimate']:.2f} ± {one['half']:.2f}"
         numbers = (f"{one[c]:.0f}" for c in ("processor", "wall"))
         more = (f"{one['counting']:.1f}", f"{one['peak']:.0f}", f"{one['rings']:.0f}")
-        rows.append(
-            (*_key(run), *numbers, *more, f"{one['exact']:.2f}", checked, f"{one['others']:.2f}")
-        )
+        others = "-" if math.isnan(one["others"]) else f"{one['others']:.2f}"
+        rows.append((*_key(run), *numbers, *more, f"{one['exact']:.2f}", checked, others))
     return rows
 
 
@@ -288,8 +286,8 @@ def report(options: Sequence[str] = ()) -> list[str]:
 
 def _busy(each: dict[tuple[str, str], dict[str, float]]) -> list[str]:
     """Return a note where other work shared the machine."""
-    most = max((one["others"] for one in each.values()), default=0.0)
-    if most <= BUSY:
+    known = [one["others"] for one in each.values() if not math.isnan(one["others"])]
+    if (most := max(known, default=0.0)) <= BUSY:
         return []
     return [
         f"**Provisional:** other processes used up to {100 * most:.0f} % of each core during a"

@@ -62,7 +62,7 @@ class FittedCamera:
         self._aspect = 0.0
         self._eye: Vector | None = None
         self._arrived = False  # whether the browser has reported the view that was set last
-        self._set_at = 0.0  # the camera's time stamp once that view was set; reports change it
+        self._set_at = 0.0  # the camera's time stamp after that; each report brings another
 
     def show(self, points: Float[np.ndarray, "N 3"], direction: Vector) -> None:
         """Look at points (N, 3) m from a direction."""
@@ -91,7 +91,7 @@ class FittedCamera:
                 return
             moved = float(np.linalg.norm(camera.position - self._eye))
             there = moved < _MOVED * float(np.linalg.norm(self._eye - camera.look_at))
-            # where it stands as it was set here, the browser has not yet said so
+            # with the old time stamp, the camera is what was set here, not what a browser reported
             reported = camera.update_timestamp != self._set_at
             self._arrived = self._arrived or (there and reported)
             if abs(camera.aspect / self._aspect - 1) < _RESHAPED:
