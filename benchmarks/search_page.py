@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Float
 from place_rings.reporting.pages import csv_text, table
 from place_rings.reporting.plots import COLOURS, GREY, plain, save, sheet
+from place_rings.studies.engine.provenance import BUSY
 
 MINE, ANY = "ours", "ours with free rings"
 WANTED = 5.0  # required speed relative to the best peer
 CLOSE = 0.1  # points that ours may end below the best peer
-BUSY = 0.3  # share of each core used by other processes above which a run counts as disturbed
 # columns of a curve: seconds, processor seconds, exact ζ in percent, percent of its own points
 WALL, WORK, EXACT = range(3)
 _START = 0.5  # s, start of the figure's axes

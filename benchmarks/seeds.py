@@ -24,6 +24,7 @@ from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.search import search
 from place_rings.reporting.pages import csv_text
 from place_rings.studies.engine.digest import digest
+from place_rings.studies.engine.provenance import BUSY
 from place_rings.studies.engine.store import Cell
 from search_scenes import GOALS, poses_of_task
 
@@ -35,7 +36,6 @@ WORLDS = {
     "paper": "beams pass through the robot, rings need no room",
 }
 BEFORE = {("paper", "V_S(1.5)", "free"): 59.04}  # best of three seeds of an earlier search, %
-BUSY = 0.3  # share of each core used by other processes above which a run counts as disturbed
 FOLDER = Path(__file__).parent.parent / "results" / "seeds"
 
 

@@ -22,6 +22,7 @@ from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.search.stop_token import StopToken
 from place_rings.simulation.pick_and_place import pick_and_place
 
 SHORT = (Round(4096, 4, 1, 8, 0.2, 8),)
@@ -146,3 +147,53 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.voxel, stopped.verified) == (0.2, ())
     assert 0 < stopped.exact < 1
+
+
+def setups_of(scene, count):
+    """Random feasible setups of two rings of eight sensors on each link."""
+    space, rng = Space(scene, ring_layout(scene, 2, 8)), np.random.default_rng(3)
+    return [space.setup(fresh(space, rng)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("floor", [0.0, 0.9])
+def test_the_best_worst_pose_is_found_though_most_setups_are_counted_at_few_poses(
+    floor, monkeypatch
+):
+    monkeypatch.setattr(finalists, "MANY", 4)
+    monkeypatch.setattr(finalists, "_LOWEST", 2)
+    goals = (replace(GOALS[0], at_least=floor), GOALS[1])
+    scene = scene_of(9, goals=goals, over_poses="worst")
+    setups, told = setups_of(scene, 5), []
+    judged = [Verifier(scene, 0.1).judge(s) for s in setups]
+    best = min(range(5), key=lambda i: (judged[i][0], -judged[i][1]))
+    for order in ([0, 1, 2, 3, 4], [best, *(i for i in range(5) if i != best)]):
+        found = finalists.choose(
+            Verifier(scene, 0.1),
+            [setups[i] for i in order],
+            Criterion(),
+            StopToken(math.inf),
+            np.random.default_rng(0),
+            lambda *numbers: told.append(numbers),
+        )
+        assert (order[found.index], found.short, found.exact) == (best, *judged[best])
+        assert len(found.verified[0].poses) == 9
+    assert all(counted < total for counted, total in told)
+    # the best one first: where no goal has a floor, the others are counted at two poses each
+    assert floor > 0 or told[-1][0] + 1 == 2 * (9 + 4 * 2)
+
+
+@pytest.mark.parametrize("how", ["mean", "worst"])
+def test_a_lone_setup_is_counted_once(how, monkeypatch):
+    monkeypatch.setattr(finalists, "MANY", 4)
+    scene, told = scene_of(9, over_poses=how), []
+    (setup,) = setups_of(scene, 1)
+    found = finalists.choose(
+        Verifier(scene, 0.1),
+        [setup],
+        Criterion(),
+        StopToken(math.inf),
+        np.random.default_rng(0),
+        lambda *numbers: told.append(numbers),
+    )
+    assert (found.short, found.exact) == Verifier(scene, 0.1).judge(setup)
+    assert told == [(i, 9) for i in range(9)]

@@ -13,10 +13,10 @@ from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
 from .stop_token import StopToken
 
-# With more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then
-# counted with the requested voxels.
-# m, side of the coarse voxels; number of representative poses (all where the worst one counts)
-COARSE, ROUGH = 0.03, 64
+# With more than ``MANY`` poses, setups are compared at some of them, and the chosen one is counted
+# at all: where the mean counts, at ROUGH representative poses on voxels of side COARSE, m; where
+# the worst pose counts, at the _LOWEST poses that are worst for the best setup so far.
+COARSE, ROUGH, _LOWEST = 0.03, 64, 8
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def choose(
 ) -> Chosen:
     """Return the setup with the best exact count.
 
-    With many poses, the setups are first compared on coarser voxels, at a subset of the poses.
+    With many poses, the setups are compared at some of them, and the chosen one is counted at all.
 
     Args:
         verifier: counts the answer; its ``at`` is replaced to report progress.
@@ -59,32 +59,87 @@ def choose(
     Raises:
         ValueError: for an empty target.
     """
-    scene, voxel = verifier.scene, verifier.voxel or COARSE
-    many = len(scene.poses) > MANY
-    some = _some(scene, luck) if many and scene.over_poses == "mean" else scene
-    total = len(scene.goals) * (len(some.poses) * len(setups) + len(scene.poses) * many)
+    scene, rivals = verifier.scene, len(setups) - 1
+    some = scene
+    if roughly := len(scene.poses) > MANY and rivals > 0 and scene.over_poses == "mean":
+        some = _some(scene, luck)
+    poses = len(scene.poses) + roughly * len(some.poses)
+    poses += rivals * (_LOWEST if some.over_poses == "worst" else len(some.poses))
     counted = 0
 
     def at(_: int) -> None:
         nonlocal counted
-        tell(counted, total)
+        tell(counted, max(len(scene.goals) * poses, counted + 1))
         counted += 1
 
     verifier.at = at
-    rough = Verifier(some, max(voxel, COARSE), at=at) if many else verifier
-    judged = _judge_all(rough, setups, aim, brake)
-    index = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    short, exact, verified = judged[index]
-    chosen = Chosen(index, short, exact, rough.voxel or COARSE, () if many else verified)
     try:
-        if many and not brake.pulled.is_set():
-            short, exact, verified = _judged(verifier, setups[index], aim)
-            chosen = Chosen(index, short, exact, voxel, verified)
-    except KeyboardInterrupt:
-        brake.pulled.set()
+        if len(scene.poses) <= MANY:
+            return _best(verifier, setups, aim, brake)
+        if roughly:
+            return _roughly_first(verifier, some, setups, aim, brake)
+        return _in_turn(verifier, setups, aim, brake)
     finally:
         verifier.at = lambda _: None
-    return chosen
+
+
+def _best(verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken) -> Chosen:
+    """Return the best setup: of all, or after Ctrl-C of those judged so far, at least of one."""
+    found = list[Chosen]()
+    for i, setup in enumerate(setups):
+        try:
+            found.append(_judged(verifier, setup, aim, i))
+        except KeyboardInterrupt:
+            brake.pulled.set()
+            found = found or [_judged(verifier, setup, aim, i)]
+            break
+    return min(found, key=_rank)
+
+
+def _roughly_first(
+    verifier: Verifier, some: CoreScene, setups: Sequence[Setup], aim: Criterion, brake: StopToken
+) -> Chosen:
+    """Return the best of the setups by rough counts in the scene ``some``, counted at all poses
+    unless Ctrl-C came.
+    """
+    best = _best(_rough(verifier, some), setups, aim, brake)
+    best = replace(best, verified=())
+    if brake.pulled.is_set():
+        return best
+    try:
+        return _judged(verifier, setups[best.index], aim, best.index)
+    except KeyboardInterrupt:
+        brake.pulled.set()
+        return best
+
+
+def _in_turn(
+    verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
+) -> Chosen:
+    """Return the setup with the best worst pose, or the only one.
+
+    The first, the most promising, is counted at all poses; a later one only where it is better at
+    those poses that are worst for the best so far. After Ctrl-C the first is counted roughly.
+    """
+    scene = verifier.scene
+    try:
+        if brake.pulled.is_set():
+            raise KeyboardInterrupt
+        best = _judged(verifier, setups[0], aim, 0)
+    except KeyboardInterrupt:
+        brake.pulled.set()
+        return replace(_judged(_rough(verifier, scene), setups[0], aim, 0), verified=())
+    try:
+        for i, setup in enumerate(setups[1:], 1):
+            if best.short == 0:
+                lowest = _lowest(scene, best.verified)
+                hard = Verifier(lowest, verifier.voxel, verifier.rule, at=verifier.at)
+                if _judged(hard, setup, aim, i).exact <= best.exact:
+                    continue
+            best = min(best, _judged(verifier, setup, aim, i), key=_rank)
+    except KeyboardInterrupt:
+        brake.pulled.set()
+    return best
 
 
 def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
@@ -96,27 +151,27 @@ def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
     return replace(scene, poses=tuple(poses))
 
 
-_Judged = tuple[float, float, tuple[Verified, ...]]
-"""Shortfall, value, and exact ζ of each goal where ζ is the criterion."""
+def _lowest(scene: CoreScene, verified: Sequence[Verified]) -> CoreScene:
+    """Return the scene with the poses that are worst for a setup with these counts."""
+    zeta = np.array([[p.zeta for p in v.poses] for v in verified])  # (G, P)
+    poses = np.argsort(scene.goal_weights @ zeta)[:_LOWEST]
+    return replace(scene, poses=tuple(scene.poses[i] for i in poses.tolist()))
 
 
-def _judged(verifier: Verifier, setup: Setup, aim: Criterion) -> _Judged:
-    """Judge one setup."""
+def _rough(verifier: Verifier, scene: CoreScene) -> Verifier:
+    """Return a verifier of coarse voxels that reports its progress as ``verifier`` does."""
+    return Verifier(scene, max(verifier.voxel or COARSE, COARSE), at=verifier.at)
+
+
+def _rank(one: Chosen) -> tuple[float, float]:
+    """Return a key by which better setups come first."""
+    return one.short, -one.exact
+
+
+def _judged(verifier: Verifier, setup: Setup, aim: Criterion, index: int) -> Chosen:
+    """Return the exact count of one setup, the finalist of this index."""
+    voxel = verifier.voxel or COARSE
     if not aim.plain:
-        return *judge(verifier, setup, aim), ()
+        return Chosen(index, *judge(verifier, setup, aim), voxel)
     verified = verifier.verify_goals(setup)
-    return *verifier.judged(verified), verified
-
-
-def _judge_all(
-    verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
-) -> list[_Judged]:
-    """Judge the setups in order: all of them, or after Ctrl-C at least one."""
-    judged: list[_Judged] = []
-    for setup in setups:
-        try:
-            judged.append(_judged(verifier, setup, aim))
-        except KeyboardInterrupt:
-            brake.pulled.set()
-            return judged or [_judged(verifier, setup, aim)]
-    return judged
+    return Chosen(index, *verifier.judged(verified), voxel, verified)

@@ -9,18 +9,17 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...coverage.occlusion.ball_in_cone import ball_in_cone
 from ...coverage.occlusion.first_return import Beam, polyhedron_in_beam
 from ...coverage.occlusion.occluders import INSIDE
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import from_segment
+from .first_returns import GRAZE, first_returns
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints
 
 _SLACK = 1e-4  # m, for rounding in the test of balls
 _WIDE = 1.4  # rad, half angle above which a beam is taken to meet everything
-_FIRST, _NEXT = 16, 8  # places along a capsule at which its first return is sought, two times
 
 
 class Sightlines:
@@ -62,8 +61,9 @@ class Sightlines:
         among, apex = self._among, self._apex
         first = np.full(self._meets.shape, np.inf, np.float32)  # (U, S)
         u, s = np.nonzero(self._meets)
-        first[u, s] = _first_returns(
-            apex[s], look[s], half, range_m, among.start[u], among.end[u], among.radius[u]
+        wide, far = (np.full(len(s), a, np.float32) for a in (half, range_m))
+        first[u, s] = first_returns(
+            Beam(apex[s], look[s], wide, far), among.start[u], among.end[u], among.radius[u]
         )
         stop: np.ndarray = first[among.capsules].min(axis=1, initial=np.inf)  # (P, S)
         for body, column in enumerate(self._met):
@@ -75,7 +75,7 @@ class Sightlines:
                 *(np.full(len(some), a) for a in (half, range_m)),
             )
             distance = np.full(len(apex), np.inf)
-            distance[some] = polyhedron_in_beam(beam, among.bodies[body])
+            distance[some] = polyhedron_in_beam(beam, among.bodies[body], GRAZE)
             here = (among.obstacles == body).any(axis=1)
             stop[here] = np.minimum(stop[here], distance)
         return stop
@@ -146,37 +146,3 @@ def _within(among: LinkOccluders, apex: Float[np.ndarray, "S 3"]) -> Bool[np.nda
     gap = np.asarray(from_segment(apex[None], start, start + way))
     within: np.ndarray = (gap * gap).sum(axis=-1) <= (among.radius[:, None] + INSIDE) ** 2
     return within
-
-
-def _first_returns(
-    apex: np.ndarray,
-    look: np.ndarray,
-    half: float,
-    range_m: float,
-    start: np.ndarray,
-    end: np.ndarray,
-    radius: np.ndarray,
-) -> Float[np.ndarray, " T"]:
-    """Return the distance of the nearest point of each capsule in each beam, m; else infinity.
-
-    A capsule is a union of balls, and that point of a ball has a closed form. It is sought among
-    balls at places along the axis, and once more about the nearest of them.
-    """
-    way, places = (end - start)[:, None], np.linspace(0, 1, _FIRST, dtype=np.float32)
-    places = np.broadcast_to(places, (len(apex), _FIRST))
-    step, least = np.float32(1 / (_FIRST - 1)), np.full(len(apex), np.inf, np.float32)
-    for _ in range(2):
-        nearest = ball_in_cone(
-            apex[:, None],
-            look[:, None],
-            np.asarray(half, np.float32),
-            np.asarray(range_m, np.float32),
-            start[:, None] + places[..., None] * way,
-            radius[:, None],
-        )
-        distance: np.ndarray = np.asarray(nearest[0])
-        best = distance.argmin(axis=1)
-        least = np.minimum(least, np.take_along_axis(distance, best[:, None], 1)[:, 0])
-        about = np.take_along_axis(places, best[:, None], 1)
-        places = np.clip(about + step * np.linspace(-1, 1, _NEXT + 1, dtype=np.float32), 0, 1)
-    return least
