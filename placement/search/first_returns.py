@@ -62,6 +62,6 @@ def first_returns(
     graze = some[cut | ~np.isfinite(found[some])]
     if len(graze):
         narrow = Beam(*(np.asarray(a[graze], float) for a in beam))
-        ends = (np.asarray(a[graze], float) for a in (start, end))
-        found[graze] = capsule_in_beam(narrow, *ends, radius[graze].astype(float), GRAZE)[0]
+        a, b, r = (np.asarray(a[graze], float) for a in (start, end, radius))
+        found[graze] = capsule_in_beam(narrow, a, b, r, GRAZE)[0]
     return found
