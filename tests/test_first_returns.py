@@ -12,7 +12,7 @@ MANY, NEAR = 4000, 1e-3
 
 
 def pairs(rng):
-    """Beams and capsules (start, end, radius), the half of which only graze: within 1 mm."""
+    """Beams and capsules (start, end, radius), of which up to half only graze, within 1 mm."""
     apex, start = rng.uniform(-0.5, 0.5, (2, MANY, 3))
     half_angle, range_m = rng.uniform(0.1, 0.5, MANY), rng.uniform(0.2, 1.5, MANY)
     beam = Beam(apex, uniform_directions(rng, MANY), half_angle, range_m)
@@ -39,7 +39,7 @@ def test_no_body_in_a_beam_is_missed_and_none_far_from_it_is_found(rng):
     exact, widest = (capsule_in_beam(beam, *capsules, margin)[0] for margin in (0.0, NEAR))
     assert np.isfinite(exact).sum() > MANY / 20
     assert np.all(found <= exact + NEAR)
-    # beyond a widened capsule, or less far than a widened one: as steep as the capsule is there
+    # a beam that misses the widened capsule is free; elsewhere hardly a distance is too short
     far = np.isinf(widest)
     assert np.all(np.isinf(found[far]))
     assert np.mean(found[~far] >= widest[~far] - NEAR) > 0.999

@@ -30,9 +30,9 @@ def first_returns(
     the capsule, or ends at an end of the places tried, the beam grazes it, and is tried against
     many more balls: a search drives beams to where an error here favours them.
 
-    The distance is at most 1 mm more than that of ``capsule_in_beam``, and at most 1 mm less than
-    that for capsule and cone widened by 1 mm and 1 mrad; for axes of at most 1 m and radii from
-    2 cm on.
+    The distance is at most 1 mm more than that of ``capsule_in_beam``. In at least 999 of 1000
+    pairs it is at most 1 mm less than that for capsule and cone widened by 1 mm and 1 mrad. Both
+    hold for axes of at most 1 m and radii from 2 cm on.
 
     Args:
         beam: the sensors, of half angles below 90 degrees.
