@@ -16,6 +16,9 @@ import viser.transforms
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
+from place_rings.viewer import ring_handles
+from place_rings.viewer.control_values import set_value
+from place_rings.viewer.ring_controls import RingControls
 from place_rings.viewer.ring_handles import RingHandles, mount_frame
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
@@ -145,23 +148,25 @@ def test_a_clicked_sensor_says_what_it_does(served, opened):
     page.until(lambda: "/setup0/sensor" not in page.drawn, "its cone is still drawn")
 
 
+def dragged_to(position: float, turn_deg: float = 0.0):
+    """Where a handle of the first ring is dragged to: its place, m, and orientation."""
+    T = mount_frame(MOTION.robot, MOTION.poses[0].q, SMALL.rings[0], position)
+    turn = viser.transforms.SO3.from_z_radians(math.radians(turn_deg))
+    return T[:3, 3], (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
+
+
 def test_handles_drag_the_ring_along_and_around(opened):
     page = opened()
     page.set("Handles", True)
     page.until(lambda: {"/setup0/along", "/setup0/around"} <= page.drawn, "no handles came")
-    ring = SMALL.rings[0]
-    T = mount_frame(MOTION.robot, MOTION.poses[0].q, ring, 0.25)
-    wxyz = viser.transforms.SO3.from_matrix(T[:3, :3]).wxyz
-    page.drag("/setup0/along", T[:3, 3], wxyz)
-    length = 1000 * MOTION.robot.mount(ring.link).length
+    page.drag("/setup0/along", *dragged_to(0.25))
+    length = 1000 * MOTION.robot.mount(SMALL.rings[0].link).length
     page.until(
         lambda: page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1), "it stays"
     )
-    turn = viser.transforms.SO3.from_z_radians(math.radians(40))
-    turned = (viser.transforms.SO3.from_matrix(T[:3, :3]) @ turn).wxyz
-    page.drag("/setup0/around", T[:3, 3], turned)
+    page.drag("/setup0/around", *dragged_to(0.25, 40))
     page.until(lambda: page.value("Phase, °") == pytest.approx(40, abs=0.1), "it does not turn")
-    page.drag("/setup0/around", T[:3, 3], [math.nan] * 4)
+    page.drag("/setup0/around", dragged_to(0.25)[0], [math.nan] * 4)
     page.set("Handles", False)
     page.until(lambda: "/setup0/along" not in page.drawn, "the handles stay")
     assert page.value("Phase, °") == pytest.approx(40, abs=0.1)
@@ -174,14 +179,11 @@ class LateHandle:
 
     def __init__(self, place):
         self._place, self._at, self.wxyz = place, np.zeros(3), np.array([1.0, 0, 0, 0])
-        self.heard, self.act, self.user = None, None, None
+        self.heard, self.user = None, None
         self._written, self._drawn = threading.Event(), threading.Event()
 
     def on_update(self, callback):
-        if self.heard is None:
-            self.heard = callback
-        else:
-            self.act = callback
+        self.heard = callback
 
     @property
     def position(self):
@@ -189,7 +191,7 @@ class LateHandle:
 
     @position.setter
     def position(self, value):
-        if self.act is not None and self.user is None:
+        if self.heard is not None and self.user is None:
             self.user = threading.Thread(target=self._drag)
             self.user.start()
             self._written.wait(0.5)
@@ -205,7 +207,6 @@ class LateHandle:
         self._written.set()
         self._drawn.wait(10)
         asyncio.run(self.heard(event("update")))
-        self.act(event("update"))
 
 
 def test_a_drag_that_begins_while_the_page_draws_is_not_overwritten():
@@ -222,40 +223,91 @@ def test_a_drag_that_begins_while_the_page_draws_is_not_overwritten():
 
 
 @contextmanager
-def drawn_before_each_callback(server, monkeypatch):
+def drawn_before_each_action(served, monkeypatch):
     """Let each page draw what it knows between a change by the user and the page's answer."""
-    pool = server._server._thread_executor
-    submit = pool.submit
+    (page,) = served._pages.values()
+    do = page._actions.do
 
     def late(act, *args):
-        for page in list(server._pages.values()):
-            page._show()
-        return submit(act, *args)
+        page._show()
+        time.sleep(0.5)  # viser's own thread waits meanwhile
+        do(act, *args)
 
     with monkeypatch.context() as patch:
-        patch.setattr(pool, "submit", late)
+        patch.setattr(page._actions, "do", late)
         yield
 
 
 def test_a_change_is_not_lost_where_the_page_draws_meanwhile(served, opened, monkeypatch):
     page = opened()
     until(lambda: served.pages == 1, "the page is not kept")
-    ring = SMALL.rings[0]
-    T = mount_frame(MOTION.robot, MOTION.poses[0].q, ring, 0.25)
-    wxyz = viser.transforms.SO3.from_matrix(T[:3, :3]).wxyz
-    length = 1000 * MOTION.robot.mount(ring.link).length
-    with drawn_before_each_callback(served, monkeypatch):
+    length = 1000 * MOTION.robot.mount(SMALL.rings[0].link).length
+    with drawn_before_each_action(served, monkeypatch):
         page.set("Position, mm", 150.0)
         page.until(lambda: "edited" in page.words, "the ring stays", 10)
         assert page.value("Position, mm") == 150.0
         page.set("Handles", True)
         page.until(lambda: {"/setup0/along", "/setup0/around"} <= page.drawn, "no handles came")
-        page.drag("/setup0/along", T[:3, 3], wxyz)
+        page.drag("/setup0/along", *dragged_to(0.25))
         page.until(
             lambda: page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1),
             "the drag is lost",
             10,
         )
+
+
+def held_up(monkeypatch, owner, name: str):
+    """Let the first call of a function of a module or class take half a second longer."""
+    real, calls = getattr(owner, name), []
+
+    def late(*args):
+        calls.append(args)
+        if len(calls) == 1:
+            time.sleep(0.5)
+        return real(*args)
+
+    monkeypatch.setattr(owner, name, late)
+
+
+def test_a_change_does_not_overtake_the_one_before(opened, monkeypatch):
+    """The other ring is turned, not the one that was shown before."""
+    page = opened()
+    held_up(monkeypatch, RingControls, "ring_number")
+    page.set("Ring", "1: forearm")
+    page.set("Phase, °", 90.0)
+    page.until(lambda: "edited" in page.words, "no ring turns")
+    page.until(lambda: page.value("Ring") == "1: forearm", "the ring is not chosen")
+    page.read(1.0)
+    assert page.value("Phase, °") == pytest.approx(90, abs=0.1)
+
+
+def test_a_drag_ends_where_the_handle_was_let_go(opened, monkeypatch):
+    page = opened()
+    page.set("Handles", True)
+    page.until(lambda: {"/setup0/along", "/setup0/around"} <= page.drawn, "no handles came")
+    length = 1000 * MOTION.robot.mount(SMALL.rings[0].link).length
+    held_up(monkeypatch, ring_handles, "dragged_position")
+    page.drag("/setup0/along", *dragged_to(0.25))
+    page.until(lambda: "edited" in page.words, "it stays")
+    page.read(1.5)
+    assert page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1)
+
+
+def test_the_page_sets_no_control_while_viser_stores_a_change(served):
+    """Else the page could read its own value in place of the user's."""
+    control = served._server.gui.add_text("Name", "old")
+    loop = control._impl.gui_api._websock_interface.get_message_buffer().event_loop
+
+    async def store() -> str:
+        control._impl.value = "of the user"
+        page = threading.Thread(target=set_value, args=(control, "old"))
+        page.start()
+        page.join(10)
+        return control.value
+
+    assert asyncio.run_coroutine_threadsafe(store(), loop).result(20) == "of the user"
+    until(lambda: control.value == "old", "it is never set")
+    control.remove()
 
 
 def test_a_handle_that_is_only_grabbed_leaves_the_ring_where_it_is(opened):

@@ -1,6 +1,7 @@
-"""Values and labels of controls, and what happens after the user changed one."""
+"""Values and labels of controls."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import viser
@@ -8,51 +9,38 @@ from viser import _messages
 from viser._gui_handles import GuiProgressBarHandle
 
 from ..formats.escaping import printable
+from .closing import closing
 
 
 def set_value(
-    control: viser.GuiInputHandle[Any] | GuiProgressBarHandle, value: str | float
+    control: viser.GuiInputHandle[Any] | GuiProgressBarHandle,
+    value: str | float,
+    nearly: float = 0.0,
 ) -> None:
-    """Set the value that a control shows. Nothing is called: the user did not change it."""
+    """Set the value that a control shows, soon. Nothing is called: the user did not change it.
+
+    It is set in viser's own thread, where nothing comes between the moment when viser stores the
+    user's value and the moment when the page reads it.
+
+    Args:
+        control: the control.
+        value: its new value.
+        nearly: a number that differs by no more than this stays as it is.
+    """
     impl = control._impl
     value = type(impl.value)(value)
-    if impl.value != value:
-        update = _messages.GuiUpdateMessage(impl.uuid, {"value": value})
-        impl.gui_api._websock_interface.queue_message(update)
+    interface = impl.gui_api._websock_interface
+
+    def set_now() -> None:
+        old = impl.value
+        if old == value or (nearly and abs(old - value) <= nearly):
+            return
         impl.value = value
+        with closing():
+            interface.queue_message(_messages.GuiUpdateMessage(impl.uuid, {"value": value}))
 
-
-class UserChanges:
-    """Calls actions with the values to which the user changed the controls of a page.
-
-    viser stores the user's value in the control, and calls back a little later in another thread.
-    In between the page may draw, and set the control to what it knew before. So the value is read
-    at once, in viser's own thread.
-    """
-
-    def __init__(self) -> None:
-        self._controls: list[viser.GuiInputHandle[Any]] = []
-
-    def on(self, control: viser.GuiInputHandle[Any], act: Callable[[Any], None]) -> None:
-        """Call ``act`` with the newest value after the user changed it, not after the page did."""
-        newest = [control.value]
-
-        async def heard(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                newest[0] = control.value
-
-        def changed(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                act(newest[0])
-
-        control.on_update(heard)
-        control.on_update(changed)
-        self._controls.append(control)
-
-    def close(self) -> None:
-        """Call nothing any more."""
-        for control in self._controls:
-            control.remove_update_callback()
+    with suppress(RuntimeError):  # the server has ended
+        interface.get_message_buffer().event_loop.call_soon_threadsafe(set_now)
 
 
 def labelled(names: Sequence[str]) -> dict[str, str]:

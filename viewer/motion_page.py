@@ -13,9 +13,10 @@ from . import html as words
 from .browser_page import BrowserPage
 from .camera import VIEWS, FittedCamera
 from .closing import closing
-from .control_values import UserChanges, set_value
+from .control_values import set_value
 from .motion import TENTH, Clock, MotionSession
 from .scene_graph import Ray, SceneGraph
+from .user_actions import UserActions
 
 _PERIOD = 0.05  # s between two pictures
 _PATIENCE = 2.0  # s for the thread to end
@@ -27,7 +28,7 @@ class MotionPage:
     def __init__(self, client: viser.ClientHandle, room: MotionSession) -> None:
         """Build the controls and show the start."""
         self._client, self._room = client, room
-        self.clock, self._changes = Clock(float(room.motion.time[-1])), UserChanges()
+        self.clock, self._actions = Clock(float(room.motion.time[-1])), UserActions()
         self._ended, self._drawing = threading.Event(), threading.Lock()
         self._camera, browser = FittedCamera(client), BrowserPage(client)
         browser.title(printable(f"{room.title} · place-rings"))
@@ -59,11 +60,11 @@ class MotionPage:
         self._thread.start()
 
     def _connect(self) -> None:
-        self.play.on_click(lambda _: self._turn())
-        self._changes.on(self.tenth, self._slow_down)
-        self._changes.on(self.time, self._jump)
-        self._changes.on(self.stop, self._go)
-        self.views.on_click(lambda _: self._look(self.views.value))
+        self._actions.press(self.play, self._turn)
+        self._actions.on(self.tenth, self._slow_down)
+        self._actions.on(self.time, self._jump)
+        self._actions.on(self.stop, self._go)
+        self._actions.choose(self.views, self._look)
 
     def _turn(self) -> None:
         if self.clock.playing:
@@ -131,7 +132,7 @@ class MotionPage:
     def close(self) -> None:
         """End when the browser disconnects or the server ends."""
         self._ended.set()
-        self._changes.close()
+        self._actions.close()
         if threading.current_thread() is not self._thread:
             self._thread.join(_PATIENCE)
 

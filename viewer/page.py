@@ -1,7 +1,7 @@
 """One page in one browser: its controls, its state, and its reactions to the user.
 
-Each page has its own state, so that two users do not move the same slider. Callbacks come from
-several threads. A lock guards the state, and one thread at a time shows the newest state.
+Each page has its own state, so that two users do not move the same slider. One thread changes it
+as the user asks, in order; another draws the newest state; a lock guards it.
 """
 
 import threading
@@ -17,7 +17,6 @@ from ..formats.errors import UserError
 from .browser_page import BrowserPage
 from .camera import START, VIEWS, FittedCamera
 from .closing import closing
-from .control_values import UserChanges
 from .controls import STEPS, Controls
 from .cut import BEHIND, CUTS, NONE, facing
 from .drawn_parts import SHOWN_CONES
@@ -35,6 +34,7 @@ from .ring_handles import RingHandles
 from .scene_graph import Ray, SceneGraph
 from .sensor_report import nearest_sensor
 from .session import ViewerSession
+from .user_actions import UserActions
 from .view_controls import SHOWN_KINDS, ViewControls
 
 
@@ -46,9 +46,11 @@ class Page:
         self._client, self._room = client, room
         self._closed = False
         self.state = PageState.of(room.scene, {str(t): t for t in room.targets}, room.setups)
-        self._guarded, self._changes = GuardedState(self.state), UserChanges()
+        self._guarded, self._actions = GuardedState(self.state), UserActions()
         stages = [
-            SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i))
+            SceneGraph(
+                client.scene, f"/setup{i}", place, partial(self._actions.do, self._clicked, i)
+            )
             for i, place in enumerate(room.places())
         ]
         client.scene.configure_default_lights(cast_shadow=False)
@@ -57,11 +59,10 @@ class Page:
         self.camera, self._browser = FittedCamera(client), BrowserPage(client)
         self._work = LongTask(self.controls, room.turn)
         files = PageFiles(client, room.out, self.controls, self._work)
-        handles = RingHandles(client.scene, self._dragged)
+        handles = RingHandles(client.scene, partial(self._actions.do, self._dragged))
         self._player = Player(len(room.scene.poses), self._go, self._playing)
-        self._drawing = PageDrawing(
-            client, room, self.controls, stages, handles, self.camera, self._browser
-        )
+        parts = self.controls, stages, handles, self.camera, self._browser
+        self._drawing = PageDrawing(client, room, *parts, self._guarded.snapshot, self._attempt)
         self._edits = PageEdits(self._guarded, room, self.controls, self._show)
         self._tasks = PageTasks(
             self._guarded, room, self.controls, self._work, files, self._drawing, self._show
@@ -77,17 +78,17 @@ class Page:
         c, edits, tasks = self.controls, self._edits, self._tasks
         self._connect_view(c.view)
         self._connect_rings(c.rings)
-        self._press(c.steps, lambda: edits.step(c.steps.value))
+        self._actions.choose(c.steps, partial(self._attempt, edits.step))
         self._press(c.prove, tasks.prove)
         self._press(c.search, tasks.search)
-        self._press(c.stop, self._work.stop)
         self._press(c.save, tasks.save)
-        self._press(c.picture, tasks.picture)
+        c.stop.on_click(lambda _: self._work.stop())  # at once, in a thread of viser
+        c.picture.on_click(lambda _: self._attempt(tasks.picture))  # it waits for the browser
         commands = self._client.gui.add_command
         undo = commands(STEPS[0], hotkey="Z", modifier="cmd/ctrl")
         redo = commands(STEPS[1], hotkey="Z", modifier="cmd/ctrl+shift")
         for label, command in zip(STEPS, (undo, redo), strict=True):
-            command.on_trigger(partial(self._hotkey, label))
+            self._actions.trigger(command, partial(self._attempt, edits.step, label))
 
     def _connect_view(self, c: ViewControls) -> None:
         choose = self._choose
@@ -102,7 +103,7 @@ class Page:
         self._on(c.cut, self._cut)
         self._on(c.plane, lambda v: self._set(plane=finite(v) / 1000))
         self._on(c.dark, lambda v: self._set(dark=bool(v)))
-        self._press(c.views, lambda: self._look(c.views.value))
+        self._actions.choose(c.views, partial(self._attempt, self._look))
         self._press(c.play, lambda: self._player.toggle(self.state.choice.pose))
 
     def _connect_rings(self, c: RingControls) -> None:
@@ -138,29 +139,26 @@ class Page:
             if link.target is not None or link.view is not None:
                 self._look(link.view if link.view in VIEWS else START)
 
-        self._try(act)
+        self._attempt(act)
         if query or dark:
             self._show()
 
     # Actions of the user.
 
     def _on(self, control: Any, act: Callable[[Any], None]) -> None:
-        """Call ``act`` with the control's newest value after the user changed it."""
-        self._changes.on(control, lambda value: self._try(lambda: act(value)))
+        """Call ``act`` with each value to which the user changes a control."""
+        self._actions.on(control, partial(self._attempt, act))
 
     def _press(self, button: Any, act: Callable[[], None]) -> None:
-        button.on_click(lambda _: self._try(act))
+        self._actions.press(button, partial(self._attempt, act))
 
-    def _hotkey(self, label: str, _: Any) -> None:
-        self._try(lambda: self._edits.step(label))
-
-    def _try(self, act: Callable[[], None]) -> None:
+    def _attempt(self, act: Callable[..., None], *args: Any) -> None:
         """Call ``act`` and report its errors in a line.
 
         A browser may send values that the controls would not allow.
         """
         try:
-            act()
+            act(*args)
         except (ValueError, KeyError, IndexError, OverflowError, UserError) as error:
             self._work.note(str(error), True)
 
@@ -174,10 +172,10 @@ class Page:
             apexes = self._room.drawing.apexes(group, self.state.choice.pose)
             self._choose(ring=ring, sensor=nearest_sensor(apexes, *ray))
 
-        self._try(act)
+        self._attempt(act)
 
     def _dragged(self, position: float | None, phase: float | None) -> None:
-        self._try(lambda: self._edits.drag(position, phase))
+        self._attempt(self._edits.drag, position, phase)
 
     def _activate(self, label: str) -> None:
         with self._guarded.held() as state:
@@ -237,13 +235,13 @@ class Page:
         self._set(cut=kind)
 
     def _show(self) -> None:
-        """Show the newest state, in this thread or in the thread that is already drawing."""
-        self._drawing.show(self._guarded.snapshot)
+        """Show the newest state soon."""
+        self._drawing.show()
 
     def close(self) -> None:
         """Stop the running job when the browser disconnects or the server ends."""
         self._closed = True
-        self._changes.close()
+        self._actions.close()
         self._player.close()
         self._drawing.close()
         self._work.close()

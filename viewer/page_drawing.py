@@ -15,6 +15,7 @@ from ..formats.escaping import printable
 from . import html as words
 from .browser_page import BrowserPage
 from .camera import FittedCamera
+from .closing import closing
 from .control_values import set_value
 from .controls import Controls
 from .cut import Cut, cut_of
@@ -26,6 +27,7 @@ from .ring_handles import RingHandles
 from .scene_graph import SceneGraph
 from .sensor_report import sensor_report
 from .session import ViewerSession
+from .worker import Worker
 
 _MOST_TOLD = 3  # violated rules that are listed
 _SLOW = 0.12  # s; where all points take longer, few are counted first
@@ -34,7 +36,7 @@ _NAME_SIZE = 60  # characters of a name in the scene
 
 
 class PageDrawing:
-    """Draws the state of one page. One thread at a time draws, and always the newest state."""
+    """Draws the newest state of one page, in a thread of its own."""
 
     def __init__(
         self,
@@ -45,6 +47,8 @@ class PageDrawing:
         handles: RingHandles,
         camera: FittedCamera,
         browser: BrowserPage,
+        newest: Callable[[], PageState],
+        guard: Callable[[Callable[[], None]], None],
     ) -> None:
         """Take over the parts of the page that show something.
 
@@ -56,11 +60,14 @@ class PageDrawing:
             handles: of the selected ring.
             camera: of the page.
             browser: the page in the browser.
+            newest: returns the newest state.
+            guard: calls what it is given, and reports its errors on the page.
         """
         self._client, self._room, self._controls = client, room, controls
         self._stages, self._handles = stages, handles
         self._camera, self._browser = camera, browser
-        self._turn, self._wanted = threading.Lock(), threading.Event()
+        self._newest, self._guard = newest, guard
+        self._worker, self._wanted = Worker("drawing"), threading.Event()
         self._closed, self._took, self._dark = False, 0.0, False
         self.cut: Cut | None = None
         self.proof: tuple[Setup, Occlusion, str] | None = None
@@ -79,23 +86,25 @@ class PageDrawing:
             for i, name in enumerate(names if len(names) > 1 else [])
         ]
 
-    def show(self, newest: Callable[[], PageState]) -> None:
-        """Show the newest state, in this thread or in the thread that is already drawing."""
+    def show(self) -> None:
+        """Show the newest state soon; return at once."""
         self._wanted.set()
-        while self._wanted.is_set() and not self._closed and self._turn.acquire(blocking=False):
-            try:
-                while self._wanted.is_set() and not self._closed:
-                    self._wanted.clear()
-                    self._draw(newest(), few=self._took > _SLOW)
-                    if self._took > _SLOW and not self._wanted.wait(_REST) and not self._closed:
-                        self._draw(newest(), few=False)
-            finally:
-                self._turn.release()
+        self._worker.do(self._guard, self._catch_up)
+
+    def _catch_up(self) -> None:
+        """Draw until nothing new is wanted."""
+        with closing():
+            while self._wanted.is_set() and not self._closed:
+                self._wanted.clear()
+                self._draw(self._newest(), few=self._took > _SLOW)
+                if self._took > _SLOW and not self._wanted.wait(_REST) and not self._closed:
+                    self._draw(self._newest(), few=False)
 
     def close(self) -> None:
         """Draw nothing any more."""
         self._closed = True
         self._wanted.set()
+        self._worker.close()
 
     def _draw(self, state: PageState, few: bool) -> None:
         began = time.perf_counter()
@@ -133,8 +142,7 @@ class PageDrawing:
             (controls.view.target, str(choice.target)),
             (controls.view.occlusion, choice.occlusion),
         ):
-            if control.value != value:
-                set_value(control, value)
+            set_value(control, value)
         self._client.flush()
         if not few and not self._closed:
             self._draw_details(setups[active], state)

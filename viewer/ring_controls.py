@@ -111,8 +111,7 @@ class RingControls:
         pose = SinglePose.of(one)
         for key, number in self.single.items():
             value = getattr(pose, key) * (1000.0 if key in POSITIONS else 1.0)
-            if abs(number.value - value) > 1e-3:
-                set_value(number, value)
+            set_value(number, value, nearly=1e-3)
         self.single["roll_deg"].disabled = not one.sensor.oriented
 
     def _follow_ring(self, ring: Ring, most: int) -> None:
@@ -130,5 +129,4 @@ class RingControls:
             (self.count, ring.count),
         )
         for slider, value in values:
-            if abs(slider.value - value) > slider.step / 2:  # keep what the user just set
-                set_value(slider, value)
+            set_value(slider, value, nearly=slider.step / 2)  # keep what the user just set

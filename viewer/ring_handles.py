@@ -61,7 +61,7 @@ class RingHandles:
     Args:
         scene: scene of the page.
         dragged: receives the ring's new position in [0, 1] or phase in rad, and None for the
-            other.
+            other, in viser's own thread.
     """
 
     def __init__(
@@ -136,7 +136,8 @@ class RingHandles:
     def _follow(
         self, handle: viser.TransformControlsHandle, moved: Callable[[_Pose], None]
     ) -> None:
-        """Call ``moved`` with a handle's newest pose while the user drags it, and at the end.
+        """Call ``moved`` with each pose to which the user drags a handle, and with the last again
+        at the end.
 
         The pose is read at once, in viser's own thread: a drawing in between may put the handle
         back to where the ring still is. Only there do the phases come in order.
@@ -145,24 +146,20 @@ class RingHandles:
         def pose() -> _Pose:
             return _Pose(handle.position.copy(), handle.wxyz.copy())  # viser writes into them
 
-        def shown() -> bool:
-            return handle is self._along or handle is self._around
-
-        newest = [pose()]
+        newest = pose()
 
         async def heard(event: viser.TransformControlsEvent) -> None:
+            nonlocal newest
             with self._lock:
-                if shown():
+                shown = handle is self._along or handle is self._around
+                if shown:
                     self._held = event.phase != "end"
             if event.phase != "end":  # it may have been placed anew since the last drag
-                newest[0] = pose()
-
-        def act(_: viser.TransformControlsEvent) -> None:
-            if shown():
-                moved(newest[0])
+                newest = pose()
+            if shown and event.phase != "start":
+                moved(newest)
 
         handle.on_update(heard)
-        handle.on_update(act)
 
     def _moved_along(self, pose: _Pose) -> None:
         at = np.asarray(pose.position, float)

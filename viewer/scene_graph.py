@@ -29,7 +29,8 @@ class SceneGraph:
             scene: scene of the page.
             root: name of the frame.
             place: position of the frame, m.
-            click: receives the index of the ring that the user clicked, and the ray of the click.
+            click: receives the index of the ring that the user clicked, and the ray of the click,
+                in viser's own thread.
         """
         self._scene, self._root, self._click = scene, root, click
         self._place, self._dark = np.array(place), False
@@ -79,13 +80,15 @@ class SceneGraph:
             receive_shadow=False,
         )
         if (ring := item.ring) is not None:
-            handle.on_click(
-                lambda event: self._click(
-                    ring,
-                    (np.array(event.ray_origin) - self._place, np.array(event.ray_direction)),
-                )
-            )
+            self._listen(handle, ring)
         return handle
+
+    def _listen(self, handle: Any, ring: int) -> None:
+        async def clicked(event: Any) -> None:
+            origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
+            self._click(ring, (origin - self._place, direction))
+
+        handle.on_click(clicked)
 
 
 def _alike(a: Item, b: Item) -> bool:

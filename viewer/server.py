@@ -15,6 +15,7 @@ from viser import _messages
 
 from ..formats.errors import UserError, shown
 from .camera import FOV
+from .closing import closing
 from .motion import MotionSession
 from .motion_page import MotionPage
 from .page import Page
@@ -137,12 +138,15 @@ class Server:
             return  # a foreign page gets no content and no controls
         keep_awake(client)
         room = self.room
-        page = MotionPage(client, room) if isinstance(room, MotionSession) else Page(client, room)
-        with self._lock:
-            if not self._closed and client.client_id in self._server.get_clients():
-                self._pages[client.client_id] = page
-                return
-        page.close()
+        with closing():
+            page = (
+                MotionPage(client, room) if isinstance(room, MotionSession) else Page(client, room)
+            )
+            with self._lock:
+                if not self._closed and client.client_id in self._server.get_clients():
+                    self._pages[client.client_id] = page
+                    return
+            page.close()
 
     def _went(self, client: viser.ClientHandle) -> None:
         with self._lock:
