@@ -83,12 +83,10 @@ def run_study(
         published = ROOT / "studies" / name / "published"
         own = [one.path for one in options.layouts if one.path.parent.resolve() != published]
         recorder = MeasurementRecorder(options.command, sources, own)
-        with (
-            made_folder(path) as out,
-            _measuring(out, workers, scheduler, progress, recorder) as measure,
-        ):
-            data = STUDIES[name](measure, out, options)
-            _write_record(name, out, recorder)
+        with made_folder(path) as out:
+            with _measuring(out, workers, scheduler, progress, recorder) as measure:
+                data = STUDIES[name](measure, out, options)
+            _write_record(name, out, recorder)  # a worker counts as other work until it has ended
     return StudyReport(name, path, data)
 
 
