@@ -224,17 +224,18 @@ def test_a_drag_that_begins_while_the_page_draws_is_not_overwritten():
 
 @contextmanager
 def drawn_before_each_action(served, monkeypatch):
-    """Let each page draw what it knows between a change by the user and the page's answer."""
+    """Let the page draw what it knows between a change by the user and the page's answer."""
     (page,) = served._pages.values()
-    do = page._actions.do
+    pool = page._actions._pool
+    submit = pool.submit
 
     def late(act, *args):
         page._show()
         time.sleep(0.5)  # viser's own thread waits meanwhile
-        do(act, *args)
+        return submit(act, *args)
 
     with monkeypatch.context() as patch:
-        patch.setattr(page._actions, "do", late)
+        patch.setattr(pool, "submit", late)
         yield
 
 

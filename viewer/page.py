@@ -69,9 +69,16 @@ class Page:
         )
         self._connect()
         self._look(START)
-        client.camera.on_update(lambda _: self._camera_moved())
-        self._camera_moved()
-        threading.Thread(target=self._greet, daemon=True, name="place-rings first look").start()
+        self._drawing.then(self._opened)
+
+    def _opened(self) -> None:
+        """Follow the browser's camera and its address. A browser that still loads its first
+        picture may report another view than the one it was given.
+        """
+        with closing():
+            self._client.camera.on_update(lambda _: self._camera_moved())
+            self._camera_moved()
+            threading.Thread(target=self._greet, daemon=True, name="place-rings first look").start()
 
     def _connect(self) -> None:
         """Connect the controls to their actions."""

@@ -91,6 +91,10 @@ class PageDrawing:
         self._wanted.set()
         self._worker.do(self._guard, self._catch_up)
 
+    def then(self, act: Callable[[], None]) -> None:
+        """Call ``act`` after what is wanted now has been drawn; return at once."""
+        self._worker.do(act)
+
     def _catch_up(self) -> None:
         """Draw until nothing new is wanted."""
         with closing():

@@ -8,7 +8,7 @@ import viser
 from .worker import Worker
 
 
-class UserActions:
+class UserActions(Worker):
     """Does what the user asks for on one page, one thing after the other.
 
     viser stores the user's value in the control, and calls back a little later in any of several
@@ -18,7 +18,7 @@ class UserActions:
     """
 
     def __init__(self) -> None:
-        self._worker = Worker("actions")
+        super().__init__("actions")
 
     def on(self, control: viser.GuiInputHandle[Any], act: Callable[[Any], None]) -> None:
         """Call ``act`` with each value to which the user, not the page, changes a control."""
@@ -50,11 +50,3 @@ class UserActions:
             self.do(act)
 
         return heard
-
-    def do(self, act: Callable[..., None], *args: Any) -> None:
-        """Call ``act`` with these arguments after all that came before; return at once."""
-        self._worker.do(act, *args)
-
-    def close(self) -> None:
-        """Do nothing any more."""
-        self._worker.close()
