@@ -8,12 +8,9 @@ import sys
 from types import SimpleNamespace
 from typing import get_args
 
-import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings import _study_runs
-from place_rings import study as study_of
 from place_rings._study_arguments import StudyName
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
@@ -25,7 +22,6 @@ from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
 from place_rings.studies.engine import searching_tasks as searching
 from place_rings.studies.engine.import_closure import import_closure
-from place_rings.studies.engine.provenance import MeasurementRecorder
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
@@ -205,25 +201,38 @@ def test_a_study_starts_in_a_fresh_interpreter(tmp_path):
     assert done.stdout.strip() == "True", done.stderr
 
 
-def test_the_processes_of_a_study_have_ended_when_the_load_is_read(tmp_path, monkeypatch):
+def test_the_processes_of_a_study_have_ended_when_the_load_is_read(tmp_path):
     """Else their work would count as that of others, and the page would call the machine busy."""
-    before = {child.pid for child in psutil.Process().children(recursive=True)}
-    left: list[str] = []
+    text = """
+import sys
 
-    def workers() -> list[str]:
-        new = [c for c in psutil.Process().children(recursive=True) if c.pid not in before]
-        return [" ".join(c.cmdline()) for c in new if "spawn_main" in " ".join(c.cmdline())]
+import psutil
+from place_rings import _study_runs, study
+from place_rings.studies.engine.provenance import MeasurementRecorder
 
-    class Recorder(MeasurementRecorder):
-        def record(self, earlier=None):
-            left.extend(workers())
-            return super().record(earlier)
+counts = []
 
-    def nothing(measure, out, options):
-        assert len(workers()) == 2
-        (out / "README.md").write_text("A page.\n")
+def count():
+    commands = [" ".join(c.cmdline()) for c in psutil.Process().children(recursive=True)]
+    counts.append(sum("spawn_main" in command for command in commands))
 
-    monkeypatch.setattr(_study_runs, "MeasurementRecorder", Recorder)
-    monkeypatch.setitem(_study_runs.STUDIES, "convergence", nothing)
-    study_of("convergence", folder=tmp_path / "out", workers=2)
-    assert not left
+class Recorder(MeasurementRecorder):
+    def record(self, earlier=None):
+        count()
+        return super().record(earlier)
+
+def nothing(measure, out, options):
+    count()
+    (out / "README.md").write_text("A page.\\n")
+
+if __name__ == "__main__":
+    _study_runs.MeasurementRecorder = Recorder
+    _study_runs.STUDIES["convergence"] = nothing
+    study("convergence", folder=sys.argv[1], workers=2)
+    print(counts)
+"""
+    program = tmp_path / "counts.py"  # its workers read it, too
+    program.write_text(text)
+    asked = [sys.executable, str(program), str(tmp_path / "out")]
+    done = subprocess.run(asked, capture_output=True, text=True, cwd=tmp_path, timeout=300)
+    assert done.stdout.strip() == "[2, 0]", done.stderr
