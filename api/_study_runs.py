@@ -91,8 +91,11 @@ def run_study(
 
 
 def _write_record(name: StudyName, folder: Path, recorder: MeasurementRecorder) -> None:
-    """Write the record of a page beside it, and say on the page how it was measured."""
-    record = recorder.record(folder / RECORD)
+    """Write the record of a page beside it, and say on the page how it was measured.
+
+    Earlier runs count only if their stored measurements were used.
+    """
+    record = recorder.record(folder / RECORD if recorder.reused else None)
     write_text(folder / RECORD, record.to_json())
     page = (folder / PAGE).read_text("utf-8").rstrip() + f"\n\n{sentences(record, RECORD)}\n"
     write_text(folder / PAGE, page)

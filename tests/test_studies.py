@@ -11,6 +11,7 @@ from typing import get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings import _study_runs
 from place_rings._study_arguments import StudyName
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
@@ -22,6 +23,7 @@ from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
 from place_rings.studies.engine import searching_tasks as searching
 from place_rings.studies.engine.import_closure import import_closure
+from place_rings.studies.engine.provenance import MeasurementRecorder, from_json
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
@@ -236,3 +238,14 @@ if __name__ == "__main__":
     asked = [sys.executable, str(program), str(tmp_path / "out")]
     done = subprocess.run(asked, capture_output=True, text=True, cwd=tmp_path, timeout=300)
     assert done.stdout.strip() == "[2, 0]", done.stderr
+
+
+def test_a_page_tells_of_earlier_runs_only_while_their_measurements_are_used(tmp_path):
+    def runs(measured, reused):
+        (tmp_path / "README.md").write_text("A page.\n")
+        recorder = MeasurementRecorder("a command", [ROOT / "studies/engine/store.py"])
+        recorder.count(measured, reused)
+        _study_runs._write_record("robots", tmp_path, recorder)
+        return len(from_json((tmp_path / "provenance.json").read_text()).runs)
+
+    assert [runs(9, 0), runs(9, 0), runs(2, 7), runs(0, 9), runs(9, 0)] == [1, 1, 2, 2, 1]
