@@ -214,9 +214,14 @@ from place_rings.studies.engine.provenance import MeasurementRecorder
 
 counts = []
 
+def works(child):
+    try:
+        return "spawn_main" in " ".join(child.cmdline())
+    except psutil.Error:  # it has just ended
+        return False
+
 def count():
-    commands = [" ".join(c.cmdline()) for c in psutil.Process().children(recursive=True)]
-    counts.append(sum("spawn_main" in command for command in commands))
+    counts.append(sum(works(child) for child in psutil.Process().children(recursive=True)))
 
 class Recorder(MeasurementRecorder):
     def record(self, earlier=None):
