@@ -214,14 +214,14 @@ from place_rings.studies.engine.provenance import MeasurementRecorder
 
 counts = []
 
-def works(child):
+def is_worker(child):
     try:
         return "spawn_main" in " ".join(child.cmdline())
     except psutil.Error:  # it has just ended
         return False
 
 def count():
-    counts.append(sum(works(child) for child in psutil.Process().children(recursive=True)))
+    counts.append(sum(is_worker(child) for child in psutil.Process().children(recursive=True)))
 
 class Recorder(MeasurementRecorder):
     def record(self, earlier=None):
