@@ -22,8 +22,8 @@ from beartype.roar import BeartypeDecorHintPep3119Exception
 from hypothesis import Phase, settings
 from jaxtyping import install_import_hook
 
-from .rooms import imported_rooms, shaped_modules
-from .shape_checks import check_once
+from .support.rooms import imported_rooms, shaped_modules
+from .support.shape_checks import check_once
 
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     # gone when this process ends

@@ -12,15 +12,14 @@ import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cache
 from importlib import import_module
+from importlib.metadata import version
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from distributed import Client, Future, KilledWorker, get_worker
 
 from ...formats.errors import UserError
-from .digest import programs
 from .registry import TASKS, shared
 from .runner import Work
 from .store import Cell, Store
@@ -34,39 +33,24 @@ _SPLIT = 4  # at least this many batches per worker, if there are enough cells
 
 
 def _required(cells: Sequence[Cell], works: Mapping[str, Work]) -> list[Any]:
-    """Return the requirements on workers for these cells.
-
-    They are the version of the program by task, and the modules that register the tasks.
-    """
-    tasks = {name: works[name] for name in sorted({cell.work for cell in cells})}
-    modules = {task.__module__ for task in tasks.values()}
-    return [programs(tasks), sorted(name for name in modules if name.startswith(_STUDIES))]
-
-
-@cache
-def _own_versions(tasks: tuple[str, ...], modules: tuple[str, ...]) -> dict[str, str]:
-    """On a worker: return the version of its own program by task; tasks that it lacks are left
-    out.
-    """
-    with suppress(ImportError):  # the worker runs another version of the program
-        for module in modules:
-            import_module(module)
-    return programs({name: TASKS[name] for name in tasks if name in TASKS})
+    """Return the requirements on workers: the version, and the modules that register the tasks."""
+    modules = {works[cell.work].__module__ for cell in cells}
+    return [version("place-rings"), sorted(name for name in modules if name.startswith(_STUDIES))]
 
 
 def _measure(required: Sequence[Any], topic: str, keys: list[str]) -> None:
-    """On a worker: measure the cells of these keys with the required program and report each
+    """On a worker: measure the cells of these keys with the required version and report each
     result.
     """
     worker = get_worker()
-    versions, modules = required
-    own = _own_versions(tuple(versions), tuple(modules))
-    for task, version in versions.items():
-        if own.get(task) != version:
-            raise UserError(
-                f"{worker.address}: task {task!r} is from place-rings {own.get(task)}, but this"
-                f" machine has {version}; install the same version"
-            )
+    needed, modules = required
+    if (own := version("place-rings")) != needed:
+        raise UserError(
+            f"{worker.address}: found place-rings {own}, but this machine has {needed}; install"
+            " the same version"
+        )
+    for module in modules:
+        import_module(module)
     for key in keys:
         work, arguments = json.loads(key)
         start = time.perf_counter()

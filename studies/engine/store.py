@@ -33,15 +33,14 @@ class Cell:
 
 
 class Store:
-    """A file of results by cell and by the version of the program that measured them."""
+    """A file of results by cell and by the version of the package that measured them."""
 
-    def __init__(self, file: Path, version: str | Mapping[str, str]) -> None:
+    def __init__(self, file: Path, version: str) -> None:
         """Open or create the file and lock it.
 
         Args:
             file: the database.
-            version: version of the program, for all cells or by task; results of other versions are
-                measured again.
+            version: version of the package; results of other versions are measured again.
 
         Raises:
             UserError: if the file is no such database, or another process holds it.
@@ -83,7 +82,7 @@ class Store:
     def get(self, cell: Cell) -> Any:
         """Return the result of a cell as JSON data, or None."""
         question = "SELECT result FROM cells WHERE key = ? AND version = ?"
-        found = self._base.execute(question, (cell.key, self._of(cell))).fetchone()
+        found = self._base.execute(question, (cell.key, self._version)).fetchone()
         return json.loads(found[0]) if found else None
 
     def put(self, cell: Cell, result: object, seconds: float) -> None:
@@ -91,9 +90,5 @@ class Store:
         text = json.dumps(result, allow_nan=False)
         self._base.execute(
             "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
-            (cell.key, self._of(cell), text, seconds),
+            (cell.key, self._version, text, seconds),
         )
-
-    def _of(self, cell: Cell) -> str:
-        """Return the version of the program that measures a cell."""
-        return self._version if isinstance(self._version, str) else self._version[cell.work]

@@ -1,0 +1,588 @@
+"""The front door: lazy, typed, and the same answers as the commands give."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+from doctest import DocTestFinder, DocTestRunner
+from inspect import getdoc, isclass, isfunction
+from unittest.mock import Mock
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings._placement import Placement
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.target_points import TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.redesign import redesign
+from place_rings.placement.redesign.beam_search import BeamPlan, Stage
+from place_rings.placement.search import search as searching
+from place_rings.placement.search.round import Round
+
+from ..support.rooms import ROOT
+
+HEAVY = ("numpy", "jax", "scipy", "matplotlib", "pydantic", "viser", "trimesh", "rich")
+NEAR = pr.Scene(targets=[pr.Shell(0.5)])
+PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
+QUICK = (Round(512, 2, 2, 4, 0.2, 4, 4),)
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick():
+    """Searches of few steps: what they find need not be good."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(searching, "usual", lambda *_: QUICK)
+        patch.setattr(redesign, "BeamPlan", lambda: TINY)
+        yield
+
+
+def python(*words, cwd):
+    return subprocess.run(
+        [sys.executable, *words], cwd=cwd, check=True, capture_output=True, text=True
+    ).stdout
+
+
+@pytest.mark.parametrize("where", ["checkout", "empty"])
+def test_importing_loads_nothing_heavy(where, tmp_path):
+    text = f"import sys, place_rings; print([m for m in {HEAVY} if m in sys.modules])"
+    assert python("-c", text, cwd=ROOT if where == "checkout" else tmp_path) == "[]\n"
+
+
+def test_importing_takes_less_than_a_tenth_of_a_second_more_than_python(tmp_path):
+    text = (
+        "import time; a = time.process_time(); import place_rings; print(time.process_time() - a)"
+    )
+    assert min(float(python("-c", text, cwd=tmp_path)) for _ in range(3)) < 0.1
+
+
+def test_every_public_name_is_there_documented_and_completes():
+    assert sorted(pr.__all__) == pr.__all__
+    assert len(pr.__all__) <= 57  # a small front door: a new name has to replace one
+    assert {*pr.__all__, "__version__"} <= set(dir(pr))
+    for name in pr.__all__:
+        assert getdoc(getattr(pr, name)), name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        pr.nothing  # noqa: B018
+
+
+def test_type_checkers_see_the_same_names():
+    import ast
+
+    tree = ast.parse((ROOT / "api" / "__init__.py").read_text())
+    block = next(
+        node for node in tree.body if isinstance(node, ast.If) and node.test.id == "TYPE_CHECKING"
+    )
+    seen = {(node.module, alias.name) for node in block.body for alias in node.names}
+    from place_rings import _WHERE
+
+    assert {(module, name) for name, module in _WHERE.items()} == seen
+    assert {name for _, name in seen} == set(pr.__all__)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", pr.__all__)
+def test_the_examples_of_docstrings_run(name):
+    one = getattr(pr, name)
+    if not (isclass(one) or isfunction(one)):
+        one = type(one)
+    runner = DocTestRunner(verbose=False)
+    for test in DocTestFinder().find(one, name, globs={}):
+        result = runner.run(test)
+        assert not result.failed, test.name
+
+
+def test_the_facade_has_examples():
+    for name in pr.__all__:
+        one = getattr(pr, name)
+        result = isclass(one) and (issubclass(one, Placement) or name == "StudyReport")
+        if one.__module__.startswith("place_rings._") and not result:
+            assert ">>>" in getdoc(one if isclass(one) or isfunction(one) else type(one)), name
+
+
+@given(
+    radius=st.sampled_from([0.4, 0.5, 1.0]),
+    count=st.integers(1, 12),
+    rings=st.integers(1, 3),
+    tilt=st.integers(-60, 60),
+)
+@settings(max_examples=5)
+def test_verify_is_the_verifier(radius, count, rings, tilt):
+    name = f"n{rings}_{count}_{tilt}"
+    scene = pr.Scene.paper(targets=[pr.Shell(radius)])
+    core = paper_scene(goals=(Goal(scene.targets[0].target),))
+    counted = pr.verify(name, scene, voxel=0.05)
+    expected = Verifier(core, 0.05).verify(pr.Setup.named(name), scene.targets[0].target)
+    assert counted.coverage == expected.zeta
+    assert counted.each[0].covered_voxels == expected.covered_voxels
+    assert counted.by_target == {f"V_S({radius:g})": expected.zeta}
+    assert float(counted) == counted.low == counted.high == counted.coverage
+
+
+def test_verify_gives_what_the_command_prints(run):
+    code, out, _ = run("verify", "n1_8_0", "--target", "V_S:0.5", "--voxel", "0.05", "--json")
+    (record,) = pr.verify("n1_8_0", NEAR, voxel=0.05).records
+    said, ours = json.loads(out), record.model_dump(mode="json")
+    assert code == 0
+    for one in (said, ours):
+        one.pop("seconds")
+    assert said == ours
+
+
+def test_an_interval_holds_the_count():
+    proof = pr.certify("n1_8_0", NEAR, width=1.0)
+    assert proof.low <= pr.verify("n1_8_0", NEAR, voxel=0.02).coverage <= proof.high
+    assert proof.high - proof.low <= 0.01
+    assert "…" in repr(proof)
+
+
+def test_robustness_gives_what_the_command_prints(run):
+    options = ("--draws", 3, "--voxel", 0.05, "--k", 2, "--json")
+    code, out, _ = run("robustness", "n1_8_0", "--target", "V_S:0.5", *options)
+    seen = []
+    report = pr.robustness(
+        "n1_8_0", NEAR, draws=3, voxel=0.05, k=2, progress=lambda *done: seen.append(done)
+    )
+    said, ours = json.loads(out), report.records[0].model_dump(mode="json")
+    for one in (said, ours):
+        one.pop("seconds")
+    assert code == 0
+    assert said == ours
+    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert "ζ without the worst ring" in repr(report)
+
+
+@pytest.fixture(scope="module")
+def proposal():
+    return pr.search(NEAR, sensors=12, voxel=0.05)
+
+
+def test_a_search_saves_what_the_command_writes(run, tmp_path, proposal):
+    options = ("--sensors", 12, "--voxel", 0.05, "--out", tmp_path / "out")
+    code, _, _ = run("--target", "V_S:0.5", *options)
+    assert code == 0
+    theirs = tomllib.loads((tmp_path / "out" / "proposal.toml").read_text())
+    ours = tomllib.loads(proposal.save(tmp_path / "proposal.toml").read_text())
+    for one in (theirs, ours):
+        for key in ("command", "created", "seconds", "start_up_seconds", "count_seconds"):
+            one["found"].pop(key)
+        for zeta in one["zeta"]:
+            zeta.pop("seconds")
+    assert theirs == ours
+
+
+def test_the_count_that_chose_a_proposal_is_not_repeated(proposal, monkeypatch):
+    counted = []
+    verify = Verifier.verify
+
+    def listening(self, setup, target):
+        counted.append((setup, self.scene.occlusion))
+        return verify(self, setup, target)
+
+    monkeypatch.setattr(Verifier, "verify", listening)
+    assert replace(proposal).coverage == proposal.coverage
+    assert not counted
+    proposal.compare()
+    assert (proposal.setup, proposal.scene.occlusion) not in counted
+    assert (proposal.setup, "blind") in counted
+
+
+def test_a_proposal_reads_back(tmp_path, proposal):
+    path = proposal.save(tmp_path / "proposal.toml")
+    again = pr.load(path)
+    assert isinstance(again, pr.Proposal)
+    assert again.setup == proposal.setup
+    assert again.found.seed == 0
+    assert again.coverage == pr.verify(proposal, voxel=0.01).coverage
+    second = again.save(tmp_path / "second.toml")
+    assert tomllib.loads(second.read_text())["found"] == tomllib.loads(path.read_text())["found"]
+
+
+@pytest.mark.long
+def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
+    assert proposal.plot(tmp_path / "p.png").png == (tmp_path / "p.png").read_bytes()
+    assert "data:image/png" in proposal._repr_html_()
+    assert proposal.report(tmp_path, voxel=0.1, draws=1).read_text().startswith("<!doctype html>")
+    files = proposal.export("json", "csv", folder=tmp_path)
+    assert [file.name for file in files] == ["sensors.json", "sensors.csv"]
+    assert pr.verify(tmp_path / "sensors.csv", NEAR, voxel=0.05).coverage == pytest.approx(
+        proposal.coverage, abs=1e-3
+    )
+    with proposal.view(browser=False, wait=False) as page:
+        assert page.url.startswith("http://127.0.0.1:")
+
+
+@pytest.mark.long
+def test_the_fewest_sensors_are_sought_with_progress():
+    counts = []
+    few = pr.search(
+        NEAR, reach_percent=8, voxel=0.05, time_cap=20, progress=lambda p: counts.append(p.sensors)
+    )
+    assert few.coverage >= 0.08
+    assert few.reach_record().reached
+    assert set(counts) >= {few.setup.sensors}
+
+
+def test_ctrl_c_returns_the_best_until_then():
+    pressed = []
+
+    def interrupt(progress):
+        if progress.stage >= 1 and not pressed:
+            pressed.append(progress.stage)
+            raise KeyboardInterrupt
+
+    found = pr.search(NEAR, sensors=12, voxel=0.05, progress=interrupt)
+    assert found.outcome is pr.Outcome.INTERRUPTED
+    assert found.setup.sensors == 12
+
+
+def test_a_search_passes_on_what_it_is_given(monkeypatch):
+    fake = Mock(spec=searching.search, side_effect=ValueError("floors"))
+    monkeypatch.setattr(searching, "search", fake)
+    start = pr.Setup.named("n1_4_0")
+    with pytest.raises(pr.InputError, match="floors"):
+        pr.search(NEAR, sensors=12, seed=3, time_cap=5, redundancy=2, start=[start])
+    assert fake.call_args.args[2:4] == (3, 5)
+    assert fake.call_args.kwargs["known"] == (start,)
+    assert fake.call_args.kwargs["aim"].seen == 2
+
+
+SWING = "t,q0,q1,q2,q3,q4,q5\n" + "".join(
+    f"{t / 10},{t / 40},-0.8,1.0,-1.8,-1.57,0\n" for t in range(40)
+)
+
+
+@pytest.mark.long
+def test_the_example_of_the_design_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "task.csv").write_text(SWING)
+    scene = pr.Scene(
+        robot="ur10e",
+        targets=[pr.Shell(0.5, weight=0.6), pr.Shell(1.5, weight=0.4)],
+        poses=pr.Trajectory.from_csv("task.csv", poses=2),
+        sensor=pr.sensors["vl53l5cx"],
+        occlusion="shadow",
+    )
+    result = pr.search(scene, sensors=12, voxel=0.1, time_cap=3)
+    assert 0 < result.coverage < 1
+    assert result.setup.sensors == 12
+    assert 0 < pr.verify("n2_16_25", scene, voxel=0.1).coverage < 1
+    proof = pr.certify(result.setup, scene, width=20)
+    assert proof.low <= proof.coverage <= proof.high
+    result.save("proposal.toml")
+    result.plot("placement.png")
+    assert {p.name for p in tmp_path.iterdir()} >= {"proposal.toml", "placement.png"}
+
+
+def test_a_scene_is_what_its_file_says(tmp_path):
+    scene = pr.Scene(
+        robot="panda",
+        targets=[pr.Shell(0.5, weight=2, at_least_percent=40), pr.ReachAndToolSpheres()],
+        poses=[[0, -0.5, 0, -2, 0, 1.5, 0.7], [0.3, -0.5, 0, -2, 0, 1.5, 0.7]],
+        sensor=pr.sensors.under("vl53l1x", ambient="50kcps"),
+        ring_radius=0.09,
+        mounts={"forearm": pr.Limits(position=(0.2, 0.8))},
+        rules=pr.Rules(spacing=0.05),
+        obstacles=[pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])],
+        over_poses="worst",
+        occlusion="shadow",
+    )
+    again = pr.load(pr.save(scene, tmp_path / "scene.toml"))
+    assert again.targets == scene.targets
+    assert again.mounts.keys() == scene.mounts.keys()
+    assert repr(again) == repr(scene)
+    assert again.rules == scene.rules
+    np.testing.assert_allclose(again.poses[1].q, scene.poses[1].q)
+    assert again.ring_radius == 0.09
+    assert again.sensor == scene.sensor
+
+
+def test_none_stands_for_a_default():
+    plain, table = pr.Scene(), pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])
+    full = {
+        "targets": pr.ToolSphere(),
+        "poses": np.zeros(6),
+        "sensor": pr.sensors["vl53l5cx"],
+        "ring_radius": 0.1,
+        "mounts": {"tool": pr.Limits(tilt=(0, 0.1))},
+        "rules": pr.Rules(spacing=0.1),
+        "obstacles": table,
+        "safety": pr.Safety(reaction=1.0),
+    }
+    scene = pr.Scene(**full)
+    assert scene.obstacles == (table,)
+    assert scene.ring_radius == 0.1
+    assert scene.replace(**dict.fromkeys(full)).core == plain.core
+    assert pr.Scene(**dict.fromkeys(full)).core == plain.core
+
+
+def test_trajectories_compare_and_hash_as_objects():
+    one, same = (pr.Trajectory([0, 1], [[0] * 6, [0.1] * 6]) for _ in range(2))
+    assert one == one
+    assert one != same
+    assert len({one, same}) == 2
+
+
+def test_a_scene_does_not_change():
+    with pytest.raises(AttributeError, match="replace"):
+        NEAR.robot = pr.robots["ur3"]
+    other = NEAR.replace(robot="ur3", targets=[pr.ToolSphere()])
+    assert other.robot.name == "ur3"
+    assert NEAR.robot.name == "ur10"
+    assert np.array_equal(other.poses[0].q, pr.robots["ur3"].rest)
+    assert repr(pr.Scene.of(NEAR.core)) == repr(NEAR)
+
+
+REFUSED = [
+    ('pr.Scene(robot="ur9")', "robot: unknown robot 'ur9'; known: ur10,"),
+    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15 m"),
+    ('pr.Scene(targets=["V_S"])', "allowed: Shell,"),
+    ("pr.Scene(poses=[0, 1])", "allowed: 6 angles"),
+    ('pr.Scene(poses="x")', "poses: found values that are not numbers"),
+    ("pr.Scene(poses=[7.0] * 6)", "the limits of shoulder_pan"),
+    ('pr.Scene(occlusion="dark")', "allowed: ignore, shadow, blind"),
+    ("pr.Scene(sensor=3)", "sensor"),
+    ('pr.Scene(mounts={"leg": pr.Limits()})', "allowed: a link of ur10"),
+    ('pr.Scene().replace(robots="ur3")', "replace: found robots"),
+    ("pr.Shell(-1)", "not a positive number"),
+    ("pr.Shell(0.5, weight=-1)", "weight: found -1"),
+    ('pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))', "position: found 2"),
+    ('pr.Ring("forearm", 0, 8, tilt=90)', "tilt: found 90, allowed: rad"),
+    ("pr.Sensor(fov=25)", "fov: found 25, allowed: rad"),
+    ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),
+    ('pr.Setup(["n2_16_25"])', "found a str, allowed: Ring"),
+    ('pr.Scene().ring("leg", 0, 8)', "no link 'leg'"),
+    ('pr.obstacle("a")', "exactly one of the keys size, file, points, floor"),
+    ('pr.sensors.under("vl53l1x", ambient="9klx")', "allowed for vl53l1x"),
+    ('pr.Trajectory.from_csv("no.csv")', "no.csv: no such file"),
+    ("pr.Trajectory([0, 0], [[0], [1]])", "do not ascend"),
+    ("pr.verify(3, pr.Scene())", "setup: found a int"),
+    ('pr.verify("n1_8_0", pr.Scene(), voxel=-1)', "voxel"),
+    ('pr.verify("n1_8_0", pr.Scene(), rule="certified")', "use certify"),
+    ('pr.verify("n1_8_0", "scene.toml")', "scene: found a str, allowed: Scene"),
+    ('pr.verify("nowhere.toml")', "nowhere.toml: cannot be read"),
+    ('pr.verify(pr.Setup([pr.Ring("leg", 0, 1)]))', "allowed: a link of ur10"),
+    ('pr.certify("n1_8_0", pr.Scene(), width=0)', "width: found 0"),
+    ('pr.robustness("n1_8_0", pr.Scene(), k=0)', "k: found 0"),
+    ("pr.search(pr.Scene(), sensors=9, rings_per_link=2)", "use only one of them"),
+    ("pr.search(pr.Scene(), sensors=9, reach_percent=50)", "only one of them"),
+    ("pr.search(pr.Scene(), seed=-1)", "seed: found -1"),
+    ('pr.search(pr.Scene(), redundancy=2, losing="ring")', "losing: found ring"),
+    ("pr.search(pr.Scene(), sensors=1)", "rules"),
+    ('pr.export("n1_8_0", to="dwg")', "to: found"),
+    ('pr.load("nowhere.toml")', "nowhere.toml: cannot be read"),
+    ('pr.save(3, "x.toml")', "allowed: a result, a Scene or a Robot"),
+    ("pr.Scene(poses=5)", "poses: found shape ()"),
+    ("pr.Scene(poses=object())", "poses: found values that are not numbers"),
+    ("pr.Scene(obstacles=5)", "obstacles: found 5, allowed: obstacle(...)"),
+    ("pr.Scene(mounts=[1])", "mounts: found [1], allowed: Limits by the name of the link"),
+    ('pr.Scene(mounts="abc")', "mounts: found 'abc'"),
+    ('pr.Scene(mounts={"tool": 3})', "mounts: found 3 for 'tool'"),
+    ("pr.Scene(targets=5)", "targets: found 5, allowed: Shell,"),
+    ("pr.Scene(occlusion=3)", "occlusion: found 3"),
+    ('pr.Shell(0.5, weight="a")', "weight: found 'a', allowed: 0 to"),
+    ("pr.obstacle(size=3)", "obstacle: size: found 3.0, allowed: a list of 3"),
+    ('pr.Ring("forearm", 0, 8, sensor="vl53l5cx")', "sensor: found 'vl53l5cx', allowed: a Sensor"),
+    ('pr.Ring("forearm", "a", 8)', "position: found 'a', allowed: a number"),
+    ('pr.Ring("forearm", 0, 8.5)', "count: found 8.5, allowed: an integer"),
+    ("pr.Ring(3, 0, 8)", "link: found 3"),
+    ("pr.Setup(3)", "rings: found 3, allowed: Rings"),
+    ('pr.Trajectory("a", "b")', "time_s, q: found values that are not numbers"),
+    ("pr.Trajectory([0, 1], [[0], [1]], poses=2.5)", "poses: found 2.5, allowed: an integer"),
+    ("pr.verify(pr.Setup(()))", "setup: found no ring or single sensor, allowed: one or more"),
+    ('pr.verify("n1_8_0", pr.Scene(), voxel="a")', "voxel: found 'a'"),
+    ('pr.certify("n1_8_0", pr.Scene(), width="a")', "width: found 'a'"),
+    ('pr.robustness("n1_8_0", pr.Scene(), draws=1.5)', "draws: found 1.5, allowed: an integer"),
+    ('pr.robustness("n1_8_0", pr.Scene(), law="x")', "law: found 'x', allowed: uniform, normal"),
+    ("pr.search(pr.Scene(), sensors=8.0)", "sensors: found 8.0, allowed: an integer, 1 to 2000"),
+    ('pr.search(pr.Scene(), sensors="a")', "sensors: found 'a', allowed: an integer"),
+    ("pr.search(pr.Scene(), seed=1.5)", "seed: found 1.5, allowed: an integer"),
+    ('pr.search(pr.Scene(), losing="x")', "losing: found 'x', allowed: ring, sensor"),
+    ('pr.search(pr.Scene(), start=["n1_8_0"])', "start: found 'n1_8_0', allowed: a list of Setups"),
+    ("pr.search(pr.Scene(), start=[3])", "start: found 3"),
+    ("pr.search(pr.Scene(), start=3)", "start: found 3"),
+    ('pr.search(pr.Scene(), time_cap="a")', "time_cap: found 'a'"),
+    ('pr.export("n1_8_0", to="csv", pose=1.5)', "pose: found 1.5, allowed: an integer"),
+    ('pr.export("n1_8_0", to="csv", folder="/proc/nope")', "folder /proc/nope: cannot be written"),
+    ('pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")', "folder /proc/nope: cannot"),
+    ("pr.sample_points(pr.Scene(), 1.5)", "count: found 1.5, allowed: an integer"),
+]
+
+
+def test_what_cannot_be_used_is_refused_in_one_line(tmp_path):
+    # in a process of its own, in which nothing but the front door looks at types
+    lines = [
+        "import json, place_rings as pr",
+        "said = []",
+        *(
+            f"try: said.append(repr({text}))\nexcept ValueError as error: said.append(str(error))"
+            for text, _ in REFUSED
+        ),
+        "print(json.dumps(said))",
+    ]
+    script = tmp_path / "refused.py"
+    script.write_text("\n".join(lines))
+    said = json.loads(python(str(script), cwd=tmp_path))
+    for (text, says), line in zip(REFUSED, said, strict=True):
+        assert says in line, text
+        assert "\n" not in line, text
+    assert [file.name for file in tmp_path.iterdir()] == ["refused.py"]
+
+
+def test_catalogues_name_what_they_have():
+    with pytest.raises(KeyError, match="known: ur10"):
+        pr.robots["ur9"]
+    with pytest.raises(KeyError, match="known: vl53l0x"):
+        pr.sensors["eye"]
+    assert len(pr.robots) == len(list(pr.robots))
+    assert "ur3e" in repr(pr.robots)
+
+
+def test_values_go_there_and_back():
+    setup = pr.Setup.named("n2_8_25")
+    assert setup.with_values(setup.values) == setup
+    with pytest.raises(ValueError, match=r"allowed: \(3, 5\)"):
+        setup.with_values(np.zeros((3, 4)))
+
+
+def fraction_of(setup, scene, points, width=0.03):
+    return lambda values: pr.coverage_fraction(setup, scene, points, width, values=values)
+
+
+SQUARE = replace(pr.Sensor(), fov_up=0.5, zones=4)
+CASES = {
+    "cones": (PAPER, pr.Setup.named("n1_4_25")),
+    "two targets, two poses": (
+        pr.Scene.paper(
+            targets=[pr.Shell(0.5, weight=2), pr.ToolSphere()],
+            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1, -1.8, -1.6, 0]],
+        ),
+        pr.Setup.named("n1_4_25"),
+    ),
+    "shadow": (NEAR.replace(occlusion="shadow"), pr.Setup.named("n1_4_25", radius=0.1)),
+    "blind": (NEAR.replace(occlusion="blind"), pr.Setup.named("n1_4_25", radius=0.1)),
+    "square beams": (PAPER, pr.Setup.named("n1_4_25", SQUARE)),
+    "single sensors": (
+        NEAR.replace(
+            occlusion="shadow",
+            cell_sensors=[pr.MountedSensor("base", (0.5, 0.0, 1.5), (0, 0, -1), SQUARE, (0, 1, 0))],
+        ),
+        pr.Setup(
+            pr.Setup.named("n1_4_25", radius=0.1).rings,
+            (pr.MountedSensor("forearm", (0.0, 0.1, 0.2), (0.0, 1.0, 0.0)),),
+        ),
+    ),
+    "an obstacle": (
+        PAPER.replace(obstacles=[pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])]),
+        pr.Setup.named("n1_4_25"),
+    ),
+    "a tool, two poses": (
+        pr.Scene(
+            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1.4, -1.8, -1.6, 0.3]],
+            attached=[
+                pr.attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
+                pr.attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
+            ],
+        ),
+        pr.Setup.named("n1_4_25", radius=0.1),
+    ),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", CASES)
+def test_the_gradient_is_that_of_finite_differences(case):
+    scene, setup = CASES[case]
+    # in 64 bit, as differences of 32-bit values are too coarse; the points lie off all edges
+    drawn = TargetPoints(scene.core, 256, 1)
+    drawn.clouds = lambda count: jax.tree.map(
+        lambda *a: jnp.stack(a), *(cloud(p[:count], dtype=np.float64) for p in drawn.points)
+    )
+    function = fraction_of(setup, scene, drawn)
+    both = jax.value_and_grad(function)  # values and slopes by one compiled function
+    values = jnp.asarray(setup.values) + jnp.array([[0.02], [0.01], [0.03]])
+    values = values.at[0].set(jnp.clip(values[0], 0.01, 0.99))
+    (value, slope), step = both(values), 1e-5
+    if case == "cones":
+        assert float(function(values)) == pytest.approx(float(value), abs=1e-12)
+    for index in np.ndindex(*values.shape):
+        there = [both(values.at[index].add(s * step))[0] for s in (1, -1)]
+        expected = float(there[0] - there[1]) / (2 * step)
+        assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", [PAPER, NEAR], ids=["paper", "shadow"])
+def test_jit_and_vmap_give_the_same(scene):
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(scene, 256)
+    both = jax.value_and_grad(fraction_of(setup, scene, points))
+    values = jnp.asarray(np.asarray(setup.values) + np.arange(3)[:, None, None] * 0.01)
+    each = [both(v) for v in values]
+    ways = [list(zip(*jax.jit(jax.vmap(both))(values), strict=True))]
+    if scene is PAPER:
+        ways += [
+            [jax.jit(both)(v) for v in values],
+            list(zip(*jax.vmap(both)(values), strict=True)),
+        ]
+    for way in ways:
+        for (value, slope), (expected, by) in zip(way, each, strict=True):
+            assert float(value) == pytest.approx(float(expected), abs=1e-6)
+            np.testing.assert_allclose(slope, by, atol=1e-6)
+
+
+def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
+    setup = pr.Setup.named("n2_16_25")
+    points = pr.sample_points(NEAR, 8192)
+    exact = pr.verify(setup, NEAR, voxel=0.02).coverage
+    sharp = float(pr.coverage_fraction(setup, NEAR, points, 1e-6))
+    assert sharp == pytest.approx(exact, abs=0.02)
+    own = float(pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6))
+    assert own == pytest.approx(sharp, abs=1e-6)
+
+
+def test_an_objective_of_ones_own_composes():
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(PAPER, 256)
+
+    def objective(values):
+        return fraction_of(setup, PAPER, points)(values) - 0.1 * jnp.sum(values[1] ** 2)
+
+    values = jnp.asarray(setup.values)
+    plain = jax.grad(fraction_of(setup, PAPER, points))(values)
+    expected = plain.at[1].add(-0.2 * values[1])
+    np.testing.assert_allclose(jax.jit(jax.grad(objective))(values), expected, atol=1e-6)
+
+
+def test_the_width_is_a_constant_and_other_shapes_are_refused():
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(PAPER, 64)
+    assert jax.grad(lambda w: pr.coverage_fraction(setup, PAPER, points, w))(0.05) == 0
+    for width, values, says in ((0.05, np.zeros((3, 2)), "values"), (0, None, "width")):
+        with pytest.raises(pr.InputError, match=says):
+            pr.coverage_fraction(setup, NEAR, points, width, values=values)
+    with pytest.raises(pr.InputError, match="points"):
+        pr.coverage_fraction(setup, NEAR, np.zeros((4, 2)), 0.05)
+
+
+def test_a_command_names_options_where_the_api_names_arguments(run):
+    with pytest.raises(pr.InputError) as refused:
+        pr.search(sensors=20, rings_per_link=2)
+    line = "found 2 with {}sensors 20, where the search chooses the rings; use only one of them"
+    assert refused.value.argument == "rings_per_link"
+    assert str(refused.value).startswith(f"rings_per_link: {line.format('')}")
+    code, _, err = run("--sensors", 20, "--rings-per-link", 2)
+    assert code == 2
+    assert f"--rings-per-link: {line.format('--')}" in err
+
+
+def test_rules_that_leave_no_setup_are_told_apart_from_bad_arguments():
+    crowded = NEAR.replace(rules=pr.Rules(spacing=3.0))
+    with pytest.raises(pr.InfeasibleError):
+        pr.search(crowded, rings_per_link=3)
+    with pytest.raises(pr.InfeasibleError):
+        pr.search(crowded, sensors=2000)

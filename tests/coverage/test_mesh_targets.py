@@ -1,0 +1,204 @@
+"""Closed meshes as targets: the solids that they approximate, and those of other libraries."""
+
+import math
+
+import numpy as np
+import place_rings as pr
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import transform
+from place_rings.coverage.solids.closed_mesh import ClosedMesh
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.volumes import BoxVolume, MeshVolume
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.octree import count
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_target
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.objectives.scene import CoreScene, Goal
+
+from ..strategies.units import GENERATORS, failures, uniform_directions
+from ..strategies.volumes import BOXES
+from .test_octree import dense, lattice
+
+
+def solid_of(mesh):
+    return ClosedMesh(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
+
+
+def some_mesh(kind, size_mm, turn, seed):
+    a, b, c = np.array(size_mm) / 1000
+    mesh = {
+        "box": lambda: trimesh.creation.box((a, b, c)),
+        "ball": lambda: trimesh.creation.icosphere(2, a),
+        "ring": lambda: trimesh.creation.torus(0.6, 0.1 + b / 10, 24, 12),
+        "can": lambda: trimesh.creation.cylinder(a / 2, b, sections=16),
+        "two": lambda: trimesh.util.concatenate(
+            [
+                trimesh.creation.box((0.2, 0.3, c)),
+                trimesh.creation.icosphere(1, 0.2).apply_translation((0.9, 0, 0)),
+            ]
+        ),
+    }[kind]()
+    mesh.apply_transform(transform(np.zeros(3), np.radians(turn)))
+    if kind == "ball":  # dents, so that it is not convex
+        mesh.vertices *= 1 + 0.2 * np.random.default_rng(seed).random((len(mesh.vertices), 1))
+    return mesh
+
+
+MESHES = st.builds(
+    some_mesh,
+    st.sampled_from(["box", "ball", "ring", "can", "two"]),
+    st.tuples(*[st.integers(200, 1000)] * 3),
+    st.tuples(*[st.sampled_from([0, 0, 30, 90])] * 3),
+    st.integers(0, 99),
+)
+
+
+@settings(max_examples=12)
+@given(MESHES, GENERATORS)
+def test_sign_and_distance_are_those_of_trimesh(mesh, rng):
+    solid = solid_of(mesh)
+    points = rng.uniform(-1.2, 1.2, (300, 3))
+    away = np.abs(trimesh.proximity.signed_distance(mesh, points))
+    value = solid(points)
+    assert failures(points, (value < 0) == (np.abs(mesh_winding(mesh, points)) > 0.5)) == []
+    assert failures(points, np.abs(value) <= away + 1e-9) == []
+    near = away < 2 * solid._radius
+    assert failures(points[near], np.abs(np.abs(value) - away)[near] < 1e-6) == []
+
+
+def mesh_winding(mesh, points):
+    """The winding number about each point: the sum of solid angles of all triangles."""
+    a, b, c = (mesh.triangles[None, :, i] - points[:, None] for i in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+    up = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+    down = la * lb * lc + (a * b).sum(2) * lc + (b * c).sum(2) * la + (c * a).sum(2) * lb
+    return np.arctan2(up, down).sum(axis=1) / (2 * math.pi)
+
+
+@settings(max_examples=12)
+@given(MESHES, GENERATORS)
+def test_function_is_lipschitz(mesh, rng):
+    solid = solid_of(mesh)
+    p = rng.uniform(-1.2, 1.2, (400, 3))
+    q = p + rng.uniform(0, 0.4, (400, 1)) ** 2 * uniform_directions(rng, 400)
+    step = np.linalg.norm(p - q, axis=1)
+    assert failures(p, np.abs(solid(p) - solid(q)) <= step + 1e-9) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("rule", ["centre", "touch"])
+@settings(max_examples=8)
+@given(MESHES)
+def test_count_is_the_dense_count(rule, mesh):
+    solid = solid_of(mesh)
+    voxel = 0.0531 if rule == "centre" else 0.211
+    centres = lattice(*solid.bounds(), voxel)
+    assert count(solid, voxel, rule) == dense(solid, centres, voxel, rule).sum()
+
+
+@settings(max_examples=10)
+@given(BOXES)
+def test_a_mesh_of_a_box_is_the_box(volume):
+    mesh = trimesh.creation.box(
+        volume.size, transform(np.array(volume.centre), np.array(volume.rpy))
+    )
+    same = MeshVolume(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
+    one, other = (v.solid(lambda *_: None) for v in (volume, same))
+    assert abs(count(one, 0.0231) - count(other, 0.0231)) <= 2  # centres on a face
+
+
+@settings(max_examples=6)
+@given(MESHES)
+def test_certified_volume_holds_that_of_trimesh(mesh):
+    solid = solid_of(mesh)
+    found = bracket(solid, sphere(np.zeros(3), 0.3), 0.1)
+    assert found.volume_low <= mesh.volume * (1 + 1e-9)
+    assert found.volume_high >= mesh.volume * (1 - 1e-9)
+    assert found.high - found.low <= 0.1
+
+
+@settings(max_examples=8)
+@given(MESHES, GENERATORS, st.sampled_from([0.01, 0.05]))
+def test_shares_of_cubes_hold(mesh, rng, side):
+    solid, cell = solid_of(mesh), np.arange(20)
+    points = trimesh.sample.sample_surface(mesh, 20, seed=int(rng.integers(99)))[0]
+    points = points + rng.uniform(-0.5, 0.5, (20, 3)) * side
+    found = solid.shares(points, cell, np.zeros(20, int), 20, side, 1e-9)
+    inside = rng.uniform(-0.5, 0.5, (3000, 3)) * side
+    share = np.array([solid.holds(p + inside).mean() for p in points])
+    noise = math.sqrt(math.log(2 * 20 * 1e7) / (2 * len(inside)))
+    assert failures(points, found.low - noise <= share) == []
+    assert failures(points, found.high + noise >= share) == []
+
+
+def test_a_ray_along_walls_and_edges_counts_once():
+    """Points above, below and beside the edges and the walls of a box on the lattice."""
+    solid = solid_of(trimesh.creation.box((1, 1, 1)))
+    at = np.array([-1.0, -0.5, 0.0, 0.25, 0.5, 1.0])
+    points = np.stack(np.meshgrid(at, at, at, indexing="ij"), -1).reshape(-1, 3)
+    inside = (np.abs(points) < 0.5).all(axis=1)
+    outside = (np.abs(points) > 0.5).any(axis=1)
+    held = solid.holds(points)
+    assert held[inside].all()
+    assert not held[outside].any()
+
+
+def test_files_hold_meshes(tmp_path):
+    mesh = trimesh.creation.box((200, 400, 600))
+    mesh.export(tmp_path / "zone.stl")
+    (tmp_path / "zone.toml").write_text(
+        "name = 'zone'\n[volume]\nkind = 'mesh'\nfile = 'zone.stl'\nscale = 0.001\n"
+        "centre = [0.5, 0.0, 0.5]\nrpy_deg = [0.0, 0.0, 90.0]\n"
+    )
+    target = read_target(tmp_path / "zone.toml").target
+    box = Target("box", None, BoxVolume((0.4, 0.2, 0.6), (0.5, 0.0, 0.5)))
+    one, other = (target_solid(t, UR10, CoreScene.poses[0].q) for t in (target, box))
+    assert abs(count(one, 0.0117) - count(other, 0.0117)) <= 2
+    keys = SceneModel.from_domain(CoreScene(goals=(Goal(target),)))
+    assert keys.to_domain().goals[0].target == target
+    again = pr.Mesh.load(
+        tmp_path / "zone.stl", scale=0.001, centre=(0.5, 0, 0.5), rpy_deg=(0, 0, 90), name="zone"
+    )
+    assert again.target == target
+    scene = pr.Scene(targets=pr.UnionOf([again, pr.Shell(0.5)], name="both"))
+    assert scene.targets[0].goal == pr.UnionOf([again, pr.Shell(0.5)], name="both").goal
+
+
+def test_open_meshes_are_refused(tmp_path):
+    mesh = trimesh.creation.box((1, 1, 1))
+    mesh.update_faces(np.arange(12) > 0)
+    mesh.export(tmp_path / "open.stl")
+    (tmp_path / "open.toml").write_text(
+        "name = 'zone'\nvolume = {kind = 'mesh', file = 'open.stl'}\n"
+    )
+    with pytest.raises(UserError, match=r"volume\.file: .*not closed: 3 of its 18 edges"):
+        read_target(tmp_path / "open.toml")
+    with pytest.raises(pr.InputError, match="not closed"):
+        pr.Mesh.load(tmp_path / "open.stl")
+
+
+BAD = {
+    "{kind = 'mesh'}": "the key file, or the keys vertices and faces",
+    "{kind = 'mesh', file = 'none.stl'}": "target.toml: volume.file: none.stl: cannot be read",
+    "{kind = 'mesh', file = '../a.stl'}": "allowed: a file in the folder",
+    "{kind = 'mesh', file = 'a.txt'}": "allowed: a mesh, .stl",
+    "{kind = 'mesh', file = 'text.stl'}": "text.stl",
+    "{kind = 'mesh', file = 'text.stl', vertices = [[0.0,0.0,0.0]]}": "volume.vertices: found",
+}
+
+
+@pytest.mark.parametrize("volume", BAD)
+def test_bad_meshes_say_what_is_wrong(volume, tmp_path):
+    (tmp_path / "a.txt").write_text("hello")
+    (tmp_path / "text.stl").write_text("hello")
+    (tmp_path / "target.toml").write_text(f"name = 'zone'\nvolume = {volume}\n")
+    with pytest.raises(UserError) as error:
+        read_target(tmp_path / "target.toml")
+    assert BAD[volume] in str(error.value)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,357 @@
+"""Targets of one's own: exact counts against dense ones, volumes against closed forms, and the
+interval that holds the truth."""
+
+import copy
+import math
+
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import transform
+from place_rings.coverage.soft.sampling import EmptySolidError, sample
+from place_rings.coverage.solids.base import leaves
+from place_rings.coverage.solids.polyhedra import box
+from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.volumes import (
+    BoxVolume,
+    CombinedVolume,
+    CylinderVolume,
+    FunctionVolume,
+    HalfSpaceVolume,
+    NamedVolume,
+)
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene, read_target
+from place_rings.formats.schema.scene_models import SceneFile, SceneModel
+from place_rings.formats.schema.target_models import TargetModel
+from place_rings.formats.schema.volume_models import VolumeModel
+from place_rings.formats.writing import to_toml
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_targets import verify_targets
+
+from ..strategies.scenes import CELLS, scenes
+from ..strategies.units import GENERATORS, failures, uniform_directions
+from ..strategies.volumes import BOXES, CYLINDERS, OWN_TARGETS, VOLUMES
+from .test_octree import agree, dense, lattice
+
+NEAR = NamedVolume("V_S", 0.5)
+FINE = 0.0937  # m: no centre of a voxel lies on a surface of whole millimetres
+SETUP = named_setup("n2_16_25")
+FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free"))
+
+
+def own(volume, name="my own"):
+    return Target(name, None, volume)
+
+
+def solid_of(volume):
+    return target_solid(own(volume), UR10, CoreScene.poses[0].q)
+
+
+def scene_of(*targets, **fields):
+    return CoreScene(
+        goals=tuple(Goal(t) for t in targets),
+        occlusion="ignore",
+        rules=Rules(mount="free"),
+        **fields,
+    )
+
+
+@pytest.mark.parametrize("rule", ["centre", "touch"])
+@settings(max_examples=20)
+@given(scenes(OWN_TARGETS, CELLS))
+def test_count_is_the_dense_count(rule, scene):
+    assume((np.ptp(scene.solid.bounds(), axis=0) > 0.1).all())
+    agree(scene, scene.cones, rule)
+
+
+@settings(max_examples=20)
+@given(VOLUMES, GENERATORS)
+def test_function_is_lipschitz(volume, rng):
+    solid = solid_of(volume)
+    p = rng.uniform(-2, 2, (300, 3))
+    step = rng.uniform(0, 1, (300, 1)) ** 3
+    q = p + step * uniform_directions(rng, 300)
+    change = np.abs(solid(p) - solid(q))
+    assert failures(p, change <= step[:, 0] * (1 + 1e-9) + 1e-9) == []
+
+
+@settings(max_examples=20)
+@given(st.one_of(BOXES, CYLINDERS), GENERATORS)
+def test_shares_of_cubes_hold(volume, rng):
+    """The bounds of a cube's share hold the share of many points in it."""
+    (parts,) = leaves(volume.solid(lambda *_: None))
+    low, high = parts.bounds()
+    points, side = rng.uniform(low - 0.1, high + 0.1, (30, 3)), 0.2
+    cell = np.arange(30)
+    found = parts.shares(points, cell, np.zeros(30, int), 30, side, 1e-12)
+    inside = rng.uniform(-0.5, 0.5, (20_000, 3)) * side
+    share = np.array([(parts(p + inside) <= 0).mean() for p in points])
+    noise = math.sqrt(math.log(2 * 30 * 1e7) / (2 * len(inside)))
+    assert failures(points, found.low - noise <= share) == []
+    assert failures(points, found.high + noise >= share) == []
+
+
+@given(BOXES)
+def test_count_of_a_box_is_its_volume(volume):
+    found = voxels(volume.solid(lambda *_: None), 0.02)
+    surface = 2 * sum(volume.size[i] * volume.size[i - 1] for i in range(3))
+    assert abs(found.volume - math.prod(volume.size)) <= 0.02 * surface
+
+
+@given(CYLINDERS)
+def test_count_of_a_cylinder_is_its_volume(volume):
+    found = voxels(volume.solid(lambda *_: None), 0.02)
+    r, h = volume.radius, volume.height
+    surface = 2 * math.pi * r * (r + h)
+    assert abs(found.volume - math.pi * r**2 * h) <= 0.02 * surface
+    low, high = volume.solid(lambda *_: None).bounds()
+    assert (found.centres() >= low - 1e-9).all()
+    assert (found.centres() <= high + 1e-9).all()
+
+
+def test_a_certified_volume_is_the_closed_form():
+    """A box with a round hole, far from the robot: 8 - 2 pi / 4 m^3."""
+    hole = CylinderVolume(0.5, 3.0, (5.0, 0.0, 0.0), (0.3, 0.0, 0.0))
+    solid = solid_of(
+        CombinedVolume(
+            "difference", (BoxVolume((2.0, 2.0, 2.0), (5.0, 0.0, 0.0), (0.3, 0.0, 0.0)), hole)
+        )
+    )
+    b = bracket(solid, CylinderVolume(0.5, 9.0, (5.0, 0.0, 0.0)).solid(lambda *_: None), 0.002)
+    true = 8 - 2 * math.pi / 4
+    assert b.volume_low <= true <= b.volume_high
+    assert b.volume_high - b.volume_low < 0.05
+
+
+@settings(max_examples=6)
+@given(scenes(OWN_TARGETS))
+def test_certified_interval_holds_the_dense_share(scene):
+    solid = scene.solid
+    low, high = solid.bounds()
+    assume((high - low > 0.2).all())
+    voxel = ((high - low).prod() / 40_000) ** (1 / 3)
+    centres = lattice(low, high, voxel)
+    target = dense(solid, centres, voxel, "centre")
+    assume(target.sum() > 1000)
+    share = (dense(scene.cones, centres, voxel, "centre") & target).sum() / target.sum()
+    found = bracket(solid, scene.cones, 0.05)
+    surface = 8 * voxel * (high - low).max() ** 2 / (target.sum() * voxel**3)
+    assert found.low - surface <= share <= found.high + surface
+
+
+@settings(max_examples=15)
+@given(VOLUMES, VOLUMES)
+def test_identities_of_sets(a, b):
+    """A less B is A less (A and B); A or B less B is A less B; the parts of A make up A."""
+    box_ = BoxVolume((2.0, 2.0, 2.0))
+    a, b = (CombinedVolume("intersection", (v, box_)) for v in (a, b))
+
+    def counted(rule, *of):
+        return count(solid_of(CombinedVolume(rule, of)), FINE)
+
+    both = CombinedVolume("intersection", (a, b))
+    assert counted("difference", a, b) == counted("difference", a, both)
+    either = counted("union", a, b)
+    assert either == counted("union", b, a)
+    assert abs(either - count(solid_of(b), FINE) - counted("difference", a, b)) <= 2
+    assert (
+        abs(count(solid_of(a), FINE) - count(solid_of(both), FINE) - counted("difference", a, b))
+        <= 2
+    )
+
+
+def test_a_named_volume_in_a_tree_is_the_named_target():
+    whole = Verifier(FREE, 0.02).verify(SETUP, Target("V_S", 0.5))
+    tree = CombinedVolume("intersection", (NEAR, BoxVolume((9.0, 9.0, 9.0))))
+    found = Verifier(FREE, 0.02).verify(SETUP, own(tree))
+    assert (found.target_voxels, found.zeta) == (whole.target_voxels, whole.zeta)
+
+
+def test_protective_volume_in_a_tree_leaves_the_robot_out():
+    scene = scene_of(Target("V_P"))
+    tree = CombinedVolume("union", (NamedVolume("V_P"), NamedVolume("V_P")))
+    whole, found = (Verifier(scene, 0.04).verify(SETUP, t) for t in (Target("V_P"), own(tree)))
+    assert (found.target_voxels, found.zeta) == (whole.target_voxels, whole.zeta)
+
+
+@settings(max_examples=6)
+@given(OWN_TARGETS, GENERATORS)
+def test_zeta_is_that_of_independent_points(target, rng):
+    """Monte Carlo with nothing of ours but the functions of the target's and the beams' solids."""
+    scene = scene_of(target)
+    solid = scene.solid(target, 0)
+    low, high = solid.bounds()
+    points = rng.uniform(low, high, (40_000, 3))
+    inside = points[solid(points) <= 0]
+    assume(len(inside) > 2000)
+    verifier = Verifier(scene, 0.02)
+    share = float((verifier.seen(SETUP, 0)(inside) <= 0).mean())
+    assert abs(verifier.verify(SETUP, target).zeta - share) <= 5 / math.sqrt(len(inside)) + 0.01
+
+
+def test_obstacles_bound_a_target():
+    wall = Obstacle("wall", box([0.5, 0.0, 0.5], [0.2, 4.0, 4.0]))
+    zone = own(BoxVolume((1.0, 1.0, 1.0), (0.5, 0.0, 3.0)))
+    found = Verifier(scene_of(zone, obstacles=(wall,)), 0.02).verify(SETUP, zone)
+    assert found.target_voxels == 50**3
+    zone = own(BoxVolume((1.0, 1.0, 1.0), (0.5, 0.0, 2.0)))
+    found = Verifier(scene_of(zone, obstacles=(wall,)), 0.02).verify(SETUP, zone)
+    assert found.target_voxels == 50**3 - 10 * 50 * 50
+
+
+def test_targets_counted_together_are_those_counted_alone():
+    zones = [own(BoxVolume((0.5, 0.5, 0.5), (0.4, 0.0, h)), f"zone {h}") for h in (0.3, 1.0)]
+    scene = scene_of(*zones, Target("V_S", 0.5))
+    verifier, targets = Verifier(scene, 0.02), [g.target for g in scene.goals]
+    together = verify_targets(verifier, SETUP, targets)
+    assert [v.zeta for v in together] == [verifier.verify(SETUP, t).zeta for t in targets]
+
+
+def test_a_function_counts_as_the_solid_it_describes():
+    size, centre = np.array([0.6, 0.8, 1.0]), np.array([0.5, 0.0, 0.4])
+
+    def function(points):
+        return (np.abs(points - centre) - size / 2).max(axis=1)
+
+    corners = tuple(centre - size), tuple(centre + size)
+    target = own(FunctionVolume(function, corners))
+    same = own(BoxVolume(tuple(size), tuple(centre)), "box too")
+    scene = scene_of(target, same)
+    for rule, width in (("centre", 0.0), ("certified", 0.2)):
+        found, true = (Verifier(scene, 0.02, rule, width).verify(SETUP, t) for t in (target, same))
+        if rule == "centre":
+            assert (found.zeta, found.target_voxels) == (true.zeta, true.target_voxels)
+        else:
+            assert found.low <= true.high
+            assert true.low <= found.high
+            assert found.high - found.low <= 0.2
+
+
+@pytest.mark.parametrize(
+    ("function", "text"),
+    [(lambda p: p, "shape"), (lambda p: np.full(len(p), np.nan), "NaN")],
+)
+def test_a_function_that_returns_nonsense_is_refused(function, text):
+    scene = pr.Scene(targets=pr.Implicit(function, ((0, 0, 0), (1, 1, 1))), occlusion="ignore")
+    with pytest.raises(ValueError, match=text):
+        pr.verify("n2_16_25", scene, voxel=0.05)
+
+
+def test_what_is_empty_is_refused():
+    apart = CombinedVolume(
+        "intersection", (BoxVolume((1.0, 1.0, 1.0)), BoxVolume((1.0, 1.0, 1.0), (5.0, 0.0, 0.0)))
+    )
+    scene = scene_of(own(apart))
+    with pytest.raises(ValueError, match="contains no voxel"):
+        Verifier(scene, 0.05).verify(SETUP, own(apart))
+    with pytest.raises(ValueError, match="empty"):
+        Verifier(scene, None, "certified", 0.1).verify(SETUP, own(apart))
+    with pytest.raises(EmptySolidError):
+        sample(scene.solid(own(apart), 0), 10, 0)
+
+
+@given(st.lists(VOLUMES, min_size=1, max_size=3))
+def test_there_and_back_through_files(volumes):
+    goals = tuple(Goal(own(v, f"zone {i}"), 1.0 + i, 0.25) for i, v in enumerate(volumes))
+    keys = SceneModel.from_domain(CoreScene(goals=goals)).model_dump(exclude_none=True)
+    back = SceneModel.model_validate(keys).to_domain()
+    for goal, same in zip(goals, back.goals, strict=True):
+        assert (goal.weight, goal.at_least, goal.target.name) == (
+            same.weight,
+            same.at_least,
+            same.target.name,
+        )
+        p = np.random.default_rng(0).uniform(-2, 2, (200, 3))
+        one, other = (target_solid(g.target, UR10, CoreScene.poses[0].q)(p) for g in (goal, same))
+        assert np.abs(one - other).max() < 1e-6
+    assert SceneModel.from_domain(back) == SceneModel.from_domain(
+        SceneModel.from_domain(back).to_domain()
+    )
+
+
+def test_there_and_back_through_python():
+    each = [
+        pr.Box((1, 2, 3), (0.1, 0.2, 0.3), (10, 20, 30), weight=2, name="a"),
+        pr.Cylinder(0.5, 1.0, at_least_percent=20, name="b"),
+        pr.Sphere(0.5, (1, 0, 0)),
+        pr.UnionOf([pr.Box((1, 1, 1)), pr.Shell(0.5), pr.RobotVolume()], name="d"),
+        pr.DifferenceOf([pr.ToolSphere(), pr.ReachSphere()]),
+        pr.IntersectionOf([pr.ReachSphere(), pr.HalfSpace((0, 0, 1), (0, 0, 0.5))]),
+    ]
+    scene = pr.Scene(targets=each)
+    assert [t.goal for t in scene.targets] == [t.goal for t in each]
+    assert copy.deepcopy(scene.core.goals) == scene.core.goals
+    text = to_toml(SceneModel.from_domain(scene.core))
+    assert "[[targets]]" in text
+
+
+BAD = {
+    "name = 'a'": 'name: found "a", allowed: V_O, V_T, V_OT, V_S, V_P, or any name with a volume',
+    "name = 'V_S'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name: found "V_S"',
+    "name = 'a=b'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name: found "a=b"',
+    "name = 'a'\nvolume = {kind = 'box'}": "volume: found nothing, allowed: the key size",
+    "name = 'a'\nvolume = {kind = 'sphere', radius = 1.0, height = 2.0}": "volume: found",
+    "name = 'a'\nvolume = {kind = 'box', size = [1.0, 1.0, 0.0]}": "volume.size[2]: found 0.0",
+    "name = 'a'\nvolume = {kind = 'cone'}": 'volume.kind: found "cone", allowed: box, cylinder',
+    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 1.0]}": "a volume with an end",
+    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 0.0]}": "a direction",
+    "name = 'a'\nradius = 1.0\nvolume = {kind = 'V_O'}": "radius: found 1.0",
+    "name = 'a'\nvolume = {kind = 'V_O', radius = 1.0}": "volume: found",
+    "name = 'a'\nvolume = {kind = 'union', of = [{kind = 'V_O'}]}": "volume.of: found a list of 1",
+    "name = 'a'\ncolour = 'red'\nvolume = {kind = 'V_O'}": "colour: found an unknown key",
+}
+
+
+@pytest.mark.parametrize("text", BAD)
+def test_bad_files_say_what_is_wrong(text, tmp_path):
+    file = tmp_path / "target.toml"
+    file.write_text(text)
+    with pytest.raises(UserError) as error:
+        read_target(file)
+    assert str(error.value).startswith(f"{file}: {BAD[text]}") or BAD[text] in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_scene_names_its_targets_apart(tmp_path):
+    file = tmp_path / "scene.toml"
+    table = "[[targets]]\nname = 'a'\nvolume = {kind = 'box', size = [1.0, 1.0, %s]}\n"
+    file.write_text(table % 1.0 + table % 2.0)
+    with pytest.raises(UserError, match=r"targets\[1\]\.name: found \"a\", allowed: another name"):
+        read_scene(file)
+    file.write_text(table % 1.0 + table % 1.0)
+    assert len(read_scene(file).goals) == 2
+
+
+def test_functions_stay_out_of_files():
+    function = pr.Implicit(lambda p: np.linalg.norm(p, axis=1) - 1, ((-1, -1, -1), (1, 1, 1)))
+    scene = pr.Scene(targets=pr.UnionOf([function, pr.Shell(0.5)], name="round"))
+    with pytest.raises(UserError, match="cannot be written to a file"):
+        SceneModel.from_domain(scene.core)
+    assert isinstance(scene.targets[0], pr.UnionOf)
+
+
+def test_schema_describes_a_target():
+    schema = TargetModel.model_json_schema()
+    assert set(schema["$defs"]) == {"ImportanceModel", "VolumeModel"}
+    assert set(VolumeModel.model_fields) == set(schema["$defs"]["VolumeModel"]["properties"])
+    assert "volume" in SceneFile.model_json_schema()["$defs"]["TargetModel"]["properties"]
+
+
+def test_a_turned_half_space_cuts_as_its_plane_says():
+    above = HalfSpaceVolume((0.0, 0.0, -2.0), (5.0, 5.0, 0.7))
+    cut = CombinedVolume("intersection", (BoxVolume((1.0, 1.0, 2.0), (4.0, 0.0, 0.0)), above))
+    assert count(solid_of(cut), 0.05) == 20 * 20 * 6
+    turn = transform(np.zeros(3), np.array([0.4, 0.0, 0.0]))[:3, :3]
+    normal = tuple(turn @ [0.0, 0.0, -1.0])
+    whole = BoxVolume((1.0, 1.0, 2.0), (4.0, 0.0, 0.0), (0.4, 0.0, 0.0))
+    cut = CombinedVolume("intersection", (whole, HalfSpaceVolume(normal, (4.0, 0.0, 0.0))))
+    assert abs(count(solid_of(cut), 0.02) * 0.02**3 - 1.0) < 0.01

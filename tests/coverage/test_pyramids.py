@@ -1,0 +1,328 @@
+"""Square beams: laws of the solid, exact counts against dense ones, closed forms, gradients against
+central differences.
+"""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced_cones
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.pyramids import Pyramids
+from place_rings.coverage.solids.sensor_beams import BeamShapes, MixedBeams
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.k_coverage import tally
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.formats.schema.ring_models import ring_models, setup_of
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.sensor_models import SensorModel
+from place_rings.objectives.mount_rules import Limits
+from place_rings.objectives.redundancy import redundancy
+from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
+from pydantic import ValidationError
+
+from ..strategies.solids import some_beams
+from ..strategies.units import FACINGS, GENERATORS, directions, failures, ups
+
+BEAMS = some_beams(2, 2)
+SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
+FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
+MIXED = Setup(
+    (
+        Ring("upper_arm", 0.3, 5, 0.3, 0.2, sensor=SQUARE),
+        Ring("forearm", 0.5, 4),
+        Ring("tool", 0.0, 3, sensor=FLAT),
+    )
+)
+
+
+def frame(rng, n):
+    turn, _ = np.linalg.qr(rng.normal(size=(n, 3, 3)))
+    return turn[:, 0], turn[:, 1]
+
+
+def some(rng, n=4, cones=2):
+    """Beams of both shapes for a test of fixed ones; the first ``cones`` are round."""
+    axis, up = frame(rng, n)
+    half_up = rng.uniform(0.1, 0.9, n)
+    half_up[:cones] = 0
+    apex, half, range_m = (
+        rng.uniform(-0.3, 0.3, (n, 3)),
+        rng.uniform(0.1, 0.9, n),
+        rng.uniform(0.3, 0.8, n),
+    )
+    return MixedBeams(apex, axis, half, range_m, up, half_up, half_up > 0)
+
+
+@given(some_beams(0, 1), GENERATORS)
+def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(beam, rng):
+    solid = beam.pyramids()
+    p, q = rng.uniform(-1, 1, (2, 300, 3))
+    f, g = solid(p), solid(q)
+    assert failures(p, np.abs(f - g) <= np.linalg.norm(p - q, axis=1) + 1e-12) == []
+    v = p - solid.apex[0]
+    d, y, x = v @ solid.axis[0], v @ solid.up[0], v @ np.cross(solid.up[0], solid.axis[0])
+    held = (d >= 0) & (d <= solid.range_m[0])
+    held &= (abs(x) <= d * np.tan(solid.half_angle[0])) & (abs(y) <= d * np.tan(solid.half_up[0]))
+    assert failures(p, (f <= 0) == held) == []
+    low, high = solid.bounds()
+    assert np.all((p[held] >= low - 1e-12) & (p[held] <= high + 1e-12))
+
+
+@given(BEAMS)
+@settings(max_examples=10)
+def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(solid):
+    voxel = 0.05
+    low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())
+    grid = np.stack(
+        np.meshgrid(
+            *(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"
+        ),
+        -1,
+    )
+    centres = (grid.reshape(-1, 3) + 0.5) * voxel
+    assert count(solid, voxel) == np.count_nonzero(solid(centres) <= 0)
+    touched = voxels(solid, voxel, "touch")
+    assert len(touched & voxels(solid, voxel)) == count(solid, voxel)
+
+
+def test_certified_volume_of_a_pyramid_is_the_closed_form():
+    rng = np.random.default_rng(5)
+    axis, up = frame(rng, 1)
+    solid = Pyramids(np.zeros((1, 3)), axis, np.array([0.3]), np.array([0.7]), up, np.array([0.5]))
+    wanted = 4 / 3 * 0.7**3 * math.tan(0.3) * math.tan(0.5) / (4 / 3 * math.pi)
+    found = bracket(sphere(np.zeros(3), 1.0), solid, 5e-4)
+    assert found.low <= wanted <= found.high
+    assert found.high - found.low <= 5e-4
+    assert Sensor(0.6, 0.7, None, 1.0).volume == pytest.approx(wanted * 4 / 3 * math.pi)
+
+
+@given(BEAMS, GENERATORS)
+@settings(max_examples=5)
+def test_certified_interval_of_beams_holds_the_share_of_points(solid, rng):
+    ball = sphere(np.zeros(3), 0.8)
+    found = bracket(ball, solid, 0.02)
+    points = rng.uniform(-0.8, 0.8, (40_000, 3))
+    inside = solid(points[ball(points) <= 0]) <= 0
+    error = 5 * inside.std() / math.sqrt(len(inside)) + 1e-3
+    assert found.low - error <= inside.mean() <= found.high + error
+
+
+DEGREES = st.integers(3, 160)
+
+
+@given(DEGREES, st.none() | DEGREES, FACINGS, st.integers(-180, 180), GENERATORS)
+def test_a_beam_lies_between_its_inscribed_and_its_circumscribed_cone(
+    fov_deg, fov_up_deg, facing_deg, roll_deg, rng
+):
+    fov_up = None if fov_up_deg is None else math.radians(fov_up_deg)
+    sensor, apex = Sensor(math.radians(fov_deg), 0.9, None, fov_up), np.zeros((1, 3))
+    axis, up = directions([facing_deg]), ups([facing_deg], [roll_deg])
+    shapes = BeamShapes(
+        np.array([sensor.half_angle]),
+        np.array([0.9]),
+        *(() if fov_up is None else (np.array([sensor.half_angle_up]), np.array([False]))),
+    )
+    beam = shapes.solids(apex, axis, up)
+    inner, outer = (
+        Cones(apex, axis, np.array([half]), np.array([0.9]))
+        for half in (sensor.inscribed_half_angle, sensor.circumscribed_half_angle)
+    )
+    points = inner.within(0, rng.random((200, 3)))
+    assert np.all(inner(points) <= 1e-9)
+    assert np.all(beam(points) <= 1e-9)
+    points = beam.within(0, rng.random((200, 3)))
+    assert np.all(beam(points) <= 1e-9)
+    assert np.all(outer(points) <= 1e-9)
+    np.testing.assert_allclose(beam.around().half_angle, [sensor.circumscribed_half_angle])
+    # The corners touch the outer cone: none narrower would do.
+    corners = 0.9 * axis[0] + beam.corners_across(0, 0.9)
+    assert len(corners) == (4 if sensor.square else 0) == 4 * beam.is_square()[0]
+    np.testing.assert_allclose(outer.part(corners, 0), 0, atol=1e-9)
+
+
+def test_a_beam_of_changed_angles_keeps_its_shape():
+    wider = Sensor(0.4, 1.0, None, 0.6, 8).with_angles(lambda angle: 2 * angle)
+    assert wider == Sensor(0.8, 1.0, None, 1.2, 8)
+    assert not Sensor(0.4).with_angles(lambda angle: 2 * angle).square
+
+
+def test_beams_without_a_square_are_plain_cones():
+    b = some(np.random.default_rng(0), 3, 3)
+    assert type(BeamShapes(b.half_angle, b.range_m).solids(b.apex, b.axis)) is Cones
+    p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
+    np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
+
+
+def test_ups_of_a_ring_are_across_its_tangent():
+    solid = sensor_cones(UR10, MIXED, np.radians([0, -45, 60, -105, -90, 0]))
+    np.testing.assert_allclose((solid.up * solid.axis).sum(axis=1), 0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(solid.up, axis=1), 1)
+    frames = forward(UR10.chain, np.radians([0, -45, 60, -105, -90, 0]))
+    mount = UR10.mount("tool")
+    along = frames[mount.frame, :3, :3] @ mount.axis
+    # no tilt: up is the ring's axis
+    np.testing.assert_allclose(solid.up[9:], np.tile(along, (3, 1)), atol=1e-12)
+    np.testing.assert_array_equal(solid.half_up > 0, [True] * 5 + [False] * 4 + [True] * 3)
+
+
+def test_gradients_of_beams_equal_central_differences():
+    rng = np.random.default_rng(3)
+    b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (400, 3))
+    drawn, width, step = jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)), 0.05, 1e-6
+
+    @jax.jit
+    def soft(x):
+        return soft_zeta(x, drawn, width, np.inf)
+
+    def value(x):
+        return float(soft(x).zeta)
+
+    exact = soft(jax.tree.map(jnp.asarray, b))
+    for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
+        for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
+            if key == "axis" and k < 3:
+                # of cones the axis is taken as a unit vector: its free derivative differs along it
+                continue
+            more, less = (getattr(b, key).copy() for _ in range(2))
+            more[k, i] += step
+            less[k, i] -= step
+            numeric = (
+                value(replace(b, **{key: jnp.asarray(more)}))
+                - value(replace(b, **{key: jnp.asarray(less)}))
+            ) / (2 * step)
+            assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
+
+
+def test_a_sharp_soft_value_is_the_share_of_points():
+    rng = np.random.default_rng(8)
+    b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (2000, 3))
+    found = soft_zeta(
+        jax.tree.map(jnp.asarray, b),
+        jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)),
+        SHARP,
+    )
+    assert float(found.zeta) == pytest.approx(np.mean(b(points) <= 0), abs=1e-9)
+
+
+def test_a_search_climbs_setups_of_both_shapes():
+    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=Sensor(range_m=1.0))})
+    space = Space(scene, sensors=24)
+    points = TargetPoints(scene, 512, 0)
+    objective, clouds = CoverageObjective(scene, points), points.clouds(512)
+    rng, kinds = np.random.default_rng(0), set()
+    for _ in range(4):
+        c = fresh(space, rng)
+        kinds |= {r.sensor.fov_up for r in space.setup(c).rings}
+        setup, x, both = stacked([space.arrays(c)]), space.values(c), stacked([space.arrays(c)] * 2)
+        # no two rings change ranks in the step
+        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])
+        (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
+        assert objective.zetas(setup, x[None], clouds, 0.2) == pytest.approx(value, abs=2e-6)
+        d = rng.normal(size=x.shape)
+        step = 1e-2 / np.linalg.norm(d)
+        more, less = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
+        assert (slope * d).sum() == pytest.approx(
+            (more - less) / (2 * step), abs=1e-2 * np.linalg.norm(d)
+        )
+    assert kinds == {None, SQUARE.fov_up}
+
+
+def test_exact_counts_of_a_mixed_setup_agree():
+    scene = paper_scene(goals=(Goal(paper_scene().goals[0].target),))
+    target = scene.goals[0].target
+    verifier = Verifier(scene, 0.04)
+    zeta = verifier.verify(MIXED, target).zeta
+    found = redundancy(verifier, MIXED, target)
+    assert found.zeta == pytest.approx(zeta, abs=1e-12)
+    without = [
+        verifier.verify(Setup(tuple(r for j, r in enumerate(MIXED.rings) if j != i)), target).zeta
+        for i in range(3)
+    ]
+    np.testing.assert_allclose(found.without_ring, without, atol=1e-12)
+    interval = Verifier(scene, rule="certified", width=0.01).verify(MIXED, target)
+    assert interval.low - 0.01 <= zeta <= interval.high + 0.01
+
+
+def test_tally_of_beams_equals_the_dense_one():
+    solid = some(np.random.default_rng(4))
+    wanted = voxels(sphere(np.zeros(3), 0.5), 0.05)
+    found = tally(solid, np.array([0, 0, 1, 1]), wanted, 3)
+    low, high = -12, 12
+    grid = np.stack(np.meshgrid(*[np.arange(low, high)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    centres = (grid + 0.5) * 0.05
+    centres = centres[np.linalg.norm(centres, axis=1) <= 0.5]
+    held = sum((solid.part(centres, i) <= 0).astype(int) for i in range(4))
+    assert found.at_least.tolist() == [np.count_nonzero(held >= k) for k in (1, 2, 3)]
+
+
+def test_errors_of_mounting_turn_square_beams_with_their_rings():
+    q = np.radians([0, -45, 60, -105, -90, 0])
+    none = draw_errors(3, MIXED.sensors, MountingErrors(0.0, 0.0), 2, 0)
+    nominal = sensor_cones(UR10, MIXED, q)
+    for found in misplaced_cones(UR10, MIXED, q, none):
+        for key in ("apex", "axis", "up", "half_up", "zoned"):
+            np.testing.assert_allclose(getattr(found, key), getattr(nominal, key), atol=1e-12)
+    for found in misplaced_cones(
+        UR10, MIXED, q, draw_errors(3, MIXED.sensors, MountingErrors(0.01, 0.1), 2, 0)
+    ):
+        np.testing.assert_allclose((found.up * found.axis).sum(axis=1), 0, atol=1e-12)
+        assert np.abs(found.up - nominal.up).max() > 1e-3
+
+
+def test_mixed_setups_and_sensors_of_links_read_back():
+    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
+    assert SceneModel.from_domain(scene).to_domain().limits_of(
+        "forearm"
+    ).sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
+    again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
+    assert again == rounded(again, scene.sensor)
+    assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
+    assert [r.sensor.zones for r in again.rings] == [8, 1, 1]
+
+
+def test_zones_are_the_models_or_those_that_are_said_and_one_else():
+    said = (
+        {"model": "vl53l1x"},
+        {"model": "vl53l5cx"},
+        {"fov_up_deg": 30},
+        {"fov_up_deg": 30, "zones": 4},
+        {},
+    )
+    found = [SensorModel(**keys).to_domain() for keys in said]
+    assert [(s.zones, s.zoned) for s in found] == [
+        (1, False),
+        (8, True),
+        (1, False),
+        (4, True),
+        (1, False),
+    ]
+    assert [SensorModel.from_domain(s).to_domain().zones for s in found] == [1, 8, 1, 4, 1]
+    for wrong in (
+        {"zones": 4},
+        {"model": "vl53l1x", "zones": 8},
+        {"model": "vl53l5cx", "zones": 1},
+        {"zones": 0},
+    ):
+        with pytest.raises(ValidationError, match="zones"):
+            SensorModel(**wrong)

@@ -1,0 +1,228 @@
+"""Targets cut by obstacles: what is connected to the robot, against closed forms and connected sets
+of voxels.
+"""
+
+import math
+
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.cube_region import CubeRegion
+from place_rings.coverage.reachable import SIDE, reachable
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.solids.polyhedra import box, half_space, polyhedra
+from place_rings.coverage.targets import Target
+from place_rings.coverage.volumes import BoxVolume
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.formats.loader import read_scene
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.verify import Verifier
+from scipy.ndimage import label
+
+from ..strategies.scenes import CELLS
+from ..strategies.units import GENERATORS, failures, uniform_directions
+from .test_octree import dense, lattice
+
+SETUP = named_setup("n2_16_25")
+PLAIN, CUT = Target("V_S", 0.6), Target("V_S", 0.6, reachable=True)
+FLOOR = Obstacle("floor", half_space(0.0))
+TABLE = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.1]))
+WALL = Obstacle("wall", box([0, 0.3, 0], [9, 0.1, 9]))
+
+
+def scene_of(target, *obstacles):
+    return CoreScene(
+        goals=(Goal(target),),
+        occlusion="ignore",
+        rules=Rules(mount="free"),
+        obstacles=obstacles,
+    )
+
+
+def counted(target, *obstacles, voxel=0.02, rule="centre", width=0.0):
+    return Verifier(scene_of(target, *obstacles), voxel, rule, width).verify(SETUP, target)
+
+
+def some_region(seed, shape, share, corner):
+    inside = np.random.default_rng(seed).random(shape) < share / 10
+    return CubeRegion(inside, np.array(corner), 0.1)
+
+
+REGIONS = st.builds(
+    some_region,
+    st.integers(0, 2**32 - 1),
+    st.tuples(*[st.integers(1, 6)] * 3),
+    st.integers(1, 10),
+    st.tuples(*[st.integers(-5, 5)] * 3),
+)
+
+
+@given(REGIONS, GENERATORS)
+def test_the_function_of_cubes_is_a_distance(region, rng):
+    """Lipschitz, of the cubes' sign, and never more than the distance from a cube of the other."""
+    low, high = region.bounds()
+    p = rng.uniform(low - 0.2, high + 0.2, (200, 3))
+    q = p + rng.uniform(0, 0.2, (200, 1)) * uniform_directions(rng, 200)
+    step = np.linalg.norm(p - q, axis=1)
+    assert failures(p, np.abs(region(p) - region(q)) <= step + 1e-9) == []
+    own = np.floor(p / 0.1).astype(int) - region.lowest
+    inside = np.array(
+        [
+            all(0 <= i < n for i, n in zip(o, region.inside.shape, strict=True))
+            and region.inside[tuple(o)]
+            for o in own
+        ]
+    )
+    assert failures(p, (region(p) <= 0) == inside) == []
+
+
+@pytest.mark.parametrize("rule", ["centre", "touch"])
+@settings(max_examples=15)
+@given(REGIONS, st.sampled_from([0.1, 0.05, 0.03, 0.17]))
+def test_count_of_cubes_is_the_dense_count(rule, region, voxel):
+    centres = lattice(*region.bounds(), voxel)
+    assert count(region, voxel, rule) == dense(region, centres, voxel, rule).sum()
+    if voxel == 0.1 and rule == "centre":
+        assert count(region, voxel) == region.inside.sum()
+
+
+@given(REGIONS, GENERATORS)
+def test_shares_of_cubes_hold(region, rng):
+    low, high = region.bounds()
+    points, side = rng.uniform(low - 0.05, high + 0.05, (20, 3)), float(rng.choice([0.02, 0.15]))
+    cell = np.arange(20)
+    found = region.shares(points, cell, np.zeros(20, int), 20, side, 1e-12)
+    assert (found.high - found.low < 1e-6).all()
+    inside = rng.uniform(-0.5, 0.5, (4000, 3)) * side
+    share = np.array([(region(p + inside) <= 0).mean() for p in points])
+    noise = math.sqrt(math.log(2 * 20 * 1e7) / (2 * len(inside)))
+    assert failures(points, np.abs(found.low - share) <= noise) == []
+
+
+def test_what_lies_under_the_table_does_not_count():
+    """The table cuts the target as a floor does."""
+    assert counted(PLAIN, TABLE).target_voxels > counted(PLAIN, FLOOR).target_voxels
+    cut, floor = counted(CUT, TABLE), counted(PLAIN, FLOOR)
+    assert (cut.zeta, cut.target_voxels) == (floor.zeta, floor.target_voxels)
+
+
+def test_what_lies_behind_the_wall_does_not_count():
+    """The wall cuts the target as the half-space behind it does."""
+    behind = Obstacle("behind", box([0, 5.25, 0], [9, 10, 9]))
+    cut, expected = counted(CUT, WALL), counted(PLAIN, behind)
+    assert (cut.zeta, cut.target_voxels) == (expected.zeta, expected.target_voxels)
+
+
+def test_obstacles_that_enclose_nothing_cut_nothing():
+    post = Obstacle("post", box([0.3, 0.4, 0.5], [0.1, 0.1, 0.4]))
+    for obstacles in ((), (FLOOR,), (post,), (FLOOR, post)):
+        cut, plain = counted(CUT, *obstacles), counted(PLAIN, *obstacles)
+        assert (cut.zeta, cut.target_voxels) == (plain.zeta, plain.target_voxels)
+
+
+def test_a_gap_in_the_wall_lets_the_robot_through():
+    left, right = (Obstacle(f"wall {x}", box([x, 0.3, 0], [9, 0.1, 9])) for x in (-4.6, 4.6))
+    assert counted(CUT, left, right).target_voxels == counted(PLAIN, left, right).target_voxels
+
+
+@pytest.mark.long
+@settings(max_examples=8)
+@given(CELLS)
+def test_reachable_cubes_are_the_connected_sets_of_voxels(bodies):
+    """Of the free voxels, by the octree, those in a connected set that the robot crosses."""
+    ends = np.array([[-0.8, -0.8, -0.4], [0.8, 0.8, 1.2]])
+    curve = np.array([[0.0, 0, 0.01], [0.0, 0, 0.5], [0.4, 0.1, 0.9]])
+    around = box((ends[0] + ends[1]) / 2, np.ptp(ends, axis=0))
+    free = voxels(polyhedra((around,), ends), SIDE)
+    if bodies:
+        free = free - voxels(polyhedra(tuple(bodies), ends), SIDE)
+    at = np.linspace(0, 2, 20_001)
+    crossed = np.stack([np.interp(at, [0, 1, 2], axis) for axis in curve.T], axis=1)
+    number = np.floor(free.centres() / SIDE).astype(int)  # (N, 3)
+    low, high = number.min(axis=0), number.max(axis=0)
+    grid = np.zeros(high - low + 1, bool)
+    grid[tuple((number - low).T)] = True
+    sets, _ = label(grid)  # cubes that share a face are connected
+    cubes = np.unique(np.floor(crossed / SIDE).astype(int), axis=0)
+    cubes = cubes[((cubes >= low) & (cubes <= high)).all(axis=1)] - low
+    mine = np.setdiff1d(sets[tuple(cubes.T)], [0])
+    try:
+        region = reachable(tuple(bodies), curve, ends)
+    except ValueError:
+        assert not len(mine)
+        return
+    inside = region(free.centres()) < 0
+    expected = np.isin(sets[tuple((number - low).T)], mine)
+    # the lattice of the region has one more layer of cubes around, through which more may connect
+    assert failures(free.centres(), inside | ~expected) == []
+    if not region.inside.all():
+        assert inside.sum() - expected.sum() <= (~expected).sum()
+
+
+@settings(max_examples=8)
+@given(CELLS, GENERATORS)
+def test_a_cut_target_is_a_part_of_the_target(bodies, rng):
+    obstacles = tuple(Obstacle(f"o{i}", b) for i, b in enumerate(bodies))
+    scene = scene_of(CUT, *obstacles)
+    plain = scene.solid(PLAIN, 0)
+    try:
+        solid = scene.solid(CUT, 0)
+    except ValueError:
+        return
+    points = rng.uniform(*plain.bounds(), (3000, 3))
+    assert failures(points, (solid(points) > 0) | (plain(points) <= 0)) == []
+    if not obstacles:
+        assert np.array_equal(solid(points), plain(points))
+
+
+def test_count_is_the_dense_count():
+    scene = scene_of(CUT, WALL, TABLE)
+    solid = scene.solid(CUT, 0)
+    centres = lattice(*solid.bounds(), 0.07)
+    assert count(solid, 0.07) == dense(solid, centres, 0.07, "centre").sum()
+    found = {tuple(c) for c in voxels(solid, 0.07).centres().round(6)}
+    assert found == {tuple(c) for c in centres[solid(centres) <= 0].round(6)}
+
+
+def test_certified_interval_holds_the_exact_count():
+    fine = counted(CUT, WALL, TABLE, voxel=0.01)
+    found = counted(CUT, WALL, TABLE, voxel=None, rule="certified", width=0.03)
+    assert found.low - 0.003 <= fine.zeta <= found.high + 0.003
+    assert found.high - found.low <= 0.03
+
+
+def test_a_target_of_ones_own_behind_the_wall_is_empty():
+    def zone(y):
+        return Target("zone", None, BoxVolume((0.5, 0.2, 0.5), (0.3, y, 0.5)), None, True)
+
+    with pytest.raises(ValueError, match="contains no voxel"):
+        counted(zone(0.6), WALL)
+    assert counted(zone(0.6)).target_voxels > 0
+    assert counted(zone(-0.6), WALL).target_voxels == counted(zone(-0.6)).target_voxels
+
+
+def test_a_robot_within_obstacles_reaches_nothing():
+    with pytest.raises(ValueError, match="enclose the whole robot"):
+        scene_of(CUT, Obstacle("block", box([0, 0, 0], [9, 9, 9]))).solid(CUT, 0)
+
+
+def test_points_of_a_search_are_reachable():
+    points = scene_of(CUT, WALL).sample(CUT, 0, 2000, 0)
+    assert (points[:, 1] <= 0.25).all()
+
+
+def test_there_and_back(tmp_path):
+    scene = pr.Scene(
+        targets=[pr.Shell(0.5, reachable=True), pr.Box((1, 1, 1), reachable=True), pr.Shell(0.5)],
+        obstacles=pr.obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
+    )
+    assert [str(t.target) for t in scene.targets] == ["V_S(0.5) reachable", "box", "V_S(0.5)"]
+    assert SceneModel.from_domain(scene.core).to_domain().goals == scene.core.goals
+    (tmp_path / "scene.toml").write_text(
+        "[[targets]]\nname = 'V_O'\nreachable = true\n[[obstacles]]\nfloor = 0.0\n"
+    )
+    assert read_scene(tmp_path / "scene.toml").goals[0].target == Target("V_O", reachable=True)

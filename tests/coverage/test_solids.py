@@ -1,0 +1,124 @@
+"""Laws of implicit functions: sign, Lipschitz constant, box, gradients, NumPy against JAX."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from place_rings.coverage.solids.base import (
+    VALUES,
+    Algebra,
+    Difference,
+    Intersection,
+    Union,
+    fold,
+    leaves,
+)
+from place_rings.coverage.solids.cones import Cones, cone
+from place_rings.coverage.solids.spheres import Spheres, sphere
+
+from ..strategies.solids import some_cones, some_solids
+from ..strategies.units import GENERATORS, failures, uniform_directions
+
+
+@settings(max_examples=60)
+@given(some_solids(), GENERATORS)
+def test_never_changes_faster_than_distance(solid, rng):
+    a = rng.uniform(-2, 2, (200, 3))
+    b = a + uniform_directions(rng, 200) * 10.0 ** rng.uniform(-6, 0.5, (200, 1))
+    distance = np.linalg.norm(a - b, axis=1)
+    assert failures(a, np.abs(solid(a) - solid(b)) <= distance + 1e-12) == []
+
+
+@settings(max_examples=60)
+@given(some_solids(), GENERATORS)
+def test_box_holds_the_solid(solid, rng):
+    low, high = solid.bounds()
+    p = rng.uniform(low - 1, high + 1, (2000, 3))
+    outside = np.any((p < low - 1e-12) | (p > high + 1e-12), axis=1)
+    assert failures(p, (solid(p) >= -1e-12) | ~outside) == []
+
+
+@settings(max_examples=20)
+@given(some_solids(one_size=True), GENERATORS)
+def test_numpy_and_jax_agree(solid, rng):
+    p = rng.uniform(-2, 2, (300, 3))
+    assert failures(p, np.abs(solid(p) - np.asarray(solid(jnp.asarray(p)))) <= 1e-12) == []
+
+
+@given(some_cones(1, 1), GENERATORS)
+def test_cone_holds_what_an_angle_and_a_depth_say(c, rng):
+    p = c.apex[0] + rng.uniform(-2, 2, (3000, 3))
+    v = p - c.apex[0]
+    depth = v @ c.axis[0]
+    angle = np.arccos(np.clip(depth / np.linalg.norm(v, axis=1), -1, 1))
+    on_surface = (np.abs(angle - c.half_angle[0]) <= 1e-9) | (np.abs(depth - c.range_m[0]) <= 1e-9)
+    inside = (angle <= c.half_angle[0]) & (depth <= c.range_m[0])
+    assert failures(p, ((c(p) <= 0) == inside) | on_surface) == []
+
+
+def test_empty_union_is_outside_everywhere():
+    nothing = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    assert np.all(nothing(np.zeros((5, 3))) == np.inf)
+
+
+def test_combinations_are_set_operations():
+    rng = np.random.default_rng(1)
+    p = rng.uniform(-2, 2, (5000, 3))
+    a, b = sphere([0.0, 0, 0], 1.0), sphere([0.7, 0, 0], 1.0)
+    in_a, in_b = a(p) <= 0, b(p) <= 0
+    assert np.array_equal(Union(a, b)(p) <= 0, in_a | in_b)
+    assert np.array_equal(Intersection(a, b)(p) <= 0, in_a & in_b)
+    assert np.array_equal(Difference(a, b)(p) <= 0, in_a & ~in_b)
+
+
+@pytest.mark.parametrize(
+    "point",
+    [
+        (0, 0, 0),
+        (0, 0, 0.5),
+        (0, 0, -0.5),
+        (0, 0, 1.5),
+        (1.5 * math.tan(0.2), 0, 1.5),
+        (1e6, 0, 0),
+        (0, 0, 1e6),
+    ],
+    ids=["apex", "axis", "behind", "base centre", "rim", "far across", "far along"],
+)
+def test_gradients_are_finite_where_cones_are_singular(point):
+    def f(p, apex, axis):
+        return cone(p, apex, axis, jnp.cos(0.2), jnp.sin(0.2), jnp.asarray(1.5))
+
+    slopes = jax.grad(f, argnums=(0, 1, 2))(
+        jnp.asarray(point, float), jnp.zeros(3), jnp.array([0.0, 0, 1])
+    )
+    assert all(bool(jnp.isfinite(s).all()) for s in slopes)
+    assert float(jnp.linalg.norm(slopes[0])) <= 1 + 1e-12
+
+
+class Odd:
+    """A solid of another kind."""
+
+    def __call__(self, points):
+        return points[:, 0]
+
+    def bounds(self):
+        return np.zeros((2, 3))
+
+
+def test_fold_takes_the_values_of_leaves_in_their_order():
+    rng = np.random.default_rng(3)
+    a, b, c = (Spheres(rng.uniform(-0.5, 0.5, (2, 3)), np.full(2, 0.6)) for _ in range(3))
+    solid = Difference(Intersection(a, b), Union(c, a))
+    assert [id(parts) for parts in leaves(solid)] == [id(parts) for parts in (a, b, c, a)]
+    points = rng.uniform(-1, 1, (200, 3))
+    each = [parts(points) for parts in leaves(solid)]
+    np.testing.assert_array_equal(fold(solid, each, VALUES), solid(points))
+    words = Algebra[str]("({} or {})".format, "({} and {})".format, "not {}".format)
+    assert fold(solid, list("abcd"), words) == "((a and b) and not (c or d))"
+    with pytest.raises(ValueError, match="3 values for 4 leaves"):
+        fold(solid, each[:3], VALUES)
+    with pytest.raises(TypeError, match="Odd is neither a union of parts"):
+        leaves(Odd())

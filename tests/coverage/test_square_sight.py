@@ -1,0 +1,264 @@
+"""Square beams past bodies and obstacles: exact counts against dense ones, intervals, lines of
+sight, soft slopes.
+"""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.soft.beams import Hidden, InCell
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.polyhedra import box, half_space, hull
+from place_rings.coverage.solids.segments import segment_to_segment
+from place_rings.coverage.solids.sensor_beams import MixedBeams
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.k_coverage import tally
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.objectives.occlusion import setup_sight, unseeing
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.objectives.target_points import TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
+
+from ..strategies.solids import some_beams, some_capsules
+from ..strategies.units import (
+    FACINGS,
+    GENERATORS,
+    directions,
+    failures,
+    metres,
+    points_mm,
+    uniform_directions,
+)
+from .test_pyramids import some
+
+# few edges to compile
+WEDGE = hull(np.array([(0.4, 0.35, 0.15), (0.4, 0.05, 0.05), (0.2, 0.35, 0.05), (0.2, 0.05, 0.15)]))
+CELL = (WEDGE, half_space(-0.35))
+MODELS = ("shadow", "blind")
+
+
+def drawn(rng, n=6):
+    """Beams of both shapes, turned towards the middle, where capsules stand; no apex within one.
+    The last has one zone.
+    """
+    bodies = Capsules(
+        rng.uniform(-0.15, 0.15, (3, 3)),
+        rng.uniform(-0.15, 0.15, (3, 3)),
+        rng.uniform(0.02, 0.06, 3),
+    )
+    b = some(rng, n, n // 2)
+    apex = uniform_directions(rng, n) * rng.uniform(0.25, 0.35, (n, 1))
+    axis = -apex + 0.1 * rng.normal(size=(n, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    up = np.cross(axis, rng.normal(size=(n, 3)))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    return replace(b, apex=apex, axis=axis, up=up, zoned=b.zoned & (np.arange(n) < n - 1)), bodies
+
+
+def inward(
+    places: list[tuple[tuple[int, int], int, tuple[int, int, int]]], shapes: MixedBeams
+) -> MixedBeams:
+    """Beams of these shapes, turned towards the middle. The last has one zone.
+
+    Args:
+        places: of each beam the direction of its apex from the middle, degrees, its distance, mm,
+            and where it aims beside the middle, mm.
+        shapes: the beams; their apexes and directions are replaced.
+    """
+    facing, distance, aside = zip(*places, strict=True)
+    apex = directions(facing) * metres(distance)[:, None]
+    axis = metres(aside) - apex
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    up = np.cross(axis, np.cross(shapes.up, axis) + 1e-3 * np.cross(shapes.axis, axis))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    zoned = shapes.zoned & (np.arange(len(shapes)) < len(shapes) - 1)
+    return replace(shapes, apex=apex, axis=axis, up=up, zoned=zoned)
+
+
+PLACES = st.lists(st.tuples(FACINGS, st.integers(250, 350), points_mm(150)), min_size=6, max_size=6)
+BEAMS = st.builds(inward, PLACES, some_beams(3, 3))
+BODIES = some_capsules(3, 3, 150, (20, 60))
+
+
+def round_ones(b):
+    k = len(b) // 2
+    return Cones(b.apex[:k], b.axis[:k], b.half_angle[:k], b.range_m[:k])
+
+
+@given(BEAMS, BODIES, st.sampled_from(MODELS))
+@settings(max_examples=4)
+def test_counts_are_the_dense_counts(b, bodies, occlusion):
+    seen, voxel = beams(b, Occluders(bodies, CELL), occlusion), 0.05
+    wanted = voxels(sphere(np.zeros(3), 0.8), voxel)
+    grid = np.stack(np.meshgrid(*[np.arange(-16, 16)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    centres = (grid + 0.5) * voxel
+    centres = centres[np.linalg.norm(centres, axis=1) <= 0.8]
+    each = np.stack([seen.part(centres, k) <= 0 for k in range(len(b))])
+    assert count(seen, voxel, within=wanted) == each.any(axis=0).sum()
+    found = tally(seen, np.arange(len(b)) // 2, wanted, 3)
+    assert found.at_least.tolist() == [np.count_nonzero(each.sum(axis=0) >= k) for k in (1, 2, 3)]
+
+
+@given(BEAMS, BODIES, GENERATORS)
+@settings(max_examples=5)
+def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(b, bodies, rng):
+    points = rng.uniform(-0.7, 0.7, (2000, 3))
+    shadowed, blinded = (beams(b, Occluders(bodies), how) for how in MODELS)
+    around, alone = b.around(), beams(round_ones(b), Occluders(bodies), "blind")
+    blind_around = beams(around, Occluders(bodies), "blind")
+    for k in range(len(b)):
+        value, within = shadowed.part(points, k), b.part(points, k) <= 0
+        assert np.all(around.part(points[within], k) <= 1e-12)
+        gap = segment_to_segment(
+            b.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None]
+        )
+        clear = (gap >= bodies.radius).all(axis=1)
+        sure = within & (np.abs(value) > 1e-9) & (shadowed.cones.range_m[k] > 0)
+        assert failures(points, ~sure | ((value < 0) == clear)) == []
+        if k == 5:
+            past = np.linalg.norm(points - b.apex[k], axis=1) - blind_around.stop[k]
+            value = np.maximum(blinded.cones.part(points, k), past)
+        np.testing.assert_array_equal(
+            blinded.part(points, k), value if k >= 3 else alone.part(points, k)
+        )
+    assert np.all(np.isinf(blinded.stop[3:5]))
+
+
+@pytest.mark.parametrize("occlusion", MODELS)
+def test_intervals_hold_the_share_of_points(occlusion):
+    """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
+    b, bodies = drawn(np.random.default_rng(2))
+    seen, ball = (
+        beams(b, Occluders(bodies, CELL), occlusion, bracketed=True),
+        sphere(np.zeros(3), 0.5),
+    )
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (200_000, 3))
+    points = points[ball(points) <= 0]
+    share, noise = (seen(points) <= 0).mean(), math.sqrt(math.log(2e7) / (2 * len(points)))
+    found = bracket(ball, seen, 0.01)
+    assert found.reached
+    assert found.low - noise <= share <= found.high + noise
+    assert 0.05 < share < 0.95 * (b(points) <= 0).mean()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("occlusion", ["shadow", "blind"])
+def test_slopes_past_bodies_equal_central_differences(occlusion):
+    rng = np.random.default_rng(4)
+    b, bodies = drawn(rng)
+    points = jax.tree.map(jnp.asarray, cloud(rng.uniform(-0.5, 0.5, (400, 3)), dtype=np.float64))
+    bodies = jax.tree.map(jnp.asarray, bodies)
+
+    @jax.jit
+    def soft(x):
+        return soft_zeta(InCell(Hidden(x, bodies, occlusion), CELL), points, 0.03, np.inf)
+
+    b, step = jax.tree.map(jnp.asarray, b), 1e-6
+    exact = soft(b)
+    for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
+        for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
+            if key == "axis" and k < 3:
+                # of cones the axis is taken as a unit vector: its free derivative differs along it
+                continue
+            more, less = (
+                replace(b, **{key: getattr(b, key).at[k, i].add(e)}) for e in (step, -step)
+            )
+            numeric = float(soft(more).zeta - soft(less).zeta) / (2 * step)
+            assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
+
+
+@pytest.mark.long
+def test_a_sharp_soft_value_is_the_share_of_points_seen():
+    rng = np.random.default_rng(6)
+    b, bodies = drawn(rng)
+    points = rng.uniform(-0.5, 0.5, (2000, 3))
+    x, near = (jax.tree.map(jnp.asarray, tree) for tree in (b, bodies))
+    sharp = jax.jit(lambda seen, p: soft_zeta(InCell(seen, CELL), p, SHARP).zeta)
+    clouds = jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64))
+    exact = beams(b, Occluders(bodies, CELL), "shadow")(points) <= 0
+    assert float(sharp(Hidden(x, near, "shadow"), clouds)) == pytest.approx(exact.mean(), abs=1e-9)
+    square = jax.tree.map(lambda a: a[3:5], b)
+    exact = beams(square, Occluders(bodies, CELL), "blind")(points) <= 0
+    found = sharp(Hidden(jax.tree.map(jnp.asarray, square), near, "blind"), clouds)
+    assert float(found) == pytest.approx(exact.mean(), abs=1e-9)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("occlusion", "within"), [("shadow", 2 / 512), ("blind", 0.02)])
+def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot(occlusion, within):
+    """Under ``blind`` the soft estimator reads bodies as rows of balls."""
+    sensor = Sensor(math.radians(45), 1.0, None, math.radians(30))
+    scene = CoreScene(sensor=sensor, occlusion=occlusion, obstacles=(Obstacle("table", WEDGE),))
+    space, points = Space(scene, sensors=12), TargetPoints(scene, 512, 0)
+    c = fresh(space, np.random.default_rng(1))
+    objective, setup = CoverageObjective(scene, points), space.setup(c)
+    (found,) = objective.zetas(
+        stacked([space.arrays(c)]), space.values(c)[None], points.clouds(512)
+    )
+    seen = [
+        setup_sight(scene, setup, scene.poses[p].q)(points.points[i]) <= 0
+        for i, (_, p) in enumerate(points.terms)
+    ]
+    assert found == pytest.approx(np.mean(seen), abs=within)
+
+
+@pytest.mark.parametrize(
+    ("zones", "named"), [(8, [(0, 0, None)]), (1, [(0, 0, None), (1, 0, None)])]
+)
+def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
+    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a
+    wide one, but for one zone nothing further than the box."""
+    narrow, wide = (Sensor(0.1, 0.3, None, up, zones) for up in (0.1, 2.0))
+    setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
+    scene = CoreScene(occlusion="blind")
+    optics = sensor_cones(scene.robot, setup, scene.poses[0].q)
+    boxes = tuple(
+        Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3))
+        for k in (0, 2)
+    )
+    found = unseeing(replace(scene, obstacles=boxes), setup)
+    assert [(u.ring, u.sensor, u.within) for u in found] == named
+
+
+def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
+    scene, setup = paper_scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
+    many = replace(
+        setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
+    )
+    target, verifiers = (
+        scene.goals[0].target,
+        {how: Verifier(replace(scene, occlusion=how), 0.05) for how in MODELS},
+    )
+    zeta = {how: v.verify(setup, target).zeta for how, v in verifiers.items()}
+    assert zeta["blind"] < 0.95 * zeta["shadow"]
+    assert [v.verify(many, target).zeta for v in verifiers.values()] == [zeta["shadow"]] * 2
+
+
+@given(BEAMS, BODIES, GENERATORS)
+@settings(max_examples=5)
+def test_a_one_zone_square_beam_ends_before_all_that_stands_in_it(b, bodies, rng):
+    """Against points of the bodies' surfaces; its end is that of a cone around it."""
+    stop = beams(b, Occluders(bodies), "blind", bracketed=True).stop[5]
+    share = rng.random((20_000, 1))
+    which = rng.integers(3, size=len(share))
+    on = bodies.start[which] + share * (bodies.end - bodies.start)[which]
+    on += bodies.radius[which][:, None] * uniform_directions(rng, len(on))
+    within = on[b.part(on, 5) <= 0]
+    assert np.all(np.linalg.norm(within - b.apex[5], axis=1) >= stop - 1e-9)

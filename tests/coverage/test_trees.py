@@ -1,0 +1,51 @@
+"""Trees of arrays: JAX and ``mapped`` see the same leaves, with JAX loaded before or after."""
+
+import subprocess
+import sys
+
+import jax
+import numpy as np
+from hypothesis import given
+from place_rings.coverage.pytrees import mapped
+from place_rings.coverage.solids.base import Difference, Union
+
+from ..strategies.solids import some_balls, some_cones
+
+_LATE = """
+import sys
+import numpy as np
+from place_rings.coverage.solids.spheres import Spheres
+balls = Spheres(np.zeros((1, 3)), np.ones(1))
+assert "jax" not in sys.modules
+import jax
+assert len(jax.tree.leaves(balls)) == 2
+"""
+
+_RELOADED = """
+import importlib, sys
+import numpy as np
+from place_rings.coverage import pytrees as trees
+from place_rings.coverage.solids.spheres import Spheres
+importlib.reload(trees)
+assert "jax" not in sys.modules
+import jax
+assert len(jax.tree.leaves(Spheres(np.zeros((1, 3)), np.ones(1)))) == 2
+"""
+
+
+@given(some_cones(1, 3), some_balls(1, 2))
+def test_mapped_is_jaxs_map(cones, balls):
+    for solid in (cones, Union(cones, balls), Difference(Union(balls, cones), balls)):
+        ours, theirs = (each(lambda a: 2 * a[:1], solid) for each in (mapped, jax.tree.map))
+        assert jax.tree.structure(ours) == jax.tree.structure(theirs)
+        for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(theirs), strict=True):
+            assert np.array_equal(a, b)
+    assert mapped(len, (cones.apex, None)) == (len(cones), None)
+
+
+def test_a_solid_that_was_there_before_jax_is_a_tree_of_jax():
+    subprocess.run([sys.executable, "-c", _LATE], check=True)
+
+
+def test_a_reload_before_jax_forgets_no_tree():
+    subprocess.run([sys.executable, "-c", _RELOADED], check=True)

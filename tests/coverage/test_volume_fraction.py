@@ -1,0 +1,204 @@
+"""Shares of cubes: bounds that always hold, tight where one surface cuts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import Spheres
+from place_rings.coverage.solids.swept_tube import Tube
+from place_rings.coverage.solids.tangent_bounds import share_under
+from place_rings.coverage.solids.volume_fraction import VolumeFraction
+
+from ..strategies.solids import Beam, beam, cones, some_balls
+from ..strategies.units import (
+    FACINGS,
+    GENERATORS,
+    directions,
+    metres,
+    points_mm,
+    ups,
+)
+
+CUBE = np.stack(np.meshgrid(*[(np.arange(16) + 0.5) / 16 - 0.5] * 3, indexing="ij"), -1).reshape(
+    -1, 3
+)
+
+
+def wandering_tube(
+    steps_mm: list[tuple[int, int, int]],
+    facing_deg: tuple[int, int],
+    wobble: float,
+    wobbles_deg: list[tuple[int, int]],
+    radius_mm: int,
+) -> Tube:
+    """Discs along a line that may turn back sharply, so that discs cross. They face one way, and
+    each another as far as ``wobble`` says.
+    """
+    n = len(steps_mm) + 1
+    centre = np.cumsum([[0.0, 0, 0], *metres(steps_mm)], axis=0)
+    normal = directions([facing_deg]) + wobble * directions(wobbles_deg[:n])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-9, normal / np.maximum(length, 1e-9), directions([facing_deg]))
+    return Tube(centre, normal, radius_mm / 1000, np.arange(n - 1))
+
+
+def nearly_twice(beams: list[Beam], again: int, apart: float) -> Cones:
+    """A union of cones, one of which is there again, ``apart`` m beside."""
+    parts = cones([*beams, beams[again % len(beams)]])
+    parts.apex[-1] += apart
+    return parts
+
+
+CONE = st.builds(beam, points_mm(500), FACINGS, st.integers(1, 160), st.integers(100, 1500))
+PARTS = st.one_of(
+    st.builds(
+        nearly_twice,
+        st.lists(CONE, min_size=1, max_size=4),
+        st.integers(0, 3),
+        st.sampled_from([0.0, 1e-6, 1e-2]),
+    ),
+    some_balls(1, 4, 500, (10, 800)),
+    st.builds(
+        wandering_tube,
+        steps_mm=st.lists(points_mm(200).filter(any), min_size=1, max_size=6),
+        facing_deg=FACINGS,
+        wobble=st.sampled_from([0.0, 0.3, 3.0]),
+        wobbles_deg=st.lists(FACINGS, min_size=7, max_size=7),
+        radius_mm=st.integers(20, 400),
+    ),
+)
+SIDES_MM = st.sampled_from([500, 100, 20])
+
+
+def shares(parts, points, side):
+    """Shares of cubes, each paired with every part that its ball does not prove away."""
+    cell, index = (a.ravel() for a in np.indices((len(points), len(parts))))
+    reach = math.sqrt(3) / 2 * side
+    matters, inside = parts.decide(points[cell], cell, index, reach)
+    known = np.zeros(len(points), bool)
+    known[cell[inside]] = True
+    found = parts.shares(
+        points[cell[matters]], cell[matters], index[matters], len(points), side, 1e-12
+    )
+    return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
+
+
+SCALES = st.tuples(*[st.sampled_from([1.0, 1.0, 1e-3, 0.0])] * 3)
+PLANES = st.lists(st.tuples(FACINGS, SCALES, st.integers(-90, 90)), min_size=1, max_size=40)
+
+
+@given(PLANES, GENERATORS)
+def test_under_a_plane_is_the_share_of_many_points(planes, rng):
+    """Some planes are nearly along an axis or two, by the scales of their normals."""
+    facing, scale, percent = zip(*planes, strict=True)
+    normal, value = directions(facing) * scale, np.array(percent) / 100
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-9, normal / np.maximum(length, 1e-9), [[0.0, 0, 1]])
+    share = share_under(value, value, normal)
+    assert (share.high - share.low < 3e-4).all()
+    assert (share.low >= 0).all()
+    assert (share.high <= 1).all()
+    p = rng.uniform(-0.5, 0.5, (20_000, 3))
+    seen = (p @ normal.T + value <= 0).mean(axis=0)
+    noise = math.sqrt(math.log(2 * 40 * 1e7) / (2 * len(p)))
+    assert (share.low - noise <= seen).all()
+    assert (share.high + noise >= seen).all()
+
+
+@pytest.mark.parametrize(
+    ("normal", "value", "share"),
+    [
+        ([1, 0, 0], -0.25, 0.75),
+        ([0, 0, -1], 0.25, 0.25),
+        ([1, 1, 0], 0.0, 0.5),
+        ([1, 1, 0], 0.5, 0.125),
+        ([1, 1, 1], 1.0, 1 / 48),
+        ([-1, 1, 1], -1.0, 47 / 48),
+        ([1, -1, 1], 0.0, 0.5),
+        ([1, 2, 3], 3.1, 0.0),
+        ([1, 2, 3], -3.1, 1.0),
+    ],
+)
+def test_under_a_plane_closed_forms(normal, value, share):
+    length = math.sqrt(sum(v * v for v in normal))
+    found = share_under(
+        np.array([value / length]), np.array([value / length]), np.array([normal], float) / length
+    )
+    assert found.low[0] <= share + 1e-12
+    assert found.high[0] >= share - 1e-12
+    assert found.high[0] - found.low[0] < 2e-4
+
+
+@settings(max_examples=20)
+@given(PARTS, SIDES_MM, GENERATORS)
+def test_a_cube_holds_what_its_pieces_hold(parts, side_mm, rng):
+    """Bounds of one cube against those of its 4096 pieces, which are tighter, and against
+    points. The cube is about the origin, or near a surface.
+    """
+    side = side_mm / 1000
+    near = rng.uniform(-0.5, 0.5, (400, 3))
+    away = rng.random() < 0.1
+    centre = np.zeros((1, 3)) if away else near[[np.abs(parts(near)).argmin()]]
+    coarse = shares(parts, centre, side)
+    fine = shares(parts, centre + side * CUBE, side / 16)
+    assert (fine.low <= fine.high + 1e-15).all()
+    assert coarse.low[0] <= fine.high.mean() + 1e-12
+    assert coarse.high[0] >= fine.low.mean() - 1e-12
+    p = centre + side * rng.uniform(-0.5, 0.5, (20_000, 3))
+    noise = math.sqrt(math.log(2e7) / (2 * len(p)))
+    seen = float((parts(p) <= 0).mean())
+    assert fine.low.mean() - noise <= seen <= fine.high.mean() + noise
+
+
+@pytest.mark.parametrize("kind", ["cone", "tube"])
+def test_a_cube_about_an_axis(kind):
+    """The way from the axis to the cube's centre is rounding alone there, and may point along the
+    axis.
+    """
+    rng = np.random.default_rng(3)
+    p = rng.uniform(-0.5, 0.5, (20_000, 3))
+    noise = math.sqrt(math.log(2 * 300 * 1e3) / (2 * len(p)))
+    for _ in range(300):
+        axis = rng.choice([-1.0, 1.0], (1, 3)) if rng.random() < 0.3 else rng.normal(size=(1, 3))
+        axis /= np.linalg.norm(axis)
+        if kind == "cone":
+            apex, half = -rng.uniform(0.5, 1.0) * axis, rng.uniform(0.6, 1.2, 1)
+            parts = Cones(apex, axis, half, np.array([5.0]))
+        else:
+            ends = np.concatenate([-rng.uniform(0.3, 1.2) * axis, rng.uniform(0.3, 1.2) * axis])
+            parts = Tube(
+                ends, np.repeat(axis, 2, axis=0), float(rng.uniform(0.7, 0.86)), np.array([0])
+            )
+        share = shares(parts, np.zeros((1, 3)), 1.0)
+        seen = float((parts(p) <= 0).mean())
+        assert share.low[0] - noise <= seen <= share.high[0] + noise
+
+
+@given(FACINGS, st.integers(-180, 180), st.integers(6, 69))
+def test_one_smooth_surface_is_second_order(facing_deg, roll_deg, half_deg):
+    """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is
+    open with its square.
+    """
+    axis, away = directions([facing_deg]), ups([facing_deg], [roll_deg])
+    half = math.radians(half_deg)
+    on_cone = axis * 0.5 * math.cos(half) + away * 0.5 * math.sin(half)
+    solids = [
+        (Spheres(np.zeros((1, 3)), np.array([0.5])), 0.5 * away, 2.0),
+        (
+            Cones(np.zeros((1, 3)), axis, np.array([half]), np.array([2.0])),
+            on_cone,
+            1 / (0.5 * math.tan(half)),
+        ),
+        (
+            Tube(np.concatenate([-axis, axis]), np.concatenate([axis, axis]), 0.3, np.array([0])),
+            0.3 * away,
+            1 / 0.3,
+        ),
+    ]
+    for parts, point, bend in solids:
+        for side in (0.02, 0.01, 0.005):
+            found = shares(parts, point, side)
+            assert found.high[0] - found.low[0] < 0.6 * bend * side

@@ -1,0 +1,596 @@
+"""Exports: what other programs read is what we meant, names of any kind do nothing, and what comes
+back is what went out.
+"""
+
+import io
+import json
+import math
+import runpy
+import shutil
+import subprocess
+import sys
+import types
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+import yaml
+import yourdfpy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.sensor_beams import MixedBeams
+from place_rings.coverage.targets import Target
+from place_rings.formats.errors import UserError
+from place_rings.formats.export.placed import PlacedSetup
+from place_rings.formats.loader import resolve
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
+from place_rings.formats.sensors.urdf_frames import FramePattern
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.reporting.export_formats import FORMATS
+from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
+
+from ..support import drawing
+from ..rig.cell import BOX, FLOOR, TABLE
+from ..support.urdf_text import chain_text, joint
+
+CLOSE = 1e-6  # m, and of parts of unit vectors, as was asked
+ARMS = ("ur10", "panda", "iiwa14")
+few = settings(max_examples=4)
+
+
+def drawn(seed: int, name: str, square: bool = True) -> tuple[CoreScene, Setup]:
+    """A robot in a drawn pose with drawn rings, of which the first may have square beams."""
+    rng, robot = np.random.default_rng(seed), ROBOTS[name]
+    setup = drawing.setup(rng)
+    if square and rng.uniform() < 0.5:
+        first = replace(setup.rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
+        setup = Setup((first, *setup.rings[1:]))
+    return (
+        paper_scene(
+            robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))
+        ),
+        setup,
+    )
+
+
+def written(folder, scene: CoreScene, setup: Setup, *to: str, **keys) -> None:
+    """The files of these formats at the scene's last pose."""
+    placed = PlacedSetup(scene, setup, len(scene.poses) - 1, folder, **keys)
+    for name in to:
+        for file, data in FORMATS[name](placed).items():
+            (folder / file).parent.mkdir(exist_ok=True)
+            (folder / file).write_bytes(data)
+
+
+def same(scene: CoreScene, a: Setup, b: Setup) -> None:
+    """The same beams in every pose."""
+    assert [r.count for r in a.rings] == [r.count for r in b.rings]
+    for pose in scene.poses:
+        one, other = (sensor_cones(scene.robot, s, pose.q) for s in (a, b))
+        np.testing.assert_allclose(other.apex, one.apex, atol=CLOSE)
+        np.testing.assert_allclose(other.axis, one.axis, atol=CLOSE)
+        np.testing.assert_allclose(other.half_angle, one.half_angle, atol=CLOSE)
+        np.testing.assert_allclose(other.range_m, one.range_m, atol=CLOSE)
+        if isinstance(one, MixedBeams):
+            np.testing.assert_allclose(
+                np.abs((one.up * other.up).sum(axis=1)[one.half_up > 0]), 1, atol=CLOSE
+            )
+
+
+@few
+@given(drawing.seeds, st.sampled_from(ARMS))
+def test_tables_come_back(tmp_path_factory, seed, name):
+    scene, setup = drawn(seed, name)
+    folder = tmp_path_factory.mktemp("tables")
+    written(folder, scene, setup, "csv", "json")
+    for file in ("sensors.csv", "sensors.json"):
+        same(scene, setup, resolve(str(folder / file), scene)[0])
+    again = resolve(str(folder / "sensors.json"), scene)[0]
+    assert [(r.link, r.sensor.zones) for r in again.rings] == [
+        (r.link, r.sensor.zones) for r in setup.rings
+    ]
+    for link, T in (
+        (s, forward(scene.robot.chain, scene.poses[1].q)) for s in sensor_frames(scene.robot, setup)
+    ):
+        listed = json.loads((folder / "sensors.json").read_text())["rings"][link.ring]["sensors"][
+            link.sensor
+        ]
+        assert listed["name"] == link.name
+        np.testing.assert_allclose(
+            listed["base_xyz"], (T[link.frame] @ link.T_frame_sensor)[:3, 3], atol=CLOSE
+        )
+        np.testing.assert_allclose(
+            turned(listed["xyzw"], [0, 0, 1]), link.T_frame_sensor[:3, 2], atol=CLOSE
+        )
+
+
+@few
+@given(drawing.seeds, st.sampled_from(ARMS))
+def test_a_urdf_has_each_sensor_where_it_is_and_comes_back(tmp_path_factory, seed, name):
+    """yourdfpy has robot and sensors in any pose where we have them; read back by their names
+    alone, they are our rings.
+    """
+    scene, setup = drawn(seed, name, square=False)
+    setup = Setup(tuple(replace(r, sensor=scene.sensor) for r in setup.rings))
+    folder = tmp_path_factory.mktemp("urdf")
+    written(folder, scene, setup, "urdf")
+    peer = yourdfpy.URDF.load(str(folder / "robot.urdf"), load_meshes=False, build_scene_graph=True)
+    q = drawing.pose(np.random.default_rng(seed + 1), len(scene.robot.chain))
+    peer.update_cfg(dict(zip(scene.robot.chain.joints, q, strict=True)))
+    frames = forward(scene.robot.chain, q)
+    found = sensor_frames(scene.robot, setup)
+    for s in found:
+        T = looking_along(frames[s.frame] @ s.T_frame_sensor, "x")
+        np.testing.assert_allclose(peer.get_transform(s.name, "base_link"), T, atol=CLOSE)
+    np.testing.assert_allclose(peer.get_transform("tcp", "base_link"), frames[-1], atol=CLOSE)
+    cones = sensor_cones(scene.robot, setup, q)
+    there = [peer.get_transform(s.name, "base_link") for s in found]
+    np.testing.assert_allclose([T[:3, 0] for T in there], cones.axis, atol=CLOSE)
+    np.testing.assert_allclose([T[:3, 3] for T in there], cones.apex, atol=CLOSE)
+    same(scene, setup, resolve(str(folder / "robot.urdf"), scene)[0])
+
+
+@few
+@given(drawing.seeds, st.sampled_from(ARMS))
+def test_mujoco_has_each_sensor_where_it_is(tmp_path_factory, seed, name):
+    scene, setup = drawn(seed, name)
+    folder = tmp_path_factory.mktemp("mjcf")
+    written(folder, scene, setup, "mjcf")
+    model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_kinematics(model, data)
+    np.testing.assert_allclose(data.qpos, scene.poses[-1].q, atol=1e-11)
+    cones = sensor_cones(scene.robot, setup, scene.poses[-1].q)
+    for k, s in enumerate(sensor_frames(scene.robot, setup)):
+        np.testing.assert_allclose(data.site(s.name).xpos, cones.apex[k], atol=CLOSE)
+        np.testing.assert_allclose(
+            data.site(s.name).xmat.reshape(3, 3)[:, 2], cones.axis[k], atol=CLOSE
+        )
+        assert model.sensor(s.name).cutoff[0] == pytest.approx(s.unit.range_m)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
+    """In a cell with a table and a floor, at many poses, the robot's own bodies included: to 1 mm,
+    as was asked.
+    """
+    robot, rng = ROBOTS[name], np.random.default_rng(5)
+    rings = (
+        Ring("upper_arm", 0.5, 8, 0.6, 0.2, 0.14),
+        Ring("forearm", 0.5, 8, -1.2, 0.1, 0.13),
+        Ring("forearm", 0.2, 5, 1.45, 0.0, 0.13),
+        Ring("tool", 0.0, 6, -0.9, 0.3, 0.1),
+    )
+    setup, poses = (
+        Setup(rings),
+        [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))],
+    )
+    scene = paper_scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
+    written(tmp_path, scene, setup, "mjcf")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    data, hits = mujoco.MjData(model), np.zeros(3, int)
+    names, range_m = zip(
+        *((s.name, s.unit.range_m) for s in sensor_frames(robot, setup)), strict=True
+    )
+    for q in poses:
+        data.qpos = q
+        mujoco.mj_forward(model, data)
+        cones, bodies = (
+            sensor_cones(robot, setup, q),
+            robot_capsules(robot, forward(robot.chain, q)),
+        )
+        to_robot = ray_to_capsule(
+            cones.apex[:, None], cones.axis[:, None], bodies.start, bodies.end, bodies.radius
+        )
+        each = np.array(
+            [
+                to_robot.min(axis=1),
+                *(ray_to_polyhedron(cones.apex, cones.axis, o.body) for o in scene.obstacles),
+            ]
+        )
+        nearest = each.min(axis=0)
+        wanted = np.where(np.isinf(nearest), -1, np.minimum(nearest, range_m))
+        found = np.array([data.sensor(name).data[0] for name in names])
+        free = nearest > 0  # the others stand in something
+        np.testing.assert_allclose(found[free], wanted[free], atol=1e-3)
+        hits += np.bincount(each.argmin(axis=0)[free & (nearest < range_m)], minlength=3)
+    assert (hits >= 3).all()
+
+
+def turned(xyzw, v) -> np.ndarray:
+    """A vector turned by a quaternion, by Hamilton's product alone."""
+    x, y, z, w = xyzw
+    assert x * x + y * y + z * z + w * w == pytest.approx(1, abs=1e-9)
+    u, v = np.array([x, y, z]), np.array(v, float)
+    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
+
+
+def test_ros_turns_x_to_the_beam(tmp_path):
+    scene, setup = drawn(7, "panda")
+    written(tmp_path, scene, setup, "ros2")
+    listed = yaml.safe_load((tmp_path / "static_transforms.yaml").read_text())["transforms"]
+    found = sensor_frames(scene.robot, setup)
+    assert len(listed) == len(found)
+    for one, s in zip(listed, found, strict=True):
+        joint = min(s.frame, len(scene.robot.chain) - 1)
+        T = (
+            s.T_frame_sensor
+            if s.frame == joint
+            else scene.robot.chain.origin[-1] @ s.T_frame_sensor
+        )
+        assert (one["parent"], one["child"]) == (f"{scene.robot.chain.joints[joint]}_link", s.name)
+        np.testing.assert_allclose(one["xyz"], T[:3, 3], atol=CLOSE)
+        np.testing.assert_allclose(turned(one["xyzw"], [1, 0, 0]), T[:3, 2], atol=CLOSE)
+        np.testing.assert_allclose(turned(one["xyzw"], [0, 0, 1]), T[:3, 1], atol=CLOSE)
+
+
+class RosNode:
+    """A node that knows the time."""
+
+    def get_clock(self):
+        return types.SimpleNamespace(now=lambda: types.SimpleNamespace(to_msg=lambda: "now"))
+
+
+class RosTransform:
+    """``geometry_msgs/TransformStamped``: attributes, and three records of attributes."""
+
+    def __init__(self) -> None:
+        self.header, self.child_frame_id = types.SimpleNamespace(), ""
+        self.transform = types.SimpleNamespace(
+            translation=types.SimpleNamespace(), rotation=types.SimpleNamespace()
+        )
+
+
+def test_one_node_of_ros_broadcasts_every_frame_in_one_message(tmp_path, monkeypatch):
+    """The node runs against a record of what it asks of ROS; its launch file starts this node."""
+    scene, setup = drawn(7, "panda")
+    written(tmp_path, scene, setup, "ros2")
+    sent, spun = [], []
+
+    class Broadcaster:
+        def __init__(self, node):
+            assert isinstance(node, RosNode)
+
+        def sendTransform(self, transforms):
+            sent.append(transforms)
+
+    ros = {
+        "rclpy": {"init": lambda: None, "create_node": lambda _: RosNode(), "spin": spun.append},
+        "geometry_msgs": {},
+        "geometry_msgs.msg": {"TransformStamped": RosTransform},
+        "tf2_ros": {"StaticTransformBroadcaster": Broadcaster},
+    }
+    for name, content in ros.items():
+        module = types.ModuleType(name)
+        vars(module).update(content)
+        monkeypatch.setitem(sys.modules, name, module)
+    runpy.run_path(str(tmp_path / "static_transforms.py"), run_name="__main__")
+    assert (len(sent), len(spun)) == (1, 1)
+    listed = yaml.safe_load((tmp_path / "static_transforms.yaml").read_text())["transforms"]
+    for message, one in zip(sent[0], listed, strict=True):
+        there, turn = message.transform.translation, message.transform.rotation
+        assert (message.header.frame_id, message.child_frame_id) == (one["parent"], one["child"])
+        assert message.header.stamp == "now"
+        assert [there.x, there.y, there.z] == one["xyz"]
+        assert [turn.x, turn.y, turn.z, turn.w] == one["xyzw"]
+    launch = yaml.safe_load((tmp_path / "static_transforms.launch.yaml").read_text())["launch"]
+    assert [part["executable"]["cmd"] for part in launch] == [
+        "python3 $(dirname)/static_transforms.py"
+    ]
+
+
+@given(drawing.seeds, st.sampled_from("xyz"))
+def test_frames_turned_round_are_right_handed_and_turn_back(seed, axis):
+    scene, setup = drawn(seed, "ur10")
+    T = np.stack([s.T_frame_sensor for s in sensor_frames(scene.robot, setup)])
+    there = looking_along(T, axis)
+    np.testing.assert_allclose(np.linalg.det(there[:, :3, :3]), 1, atol=1e-12)
+    np.testing.assert_array_equal(there[:, :3, "xyz".index(axis)], T[:, :3, 2])
+    np.testing.assert_array_equal(looking_along_z(there, axis), T)
+
+
+def in_base(made: trimesh.Scene, name: str) -> trimesh.Trimesh:
+    """The mesh of a node in the base frame."""
+    T = np.linalg.inv(made.graph["base_link"][0]) @ made.graph[name][0]
+    return made.geometry[name].copy().apply_transform(T)
+
+
+def test_a_glb_has_all_that_is_there(tmp_path):
+    """Nodes of the sensors where they are, all points seen or not, robot and beams by their
+    size.
+    """
+    scene, setup = drawn(11, "iiwa14")
+    scene = replace(scene, goals=(Goal(Target("V_S", 0.5)),), obstacles=(BOX, FLOOR))
+    written(tmp_path, scene, setup, "glb", points=300)
+    made = trimesh.load(io.BytesIO((tmp_path / "scene.glb").read_bytes()), file_type="glb")
+    T_world_base = made.graph["base_link"][0]
+    np.testing.assert_allclose(T_world_base[:3, :3] @ [0, 0, 1], [0, 1, 0], atol=1e-12)
+    cones = sensor_cones(scene.robot, setup, scene.poses[-1].q)
+    for k, s in enumerate(sensor_frames(scene.robot, setup)):
+        T = np.linalg.inv(T_world_base) @ made.graph[s.name][0]
+        np.testing.assert_allclose(T[:3, 3], cones.apex[k], atol=1e-6)
+        np.testing.assert_allclose(T[:3, 2], cones.axis[k], atol=1e-6)
+    for i, ring in enumerate(setup.rings):
+        seen = made.geometry[f"ring_{i}_sees"]
+        assert seen.volume == pytest.approx(ring.count * ring.sensor.volume, rel=0.01)
+        assert seen.visual.material.alphaMode == "BLEND"
+    placed = PlacedSetup(scene, setup, 1, tmp_path)
+    for b, a, c, r in zip(
+        scene.robot.bodies,
+        placed.bodies.start,
+        placed.bodies.end,
+        placed.bodies.radius,
+        strict=True,
+    ):
+        mesh = in_base(made, f"body_{b.name}")
+        assert mesh.volume == pytest.approx(
+            math.pi * r**2 * (np.linalg.norm(c - a) + 4 / 3 * r), rel=0.05
+        )
+        np.testing.assert_allclose(mesh.bounds.mean(axis=0), (a + c) / 2, atol=0.02 * r)
+    points = sum(
+        len(g.vertices) for name, g in made.geometry.items() if name.startswith("target_0")
+    )
+    assert points == 300
+    assert "obstacle_0" in made.geometry
+
+
+HOSTILE = (
+    '"><evil/>',
+    "${system('touch x')}",
+    "$(eval 1)",
+    "'; os.exit() --[[",
+    "a\n- b: 1\x00",
+    "é/../../x",
+)
+
+
+def hostile() -> tuple[CoreScene, Setup]:
+    """A robot whose every name is meant to be taken for something else."""
+    robot = ROBOTS["ur10"]
+    chain = replace(robot.chain, joints=HOSTILE)
+    bodies = tuple(replace(b, name=HOSTILE[i % 6]) for i, b in enumerate(robot.bodies))
+    mounts = tuple(replace(m, link=HOSTILE[i]) for i, m in enumerate(robot.mounts))
+    robot = replace(robot, name=HOSTILE[0] + HOSTILE[4], chain=chain, bodies=bodies, mounts=mounts)
+    rings = tuple(Ring(m.link, 0.4, 3, 0.3) for m in mounts)
+    return paper_scene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
+
+
+def test_hostile_names_do_nothing(tmp_path):
+    scene, setup = hostile()
+    written(tmp_path, scene, setup, *(name for name in FORMATS if name != "stl"))
+    printed = replace(setup.rings[0], sensor=effective(Use("vl53l4cd")).sensor, radius=0.12)
+    written(tmp_path, scene, Setup((printed,)), "stl")
+    for file in ("robot.urdf", "sensors.xacro", "scene.xml"):
+        root = ET.parse(tmp_path / file).getroot()
+        assert root.find(".//evil") is None
+        values = [
+            v
+            for e in root.iter()
+            for k, v in e.attrib.items()
+            if not (file == "sensors.xacro" and k in ("name", "link"))
+        ]
+        assert not any(
+            bad in v
+            for v in values
+            for bad in ("$", "<", "'; os", "\n")
+            if not v.startswith("prefix:=")
+        )
+        texts = (
+            [v for e in root.iter() for v in e.attrib.values()] if file == "sensors.xacro" else []
+        )
+        assert all(v.count("$") == v.count("${prefix}") + v.count("${link_of_") for v in texts)
+    yourdfpy.URDF.load(str(tmp_path / "robot.urdf"), load_meshes=False)
+    mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    for file in ("static_transforms.yaml", "static_transforms.launch.yaml", "sensors.lua"):
+        text = (tmp_path / file).read_text().replace("$(dirname)", "")  # the launch file's own
+        assert not any(bad in text for bad in ("os.exit", "$", "evil/>", "\x00"))
+    assert len(yaml.safe_load((tmp_path / "static_transforms.yaml").read_text())["transforms"]) == 9
+    for file in ("robot.urdf", "sensors.json", "sensors.csv"):
+        same(scene, setup, resolve(str(tmp_path / file), scene)[0])
+
+
+OWN = (
+    "<link name='base'/>",
+    (
+        '<link name="base"><visual><geometry><mesh filename="../meshes/a'
+        ' b.stl"/></geometry></visual></link>'
+    ),
+)
+
+
+def test_what_is_read_is_never_written_over(run, tmp_path):
+    assert run("export", "n1_8_0", "--to", "json", "--out", "mine")[0] == 0
+    (tmp_path / "mine" / "robot.urdf").write_text(chain_text(ROBOTS["ur10"].chain, "mine"))
+    before = {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+    for words in (
+        ["mine/sensors.json", "--to", "json"],
+        ["n1_8_0", "--to", "urdf", "--urdf", "mine/robot.urdf"],
+    ):
+        code, out, err = run("export", *words, "--out", tmp_path / "mine")
+        assert (code, out) == (2, "")
+        assert "an input file; allowed: another folder" in err
+    assert before == {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+
+
+def own_urdf(folder, extra: str = "") -> None:
+    """A user's URDF beside a folder of meshes, with a comment, a tag of somebody else's, and a mesh
+    by a relative name.
+    """
+    (folder / "meshes").mkdir()
+    (folder / "urdf").mkdir()
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(folder / "meshes" / "a b.stl")
+    text = chain_text(ROBOTS["panda"].chain, "mine").replace(
+        '<link name="base" />', OWN[1] + "<!-- mine -->" + extra
+    )
+    (folder / "urdf" / "mine.urdf").write_text(
+        text.replace("</robot>", "<gazebo reference='base'/></robot>")
+    )
+
+
+def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
+    own_urdf(tmp_path)
+    scene, setup = drawn(3, "panda", square=False)
+    setup = Setup(tuple(replace(r, sensor=scene.sensor) for r in setup.rings))
+    urdf, out = read_urdf(tmp_path / "urdf" / "mine.urdf"), tmp_path / "deep" / "out"
+    out.mkdir(parents=True)
+    written(out, scene, setup, "urdf", "ros2", "glb", urdf=urdf, packages=(tmp_path / "meshes",))
+    text = (out / "robot.urdf").read_text()
+    assert "<!-- mine -->" in text
+    assert "gazebo" in text
+    assert 'filename="../../meshes/a b.stl"' in text
+    peer = yourdfpy.URDF.load(str(out / "robot.urdf"))
+    q = scene.poses[1].q
+    peer.update_cfg(dict(zip(scene.robot.chain.joints, q, strict=True)))
+    frames = forward(scene.robot.chain, q)
+    for s in sensor_frames(scene.robot, setup):
+        T = looking_along(frames[s.frame] @ s.T_frame_sensor, "x")
+        np.testing.assert_allclose(peer.get_transform(s.name, "base"), T, atol=CLOSE)
+    same(scene, setup, resolve(str(out / "robot.urdf"), scene)[0])
+    parents = {
+        t["parent"]
+        for t in yaml.safe_load((out / "static_transforms.yaml").read_text())["transforms"]
+    }
+    assert parents <= set(urdf.links)
+    assert (
+        "body_base"
+        in trimesh.load(io.BytesIO((out / "scene.glb").read_bytes()), file_type="glb").geometry
+    )
+    with pytest.raises(
+        UserError, match=r'robot\.urdf: link: found "tof_0_0", allowed: a URDF without'
+    ):
+        written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
+    with pytest.raises(UserError, match='joint: found none called "shoulder_pan"'):
+        written(out, paper_scene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
+
+
+@given(drawing.seeds, st.sampled_from("xyz"))
+@few
+def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam):
+    """A URDF of somebody else's: other names, an order of its own, another axis along the beam."""
+    rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("any")
+    scene, setup = paper_scene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
+    setup = Setup(tuple(replace(r, phase=float(rng.uniform(0, 6))) for r in setup.rings))
+    root = ET.fromstring(chain_text(scene.robot.chain))
+    found = sensor_frames(scene.robot, setup)
+    for n in rng.permutation(len(found)):
+        s = found[n]
+        ET.SubElement(root, "link", name=f"range sensor {n}")
+        parent = "tip" if s.frame == 6 else f"link_{s.frame}"
+        joint(
+            root,
+            f"j {n}",
+            "fixed",
+            parent,
+            f"range sensor {n}",
+            looking_along(s.T_frame_sensor, beam),
+        )
+    (folder / "mounted.urdf").write_text(ET.tostring(root, encoding="unicode"))
+    again = resolve(
+        str(folder / "mounted.urdf"), scene, None, FramePattern(r"range sensor \d+", beam)
+    )[0]
+    one, other = (sensor_cones(scene.robot, s, scene.poses[0].q) for s in (setup, again))
+    order = [np.lexsort(np.round(np.hstack([c.apex, c.axis]), 5).T) for c in (one, other)]
+    np.testing.assert_allclose(other.apex[order[1]], one.apex[order[0]], atol=CLOSE)
+    np.testing.assert_allclose(other.axis[order[1]], one.axis[order[0]], atol=CLOSE)
+
+
+STUB = """
+local made = {}
+sim = {handle_world = -1, proximitysensor_cone = 'cone', proximitysensor_pyramid = 'pyramid'}
+local function new(kind) made[#made + 1] = {kind = kind, pose = {}, sizes = {}} return #made end
+function sim.getObject(path, options) assert(options.noError) return path == '/wrist_3_link' and \
+new('there') or -1 end
+function sim.createDummy(size) return new('dummy') end
+function sim.createProximitySensor(kind, what, options, ints, floats)
+    assert(#ints == 8 and #floats == 15 and what == 16 and options == 0)
+    local h = new(kind) made[h].sizes = floats return h
+end
+function sim.setObjectAlias(h, name) made[h].name = name end
+function sim.setObjectParent(h, parent, keep) assert(keep == false) made[h].parent = parent end
+function sim.setObjectPose(h, pose, to) assert(to == -1 or to == made[h].parent) made[h].pose = \
+pose end
+dofile(arg[1])
+for h, o in ipairs(made) do
+    print(table.concat({o.kind, o.name or '-', o.parent or 0, table.concat(o.pose, ' '), \
+table.concat(o.sizes, ' ')}, '|'))
+end
+"""
+
+
+def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
+    """Run by Lua, where that is installed, against a record of what it asks of the simulator."""
+    lua = next((path for name in ("lua5.4", "lua5.3", "lua") if (path := shutil.which(name))), None)
+    if lua is None:
+        pytest.skip("no Lua here")
+    scene, setup = (
+        paper_scene(),
+        Setup(
+            (
+                *named_setup("n1_4_25").rings[:2],
+                Ring("tool", 0, 3, 0.1, sensor=Sensor(0.5, 1.2, None, 0.3)),
+            )
+        ),
+    )
+    written(tmp_path, scene, setup, "coppeliasim")
+    (tmp_path / "stub.lua").write_text(STUB)
+    asked = [lua, str(tmp_path / "stub.lua"), str(tmp_path / "sensors.lua")]
+    lines = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()
+    made = [line.split("|") for line in lines]
+    frames, found = forward(scene.robot.chain, scene.poses[0].q), sensor_frames(scene.robot, setup)
+    assert [m[:2] for m in made[:3]] == [
+        ["dummy", "shoulder_lift_link"],
+        ["dummy", "elbow_link"],
+        ["there", "-"],
+    ]
+    for (_, _, _, pose, _), j in zip(made[:2], (1, 2), strict=True):
+        same_pose(np.fromstring(pose, sep=" "), frames[j])
+    assert len(made) == 3 + len(found)
+    for (kind, name, parent, pose, sizes), s in zip(made[3:], found, strict=True):
+        T = s.T_frame_sensor if s.frame < 6 else scene.robot.chain.origin[-1] @ s.T_frame_sensor
+        assert (name, parent) == (s.name, str(s.ring + 1))
+        same_pose(np.fromstring(pose, sep=" "), T)
+        size = np.fromstring(sizes, sep=" ")
+        assert size[1] == pytest.approx(s.unit.range_m)
+        if s.unit.fov_up is None:
+            assert (kind, size[9]) == ("cone", pytest.approx(s.unit.fov))
+        else:
+            sides = [2 * 1.2 * math.tan(a / 2) for a in (0.5, 0.3)]
+            assert (kind, size[4:6].tolist()) == ("pyramid", pytest.approx(sides))
+
+
+def same_pose(pose: np.ndarray, T: np.ndarray) -> None:
+    np.testing.assert_allclose(pose[:3], T[:3, 3], atol=CLOSE)
+    np.testing.assert_allclose(
+        np.stack([turned(pose[3:], v) for v in np.eye(3)], axis=1), T[:3, :3], atol=CLOSE
+    )
+
+
+def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_for_ros(tmp_path):
+    (tmp_path / "odd.urdf").write_text(
+        chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"')
+    )
+    placed = PlacedSetup(
+        paper_scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
+    )
+    macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
+    assert (
+        macro.attrib["params"]
+        == "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
+    )
+    with pytest.raises(
+        UserError, match=r'odd\.urdf: link: found "\$\(eval 1\)", allowed: a name of letters'
+    ):
+        FORMATS["ros2"](placed)

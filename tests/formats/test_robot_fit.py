@@ -1,0 +1,381 @@
+"""Fitting: capsules contain what they stand for and are tight, tubes are found where they are,
+files read back.
+"""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.cli import app as command_line
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_robot, read_scene
+from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.mount_axes import confidence
+from place_rings.formats.robots.mount_detection import find_tube
+from place_rings.formats.robots.urdf_model import UrdfShape
+from place_rings.formats.schema.robot_models import RobotModel, robot_of
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.writing import to_toml
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
+from scipy.spatial.transform import Rotation
+
+from ..support import drawing
+
+
+def turned(mesh, rng):
+    """Triangles of a mesh, turned and carried anywhere, and how."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = (
+        Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(),
+        rng.uniform(-1, 1, 3),
+    )
+    return np.array(mesh.triangles) @ T[:3, :3].T + T[:3, 3], T
+
+
+def link(rng, sections=32):
+    """A tube with a housing across at either end, as arms have: triangles in the frame whose z is
+    the tube's axis.
+    """
+    radius = rng.uniform(0.03, 0.06)
+    length = radius * rng.uniform(8, 12)
+    house = 1.6 * radius
+    tube = trimesh.creation.cylinder(radius, length, sections=sections)
+    ends = [trimesh.creation.cylinder(house, 3 * radius, sections=sections) for _ in range(2)]
+    for end, z in zip(ends, (-length / 2, length / 2), strict=True):
+        end.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, [1, 0, 0]))
+        end.apply_translation([0, 0, z])
+    return trimesh.util.concatenate([tube, *ends]), radius, length - 2 * house
+
+
+@settings(max_examples=5)
+@given(drawing.seeds, st.integers(1, 4))
+def test_capsules_contain_the_surface(seed, most):
+    """Every vertex, and every point of every triangle between."""
+    rng = np.random.default_rng(seed)
+    soup = rng.normal(size=(int(rng.integers(1, 40)), 3, 3)) * rng.uniform(0.01, 0.3, 3)
+    capsules = fit_capsules(soup, most=most)
+    assert 1 <= len(capsules) <= most
+    w = rng.dirichlet(np.ones(3), (len(soup), 50))
+    points = np.concatenate(
+        [soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)]
+    )
+    assert np.max([-c.distance(points) for c in capsules], axis=0).min() > -1e-9
+
+
+@settings(max_examples=15)
+@given(drawing.seeds)
+def test_points_on_a_capsule_get_it_back(seed):
+    rng = np.random.default_rng(seed)
+    made = trimesh.creation.capsule(rng.uniform(0.05, 0.5), rng.uniform(0.03, 0.1), count=[16, 24])
+    triangles, _ = turned(made, rng)
+    found = enclosing(triangles.reshape(-1, 3))
+    assert -found.distance(triangles.reshape(-1, 3)).max() > -1e-9
+    assert found.volume < 1.03 * made.volume
+
+
+def test_a_capsule_of_few_points_is_what_it_must_be():
+    one = enclosing(np.array([[1.0, 2, 3]]))
+    assert one.volume < 1e-12
+    two = enclosing(np.array([[0.0, 0, 0], [0, 0, 1]]))
+    assert two.volume < 1e-6
+    cross = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    assert enclosing(cross).volume < 1.02 * 4 / 3 * math.pi
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_an_arm_takes_a_few_tight_capsules(seed):
+    rng = np.random.default_rng(seed)
+    mesh, _, _ = link(rng)
+    triangles, _ = turned(mesh, rng)
+    one, three = (fit_capsules(triangles, most=n) for n in (1, 3))
+    assert len(three) == 3
+    assert union_volume(three) < 0.8 * union_volume(one)
+    assert np.max([-c.distance(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
+
+
+def test_volume_of_a_union():
+    a = Capsules(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
+    assert union_volume([a]) == pytest.approx(a.volume, rel=0.01)
+    assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
+
+
+@settings(max_examples=8)
+@given(drawing.seeds)
+def test_the_tube_of_a_link_is_found(seed):
+    """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it
+    a little longer.
+    """
+    rng = np.random.default_rng(seed)
+    mesh, radius, clear = link(rng)
+    triangles, T = turned(mesh, rng)
+    rough = T[:3, 2] + rng.normal(size=3) * 0.03
+    tube = find_tube(triangles, [rough / np.linalg.norm(rough)])
+    assert abs(tube.axis @ T[:3, 2]) > 1 - 1e-4
+    assert tube.radius == pytest.approx(radius, rel=0.08)
+    assert clear - 0.03 < tube.length < clear + radius
+    for end in (tube.start, tube.end):
+        v = end - T[:3, 3]
+        assert np.linalg.norm(v - (v @ T[:3, 2]) * T[:3, 2]) < 0.002
+
+
+@pytest.mark.parametrize(
+    ("radius", "thicker", "apart"), [(0.02, 1.3, 0.2), (0.04, 1.75, 0.15), (0.05, 1.5, 0.3)]
+)
+def test_a_stretch_ends_where_the_housings_begin(radius, thicker, apart):
+    """Balls about the ends of a tube: the closed form of where they leave it."""
+    tube = trimesh.creation.cylinder(radius, 2 * apart, sections=96)
+    ball = trimesh.creation.icosphere(4, thicker * radius)
+    housings = [ball.copy().apply_translation([0, 0, sign * apart]) for sign in (-1, 1)]
+    half = apart - radius * math.sqrt(thicker**2 - 1)
+    found = find_tube(
+        np.array(trimesh.util.concatenate([tube, *housings]).triangles), [np.eye(3)[2]]
+    )
+    ends = sorted((found.start[2], found.end[2]))
+    assert ends == pytest.approx([-half, half], abs=0.02 * apart + 0.02 * radius)
+    # the housings' surface, and not only their sections, stays beyond the ends
+    points = np.concatenate([h.sample(4000) for h in housings])
+    inside = (points[:, 2] > ends[0]) & (points[:, 2] < ends[1])
+    assert np.all(np.hypot(points[inside, 0], points[inside, 1]) < 1.011 * found.radius)
+    assert found.round == 1.0
+    assert confidence(found, "mesh")[0] == "high"
+    assert confidence(found, "collision mesh")[0] == "medium"
+    assert confidence(found, "primitive shape")[0] == "medium"
+
+
+@pytest.mark.parametrize("flat", [0.6, 0.8, 0.92, 0.96, 1.0])
+def test_an_oval_tube_has_a_low_confidence(flat):
+    """A tube is round if its widths differ by 6 % at most."""
+    tube = trimesh.creation.cylinder(0.04, 0.3, sections=256)
+    tube.apply_transform(np.diag([1.0, flat, 1.0, 1.0]))
+    found = find_tube(np.array(tube.triangles), [np.eye(3)[2]])
+    assert found.radius == pytest.approx(0.04, rel=0.03)
+    assert found.length == pytest.approx(0.3, abs=0.01)
+    assert found.round == float(flat >= 0.94)
+    level, basis = confidence(found, "mesh")
+    assert level == ("high" if found.round else "low")
+    assert f"on {100 * found.round:.0f} % of the stretch" in basis
+
+
+def test_a_ball_and_a_disc_are_no_tubes():
+    for mesh in (trimesh.creation.icosphere(3, 0.1), trimesh.creation.cylinder(0.1, 0.05)):
+        assert find_tube(np.array(mesh.triangles), list(np.eye(3))) is None
+
+
+@pytest.mark.parametrize(
+    ("shape", "inside", "outside"),
+    [
+        (UrdfShape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
+        (UrdfShape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
+        (UrdfShape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
+        (UrdfShape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
+    ],
+)
+def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside):
+    """The polyhedron contains the shape and hardly more."""
+    made = Meshes(tmp_path / "r.urdf").shape(shape, "b").reshape(-1, 3)
+    hull = trimesh.convex.convex_hull(made)
+    planes, origins = hull.face_normals, hull.triangles[:, 0]
+
+    def depth(p):
+        return -np.max(np.einsum("nd,nd->n", planes, np.array(p) - origins))
+
+    assert depth(inside) > -1e-9
+    assert depth(outside) < 0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot_reads_back_from_its_file(tmp_path, name):
+    robot = ROBOTS[name]
+    (tmp_path / "r.toml").write_text(to_toml(RobotModel.from_domain(robot)))
+    again = read_robot(tmp_path / "r.toml")
+    q = drawing.pose(np.random.default_rng(0), len(robot.chain))
+    assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
+    assert again.links == robot.links
+    assert np.allclose(again.limits, robot.limits)
+    for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
+        assert a.frame == b.frame
+    for a, b in zip(
+        (*again.mounts, *(b.capsule for b in again.bodies)),
+        (*robot.mounts, *(b.capsule for b in robot.bodies)),
+        strict=True,
+    ):
+        assert np.allclose(a.start, b.start, atol=1e-11)
+    assert RobotModel.from_domain(
+        robot_of(RobotModel.from_domain(robot))
+    ) == RobotModel.from_domain(again)
+
+
+def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
+    mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
+    scene = CoreScene(robot=mine, poses=(Pose(mine.rest),))
+    (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
+    (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
+    (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
+    (tmp_path / "proposal.toml").write_text(
+        "version = 2\n[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
+    )
+    inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
+    assert (
+        SceneModel.from_domain(inline)
+        == SceneModel.from_domain(named)
+        == SceneModel.from_domain(scene)
+    )
+    assert SceneModel.from_domain(
+        read_proposal(tmp_path / "proposal.toml")[1]
+    ) == SceneModel.from_domain(scene)
+    assert len(named.poses[0].q) == 7
+    assert SceneModel.from_domain(SceneModel(robot="panda").to_domain()).robot == "panda"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("robot = '../mine.toml'", "allowed: a file in the folder of"),
+        ("robot = '/etc/mine.toml'", "allowed: a file in the folder of"),
+        ("robot = 'nothing.toml'", "nothing.toml: cannot be read"),
+        ("robot = 'arm.urdf'", "allowed: a robot file (.toml)"),
+        ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
+        ("[robot]\nname = 'x'", "robot.reach: missing; give a number"),
+        (
+            "[robot]\nname = 'x'\nreach = 1\njoints = 3",
+            "robot.joints: found 3, allowed: a list of 1 to 20",
+        ),
+        (
+            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]",
+            "allowed: 7 angles, one for each joint of panda",
+        ),
+        (
+            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 90, 0]",
+            "poses[0].q_deg[3]: found 0.0, allowed: -176.0",
+        ),
+        (
+            "[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]",
+            "allowed: -180 to 180, the limits of elbow of ur10",
+        ),
+    ],
+)
+def test_a_scene_with_a_bad_robot_is_one_line(tmp_path, text, line):
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(UserError) as caught:
+        read_scene(tmp_path / "scene.toml")
+    assert line in str(caught.value)
+
+
+BAD_FILES = {
+    ("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, 2.0]"): "joints[0].axis[2]: found 2.0",
+    (
+        "axis = [0.0, 0.0, 1.0]",
+        "axis = [0.0, 0.5, 0.5]",
+    ): 'joints[0].axis: found "[0.0, 0.5, 0.5]", allowed: a vector of length 1',
+    ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame: found "knee", allowed: shoulder_pan',
+    ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg: found",
+    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius: found -1.0",
+    ("reach = 1.3", "reach = nan"): "reach: found nan",
+    ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name: found",
+}
+
+
+@pytest.mark.parametrize(("change", "line"), BAD_FILES.items())
+def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
+    import tomli_w
+
+    text = (
+        tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
+        .replace("\n    ", " ")
+        .replace(",\n]", "]")
+    )
+    text = text.replace("[ ", "[")
+    assert change[0] in text
+    (tmp_path / "r.toml").write_text(text.replace(change[0], change[1], 1))
+    with pytest.raises(UserError) as caught:
+        read_robot(tmp_path / "r.toml")
+    assert line in str(caught.value)
+
+
+def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
+    """Files of earlier versions may shift the tube from the mount axis, and often do so by 0."""
+    text = to_toml(RobotModel.from_domain(UR10), "")
+    for aside, toward in (("0.0", "30.0"), ("0.046", "-90.0")):
+        keys = f'link = "upper_arm"\naside = {aside}\ntoward_deg = {toward}'
+        (tmp_path / "r.toml").write_text(text.replace('link = "upper_arm"', keys))
+        if aside == "0.0":
+            assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0.0547
+            continue
+        with pytest.raises(UserError) as caught:
+            read_robot(tmp_path / "r.toml")
+        line = "found 0.046, allowed: a mount whose axis is the axis of the link's own tube"
+        assert str(caught.value).endswith(f"mounts[0].aside: {line}")
+
+
+def run(monkeypatch, *command):
+    """The exit code of a command."""
+    monkeypatch.setattr(sys, "argv", ["place-rings", *command])
+    with pytest.raises(SystemExit) as left:
+        command_line.main()
+    return left.value.code
+
+
+def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
+    """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a
+    scene that counts.
+    """
+    mesh, radius, _ = link(np.random.default_rng(3), 16)
+    mesh.apply_translation([0, 0, 0.25])
+    mesh.export(tmp_path / "link.stl")
+    body = "<collision><geometry><mesh filename='link.stl'/></geometry></collision>"
+    text = "<robot name='two'><link name='base'/>"
+    for i, parent in enumerate(("base", "link_0")):
+        text += (
+            f"<link name='link_{i}'>{body}</link><joint name='j{i}' type='continuous'><parent"
+            f" link='{parent}'/>"
+        )
+        text += (
+            f"<child link='link_{i}'/><origin xyz='0 0 {0.1 + 0.5 * i}'/><axis xyz='0 1"
+            " 0'/></joint>"
+        )
+    text += (
+        "<link name='tip'/><joint name='f' type='fixed'><parent link='link_1'/><child"
+        " link='tip'/><origin xyz='0 0 0.5'/>"
+    )
+    (tmp_path / "two.urdf").write_text(text + "</joint></robot>")
+    out = tmp_path / "out"
+    assert run(monkeypatch, "robot", str(tmp_path / "two.urdf"), "--out", str(out)) == 0
+    assert "link_0" in capsys.readouterr().out
+    scene = read_scene(out / "scene.toml")
+    robot = scene.robot
+    assert robot.links == ("link_0", "link_1", "tool")
+    assert all(
+        abs(m.axis[2]) > 0.999 and m.section == pytest.approx(radius, rel=0.1)
+        for m in robot.mounts[:2]
+    )
+    assert scene.ring_radius > max(m.section for m in robot.mounts)
+    # the meshes are stated for collision only
+    assert [m.confidence for m in robot.mounts] == ["medium", "medium", "low"]
+    assert "collision mesh" in robot.mounts[0].basis
+    assert (out / "robot.png").stat().st_size > 10_000
+    vertices = mesh.vertices
+    for frame in (0, 1):
+        capsules = [b.capsule for b in robot.bodies if b.frame == frame]
+        assert np.max([-c.distance(vertices) for c in capsules], axis=0).min() > -1e-9
+    monkeypatch.chdir(tmp_path)
+    ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
+    (tmp_path / "p.toml").write_text(ring)
+    # the reference scene's robot has no such link
+    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1") == 2
+    assert "allowed: a link of ur10" in capsys.readouterr().err
+    (tmp_path / "p.toml").write_text(ring + "[scene]\nrobot = 'out/robot.toml'\n")
+    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1", "--json") == 0
+    assert '"zeta_percent"' in capsys.readouterr().out
+    assert run(monkeypatch, "cones", "p.toml", "--robot", str(out / "robot.toml")) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 9
+    assert run(monkeypatch, "verify", "n1_8_0", "--robot", str(tmp_path / "two.urdf")) == 2
+    assert "allowed: a link of two: link_0, link_1, tool" in capsys.readouterr().err

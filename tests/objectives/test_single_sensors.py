@@ -1,0 +1,155 @@
+"""Single sensors, on the robot and in its cell, count as the sensors of rings do."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.occlusion.occluders import beams
+from place_rings.coverage.rings.mounted_sensor import MountedSensor
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.targets import Target
+from place_rings.coverage.voxels.octree import count
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.target_voxels import target_voxels
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_breakdown import by_part
+
+from ..strategies.rings import setups
+from ..strategies.scenes import CELLS, scenes, shells
+from ..strategies.singles import in_singles, singles
+from ..strategies.units import FACINGS, directions, ups
+
+MODELS = ("ignore", "shadow", "blind")
+SQUARE = Sensor(math.radians(70), 1.2, None, math.radians(40), 4)
+
+
+@pytest.mark.parametrize("rule", ["centre", "touch"])
+@pytest.mark.parametrize("occlusion", MODELS)
+@settings(max_examples=4)
+@given(scene=scenes(shells(300, 1000), CELLS))
+def test_single_sensors_in_the_places_of_a_rings_count_the_same(rule, occlusion, scene):
+    voxel = scene.voxel(rule)
+    wanted, rings = target_voxels(scene.solid, voxel, rule), Setup(scene.setup.rings)
+    each = [
+        count(
+            beams(sensor_cones(scene.arm, setup, scene.q), scene.occluders, occlusion),
+            voxel,
+            rule,
+            wanted,
+        )
+        for setup in (rings, in_singles(scene.arm, rings))
+    ]
+    assert each[0] == each[1]
+
+
+@given(setups(), st.sampled_from(list(ROBOTS)))
+def test_the_single_sensors_of_a_ring_have_its_beams(setup, name):
+    robot = ROBOTS[name]
+    squares = tuple(replace(r, sensor=SQUARE) for r in setup.rings[::2])
+    setup, q = Setup((*setup.rings, *squares)), np.linspace(-1, 1, len(robot.chain))
+    one, other = (sensor_cones(robot, s, q) for s in (setup, in_singles(robot, setup)))
+    for key in ("apex", "axis", "half_angle", "range_m", "up", "half_up"):
+        square = other.half_up > 0 if key == "up" else slice(None)
+        np.testing.assert_allclose(
+            getattr(one, key)[square], getattr(other, key)[square], rtol=0, atol=1e-12
+        )
+
+
+@given(singles(), FACINGS, st.integers(-180, 180))
+def test_a_single_sensor_stands_where_its_frame_says(one, facing, roll):
+    q = np.array([0.3, -1.0, 1.2, 0.4, -0.7, 0.2])
+    lean = ups(facing, roll) + 0.4 * directions(facing)
+    there = replace(
+        one, direction=tuple((3 * directions(facing)).tolist()), up=tuple(lean.tolist())
+    )
+    assert np.allclose(there.T_link_sensor[:3, 2], directions(facing))
+    assert np.allclose(there.T_link_sensor[:3, 1], ups(facing, roll))
+    assert np.linalg.det(there.T_link_sensor) == pytest.approx(1)
+    frame = UR10.frames[one.link]
+    T = (np.eye(4) if frame < 0 else forward(UR10.chain, q)[frame]) @ there.T_link_sensor
+    cones = sensor_cones(UR10, Setup((), (there,)), q)
+    assert np.allclose(cones.apex[0], T[:3, 3])
+    assert np.allclose(cones.axis[0], T[:3, 2])
+    again = MountedSensor.from_frame(one.link, there.T_link_sensor, one.sensor)
+    assert np.allclose(again.T_link_sensor, there.T_link_sensor, atol=1e-12)
+
+
+CAMERA = MountedSensor("base", (0.4, 0.0, 1.8), (0, 0, -1), SQUARE, (0, 1, 0), "camera")
+TARGET = Target("V_S", 0.5)
+
+
+@pytest.mark.parametrize("occlusion", MODELS)
+def test_a_sensor_of_the_cell_is_a_single_sensor_on_the_base(occlusion):
+    rules, ring = Rules(mount="free"), Ring("forearm", 0.5, 8)
+    cell = CoreScene(occlusion=occlusion, rules=rules, cell_sensors=(CAMERA,))
+    bare = replace(cell, cell_sensors=())
+    one = Verifier(cell, 0.03).verify(Setup((ring,)), TARGET)
+    other = Verifier(bare, 0.03).verify(Setup((ring,), (CAMERA,)), TARGET)
+    assert (one.zeta, one.poses) == (other.zeta, other.poses)
+    alone = Verifier(bare, 0.03).verify(Setup((), (CAMERA,)), TARGET)
+    assert alone.zeta > 0.1
+    assert by_part(Verifier(cell, 0.03), Setup((ring,)), one) == {
+        "rings": Verifier(bare, 0.03).verify(Setup((ring,)), TARGET).zeta,
+        "sensors of the cell": alone.zeta,
+    }
+    on_robot = by_part(Verifier(bare, 0.03), Setup((ring,), (CAMERA,)), other)
+    assert on_robot["single sensors"] == alone.zeta
+    assert by_part(Verifier(bare, 0.03), Setup((ring,)), other) == {}
+
+
+def test_what_stands_before_a_camera_hides_what_is_behind_it():
+    """A plate below the camera leaves nothing to see under it."""
+    from place_rings.coverage.solids.polyhedra import box
+
+    plate = Obstacle("plate", box([0.4, 0, 1.6], [2, 2, 0.02], np.eye(3)))
+    scene = CoreScene(cell_sensors=(CAMERA,), obstacles=(plate,), occlusion="ignore")
+    assert Verifier(scene, 0.03).verify(Setup(), TARGET).zeta == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"direction": (0, 0, 0)}, "direction: found"),
+        ({"position": (0, math.nan, 0)}, "position: found"),
+        ({"sensor": SQUARE}, "up: found None"),
+        ({"up": (0, 0, -3.0)}, "up: found"),
+    ],
+)
+def test_a_single_sensor_that_cannot_be_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        MountedSensor(**({"link": "tool", "position": (0, 0, 0), "direction": (0, 0, 1)} | wrong))
+
+
+@pytest.mark.parametrize("key", ["cell_sensors", "fixed_sensors"])
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ("direction = [0, 0, 0]", r'direction: found "\[0.0, 0.0, 0.0\]", allowed: a vector'),
+        ("direction = [0, 0, 1]\nup = [0, 0, 2]", r'up: found "\[0.0, 0.0, 2.0\]", allowed: a'),
+        (
+            "direction = [0, 0, 1]\nsensor = { fov_deg = 20, fov_up_deg = 20 }",
+            "up: found nothing, allowed: the direction of fov_up",
+        ),
+    ],
+)
+def test_a_pose_that_cannot_be_names_its_file_and_key(tmp_path, key, wrong, message):
+    keys = "" if "sensor" in wrong else "sensor = {}\n"
+    keys = "link = 'tool'\n" * (key == "fixed_sensors") + (keys if key == "cell_sensors" else "")
+    (tmp_path / "scene.toml").write_text(f"[[{key}]]\n{keys}position = [0, 0.1, 0]\n{wrong}\n")
+    with pytest.raises(UserError, match=rf"scene.toml: {key}\[0\].{message}"):
+        read_scene(tmp_path / "scene.toml")
+
+
+def test_a_sensor_of_the_cell_is_on_the_base():
+    with pytest.raises(ValueError, match=r"cell_sensors\[0\].link: found 'tool', allowed: base"):
+        CoreScene(cell_sensors=(replace(CAMERA, link="tool"),))

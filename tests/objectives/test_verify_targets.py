@@ -1,0 +1,51 @@
+"""Zeta of several targets by one descent, against one count for each."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.targets import Target
+from place_rings.objectives import verify_targets as module
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_targets import verify_targets
+
+from ..support import drawing
+from ..strategies.rings import poses, setups
+
+TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
+
+
+@settings(max_examples=6)
+@given(
+    st.tuples(poses(), poses()),
+    setups(),
+    st.sampled_from(["ignore", "shadow", "blind"]),
+    st.sampled_from([None, 2e7]),
+)
+def test_targets_together_are_targets_one_by_one(angles, setup, occlusion, memory):
+    """Whatever fits into memory: all targets, one at a time, or parts of one."""
+    weighted = tuple(Pose(q, weight) for q, weight in zip(angles, (1.0, 2.0), strict=True))
+    scene, voxel = replace(paper_scene(), poses=weighted, occlusion=occlusion), 0.08
+    alone = [Verifier(scene, voxel).verify(setup, target) for target in TARGETS]
+    together = verify_targets(Verifier(scene, voxel, memory=memory), setup, TARGETS)
+    assert [replace(v, seconds=0.0) for v in together] == [replace(v, seconds=0.0) for v in alone]
+
+
+@pytest.mark.parametrize(("most", "descents"), [(1, 0), (2, 2), (31, 1)])
+def test_a_descent_counts_at_most_so_many_targets(monkeypatch, most, descents):
+    calls, real = [], module.count_each
+    monkeypatch.setattr(module, "MOST_SETS", most)
+    monkeypatch.setattr(module, "count_each", lambda *a: calls.append(1) or real(*a))
+    setup = drawing.setup(np.random.default_rng(0))
+    verify_targets(Verifier(paper_scene(), 0.1), setup, TARGETS)
+    assert len(calls) == descents
+
+
+def test_an_empty_target_among_others_is_refused():
+    setup = drawing.setup(np.random.default_rng(0))
+    with pytest.raises(ValueError, match="contains no voxel"):
+        verify_targets(Verifier(paper_scene(), 1.0), setup, (Target("V_O"), Target("V_S", 0.1501)))

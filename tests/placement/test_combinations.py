@@ -1,0 +1,281 @@
+"""Combinations of rings from a library, against counts point by point, the rules, and all
+combinations there are."""
+
+import itertools
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.targets import Target
+from place_rings.objectives.criterion import Criterion
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.target_points import TargetPoints
+from place_rings.placement.search.combining import Combining
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.exchange import Exchange
+from place_rings.placement.search.exchange_criteria import criterion_by_counts
+from place_rings.placement.search.exchange_points import Fields
+from place_rings.placement.search.exchange_rounds import _best
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.ring_library import ring_library
+from place_rings.placement.search.ring_places import (
+    _room,
+    places_anywhere,
+    places_near,
+    places_of,
+)
+from place_rings.placement.search.round import Round
+from place_rings.placement.search.ruin_recreate import RuinRecreate
+from place_rings.placement.search.shelf import Gains, gains, joined
+from place_rings.placement.search.stop_token import StopToken
+
+from ..strategies.units import GENERATORS
+
+Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
+PLAIN = paper_scene(poses=(Pose(Q),), goals=(Goal(Target("V_S", 1.0)),))
+TWO = paper_scene(
+    poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
+    goals=(Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_OT"), 0.3)),
+)
+FIXED = replace(PLAIN, rules=Rules(fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)))
+REAL = CoreScene(poses=(Pose(Q),), goals=(Goal(Target("V_S", 1.0)),))
+SCENES = {"plain": PLAIN, "two goals": TWO, "fixed rings": FIXED, "real mounts": REAL}
+KINDS = ["free", "six rings", "equal"]
+NEVER = StopToken(math.inf)
+
+
+def _space(scene, kind):
+    return {
+        "free": lambda: Space(scene, sensors=40),
+        "six rings": lambda: Space(scene, sensors=40, rings=6),
+        "equal": lambda: Space(scene, rings=5, each=6),
+    }[kind]()
+
+
+@cache
+def _drawn(name, kind, seen=1):
+    space = _space(SCENES[name], kind)
+    fields = Fields(space, TargetPoints(space.scene, 512, 0), Criterion(seen=seen))
+    rng, known = np.random.default_rng(0), [fresh(space, np.random.default_rng(i)) for i in (1, 2)]
+    field = fields.first(1024)
+    with ThreadPoolExecutor(2) as threads:
+        library = ring_library(space, field, seen, rng, threads, NEVER, 400, known, 12, 0.1)
+    return library, field, known
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_combination_keeps_the_rules_and_covers_what_its_value_says(name, kind):
+    library, field, known = _drawn(name, kind)
+    space, criterion = library.space, criterion_by_counts(library.space.scene, Criterion())
+    for start in (None, library.own[0].tolist()):
+        ruin = RuinRecreate(library, np.random.default_rng(3))
+        best = ruin.improved(start, 30, NEVER)
+        c = library.candidate(best.chosen)
+        setup = space.setup(c)
+        assert not faults(space.scene, setup.rings)
+        assert setup.sensors == space.sensors
+        if space.rings is not None:
+            assert len(c.rings) == space.rings
+        here = Exchange(space, c, np.random.default_rng(0), criterion)
+        here.look(field)
+        # points of unequal weight are drawn by their weights
+        assert here.value == pytest.approx(
+            best.value / library.points, abs=0.03 if name == "two goals" else 0.01
+        )
+        if start is not None:
+            there = Exchange(space, known[0], np.random.default_rng(0), criterion)
+            there.look(field)
+            assert best.value / library.points >= there.value - 0.03
+
+
+def test_the_rings_of_a_candidate_are_in_its_library():
+    for kind in KINDS:
+        library, _, known = _drawn("plain", kind)
+        for c, own in zip(known, library.own, strict=True):
+            same = library.space.setup(library.candidate(own.tolist()))
+            for ring, other in zip(same.rings, library.space.setup(c).rings, strict=True):
+                assert ring.position == pytest.approx(other.position, abs=1e-5)
+                assert (ring.link, ring.count) == (other.link, other.count)
+                assert ring.tilt == pytest.approx(other.tilt)
+
+
+@pytest.mark.parametrize("seen", [1, 2, 3])
+def test_the_bits_of_a_place_are_the_points_that_its_sensors_see(seen):
+    library, _, _ = _drawn("plain", "free", seen)
+    scene = library.space.scene
+    points = TargetPoints(scene, 512, 0).points[0]
+    bits = np.unpackbits(library.words.view(np.uint8), axis=-1)[..., : library.points]
+    for k in range(0, len(library.places.sensors), 97):
+        s = library.places
+        ring = replace(
+            library.space.ring(library.space.segments[s.segment[k]].link, int(s.sensors[k])),
+            position=float(s.position[k]),
+            tilt=float(s.tilt[k]),
+            phase=float(s.phase[k]),
+        )
+        cones = sensor_cones(scene.robot, Setup((ring,)), Q)
+        part = np.stack(
+            [cones.part(points, np.full(len(points), i)) for i in range(ring.count)]
+        )  # (sensors, N)
+        count, clear = (part <= 0).sum(axis=0), (np.abs(part) > 1e-5).all(axis=0)
+        for j in range(seen):
+            assert np.array_equal(bits[j, k][clear], (count > j)[clear])
+
+
+@given(st.integers(1, 4), st.integers(0, 2**31))
+def test_bits_of_counts_add_like_counts(seen, seed):
+    rng = np.random.default_rng(seed)
+    a, b = rng.integers(0, seen + 2, (2, 128))
+
+    def planes(count):
+        each = [np.packbits(count > j).view(np.uint64) for j in range(seen)]
+        return np.stack(each)
+
+    together = planes(a + b)
+    assert np.array_equal(joined(planes(a), planes(b)), together)
+    gain = gains(planes(a), planes(b)[:, None])[0]
+    more = [int((a + b > j).sum() - (a > j).sum()) for j in range(seen)]
+    assert gain == pytest.approx(sum(0.5 ** (seen - 1 - j) * n for j, n in enumerate(more)))
+
+
+@pytest.mark.parametrize("seen", [1, 2])
+@given(rng=GENERATORS)
+def test_bounds_of_gains_lead_to_the_best_place(seen, rng):
+    words = rng.integers(0, 1 << 63, (3, seen, 40, 3), dtype=np.uint64)
+    words = np.bitwise_and.reduce(words, axis=0)  # few bits, so that gains differ
+    here = Gains(words)
+    cover = np.zeros((seen, 3), np.uint64)
+    costs, free = rng.uniform(0, 20, 40), rng.uniform(size=40) < 0.7
+    for _ in range(4):
+        free[0] = True
+        best = here.best(cover, costs, free)
+        scores = gains(cover, words) - costs
+        assert free[best]
+        assert scores[best] == scores[free].max()
+        cover = joined(cover, words[:, best])
+        free &= rng.uniform(size=40) < 0.8
+
+
+@given(st.sampled_from([None, "ring"]), st.integers(0, 1000))
+@example("ring", 1)
+@example("ring", 38)
+def test_a_small_library_gives_the_best_of_all_combinations(losing, seed):
+    space = _two_rings()
+    fields = Fields(space, TargetPoints(PLAIN, 256, 0))
+    with ThreadPoolExecutor(1) as threads:
+        rng = np.random.default_rng(seed)
+        library = ring_library(space, fields.all, 1, rng, threads, NEVER, 24)
+    ruin = RuinRecreate(library, np.random.default_rng(0), losing)
+    segment, room = library.places.segment, [s.room for s in space.segments]
+    values = [
+        ruin._combined(pair).value
+        for pair in itertools.combinations(range(24), 2)
+        if segment[pair[0]] != segment[pair[1]] or room[segment[pair[0]]] > 1
+        if library.spans.apart(*ruin._span(pair[0]))[pair[1]]
+    ]
+    best = ruin.improved(None, 60, NEVER)
+    assert best is not None
+    assert best.value == pytest.approx(max(values), rel=0.02 if losing is None else 0.08)
+    assert best.value <= max(values) + 1e-9
+
+
+@cache
+def _two_rings():
+    return Space(PLAIN, rings=2, each=8)
+
+
+def test_starts_are_known_and_combined_and_random_where_no_library_helps():
+    shared = replace(PLAIN, rules=Rules(shared_tilt=True))
+    for scene in (PLAIN, shared):
+        space = _space(scene, "six rings")
+        fields = Fields(space, TargetPoints(scene, 256, 0))
+        known = fresh(space, np.random.default_rng(9))
+        rngs = [np.random.default_rng(i) for i in range(4)]
+        with ThreadPoolExecutor(2) as threads:
+            combining = Combining(space, fields, 0, NEVER, threads)
+            r = Round(256, 4, 0, 0, 0.0, trials=20, library=200)
+            starts = combining.starts(r, [known], rngs)
+        assert len(starts) == 4
+        assert all(not faults(scene, space.setup(c).rings) for c in starts)
+        assert (starts[0] is known) == (scene is shared)
+
+
+def test_starts_from_libraries_of_their_own_keep_the_rules_and_differ():
+    space = _space(REAL, "free")
+    fields = Fields(space, TargetPoints(REAL, 256, 0))
+    rngs = [np.random.default_rng(i) for i in range(4)]
+    r = Round(256, 4, 0, 0, 0.0, trials=20, library=300, own=True)
+    with ThreadPoolExecutor(2) as threads:
+        starts = Combining(space, fields, 0, NEVER, threads).starts(r, [], rngs)
+    setups = [space.setup(c) for c in starts]
+    assert len(set(setups)) == 4
+    assert not any(faults(REAL, setup.rings) for setup in setups)
+
+
+def test_places_near_rings_let_two_rings_change_places():
+    library, _, known = _drawn("plain", "equal")
+    space, rng = library.space, np.random.default_rng(3)
+    rings = places_of(space, known[0])
+    near = places_near(space, rng, rings, 200, 0.0)
+    size = len(near.sensors) // len(rings.sensors)
+    for i, segment in enumerate(rings.segment):
+        there = set(np.round(near.position[i * size : (i + 1) * size], 9))
+        others = rings.position[rings.segment == segment]
+        first, last, _ = _room(
+            space, rings.segment[[i] * len(others)], rings.tilt[[i] * len(others)]
+        )
+        assert set(np.round(np.clip(others, first, last), 9)) <= there
+
+
+def test_many_places_anywhere_lie_some_spacings_from_an_end():
+    space = _space(REAL, "free")
+    places = places_anywhere(space, np.random.default_rng(0), 2000)
+    first, last, spacing = _room(space, places.segment, places.tilt)
+    assert (places.position >= first).all()
+    assert (places.position <= last).all()
+    assert (spacing[last > first] > 0).all()
+    steps = np.minimum(places.position - first, last - places.position)[last > first]
+    steps /= spacing[last > first]
+    assert 0.15 < np.mean(np.abs(steps - np.round(steps)) < 1e-9) < 0.4
+
+
+def test_of_equal_candidates_only_one_remains():
+    few = [Mock(after={1: Mock(spec=Exchange, value=v)}) for v in (0.3, 0.5, 0.3, 0.5, 0.1)]
+    assert [c.after[1].value for c in _best(few, 1)] == [0.5, 0.3, 0.1]
+
+
+def test_a_stop_ends_the_trials():
+    library, _, _ = _drawn("plain", "free")
+    stopped = StopToken(math.inf)
+    stopped.pulled.set()
+    start = library.own[0].tolist()
+    best = RuinRecreate(library, np.random.default_rng(0)).improved(start, 10**9, stopped)
+    assert best.chosen == tuple(start)
+
+
+def test_a_stop_ends_the_tests_of_a_library():
+    space = _space(REAL, "free")
+    fields, rng = Fields(space, TargetPoints(REAL, 256, 0)), np.random.default_rng(0)
+    times = iter(range(100))
+    late = StopToken(9.0, clock=lambda: float(next(times)))
+    with ThreadPoolExecutor(1) as threads:
+        library = ring_library(space, fields.all, 1, rng, threads, late, 2000)
+        unseen = ring_library(space, fields.all, 1, rng, threads, late, 50)
+    seen = library.words[0].any(axis=1)
+    assert 0 < seen.mean() < 0.5  # only the places of a few batches
+    assert not unseen.words.any()
+    best = RuinRecreate(library, np.random.default_rng(0)).improved(None, 0, NEVER)
+    assert best.value > 0
+    assert not faults(REAL, space.setup(library.candidate(best.chosen)).rings)

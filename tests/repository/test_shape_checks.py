@@ -1,0 +1,84 @@
+"""Shapes that are checked once for each combination are checked as jaxtyping checks every call."""
+
+import random
+from importlib import import_module
+
+import jaxtyping
+import numpy as np
+import pytest
+from beartype import beartype
+from hypothesis import given
+from hypothesis import strategies as st
+from jaxtyping import Float, Int
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.volumes import within
+
+from ..support.shape_checks import _jaxtyped, check_once
+
+SHAPES = st.lists(st.integers(1, 3), min_size=1, max_size=2).map(tuple)
+ARRAYS = st.builds(np.zeros, SHAPES, st.sampled_from([float, int]))
+VALUES = ARRAYS | st.integers(1, 3) | st.lists(ARRAYS, max_size=2) | st.tuples(ARRAYS, ARRAYS)
+
+
+def rows(a: Float[np.ndarray, "n 3"], b: Int[np.ndarray, " n"], give: object) -> object:
+    return give
+
+
+def sized(size: int, give: object) -> Float[np.ndarray, "{size} 2"]:
+    return give
+
+
+def several(a: list[Float[np.ndarray, " n"]], give: object) -> tuple[Float[np.ndarray, " n"], ...]:
+    return give
+
+
+FUNCTIONS = (rows, sized, several)
+ONCE = [check_once(one, typechecker=beartype) for one in FUNCTIONS]
+ALWAYS = [_jaxtyped(one, typechecker=beartype) for one in FUNCTIONS]
+
+
+def passes(function, args):
+    try:
+        function(*args)
+    except jaxtyping.TypeCheckError:
+        return False
+    return True
+
+
+@given(st.lists(st.tuples(VALUES, VALUES, VALUES), min_size=1, max_size=20))
+def test_every_call_passes_or_fails_as_with_jaxtyping(calls):
+    for once, always, count in zip(ONCE, ALWAYS, (3, 2, 2), strict=True):
+        for values in calls * 2:
+            assert passes(once, values[:count]) == passes(always, values[:count])
+
+
+def test_another_result_of_the_same_arguments_is_checked():
+    results = [np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 3))]
+
+    def next_one(n: int) -> Float[np.ndarray, "{n} 2"]:
+        return results.pop(0)
+
+    checked = check_once(next_one, typechecker=beartype)
+    assert checked(1) is not None
+    assert checked(1) is not None
+    with pytest.raises(jaxtyping.TypeCheckError):
+        checked(1)
+
+
+def test_shapes_of_the_package_are_checked():
+    ball = sphere(np.zeros(3), 1.0)
+    for _ in range(2):
+        within(ball, np.array([[-2.0, -2, -2], [2, 2, 2]]))
+        with pytest.raises(jaxtyping.TypeCheckError):
+            within(ball, np.array([[-2.0, -2], [2, 2]]))
+
+
+def test_checks_of_sequences_leave_the_state_of_random_alone():
+    @import_module("place_rings_checker").check
+    def longest(names: list[str]) -> int:
+        return max(map(len, names))
+
+    state = random.getstate()
+    for _ in range(10):
+        longest(["one", "two", "three"])
+    assert random.getstate() == state

@@ -1,0 +1,207 @@
+"""The calibration that a controller states: read from its primary interface, used by the check, and
+compared with the file that the user gave.
+"""
+
+import socket
+import struct
+import threading
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.robots.built_in import ROBOTS, calibrated_chain, controller_table
+from place_rings.coverage.robots.calibration import DhTable, dh_table
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.formats.errors import UserError
+from place_rings.rig.check import arm_calibration
+from place_rings.rig.check.arm_calibration import arm_kinematics
+from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.poses.clear import drawn
+from place_rings.rig.robot import primary_interface
+from place_rings.rig.robot.primary_interface import (
+    CalibrationUnreadError,
+    KinematicsInfo,
+    read_kinematics,
+)
+from place_rings.rig.sensing.noise import Noise
+from place_rings.rig.sensing.readings import at_stops
+from place_rings.rig.simulated_cell.cell import simulated_rig
+from place_rings.rig.simulated_cell.world import World
+
+from .cell import SCENE, SETUP
+
+RNG = np.random.default_rng(4)
+DELTAS = DhTable(*1e-3 * RNG.uniform(-1, 1, (4, 6)) * [[1], [2], [2], [1]])
+INFO = KinematicsInfo(DELTAS, (1, 2, 3, 4, 5, 0xFFFFFFFF), 2)
+
+
+def calibrated(robot, source="calibration.conf"):
+    chain = robot.nominal.chain
+    return robot.calibrated(calibrated_chain(chain, (dh_table(chain) + DELTAS).origin), source)
+
+
+OWN = replace(SCENE, robot=calibrated(SCENE.robot))
+
+
+@contextmanager
+def served(monkeypatch, data):
+    """A port that sends ``data`` and closes."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
+
+        def serve():
+            line, _ = server.accept()
+            with line:
+                line.sendall(data)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield "127.0.0.1"
+        thread.join()
+
+
+def framed(kind, data):
+    return struct.pack(">iB", 5 + len(data), kind) + data
+
+
+def test_the_bytes_are_those_of_the_protocol():
+    """225 bytes with the header: 6 checksums, 4 times 6 doubles, and the status, big-endian."""
+    data = framed(5, INFO.pack())
+    assert len(data) == 225
+    assert struct.unpack_from(">i", data) == (225,)
+    assert struct.unpack_from(">6I", data, 5) == INFO.checksum
+    for row, values in enumerate((DELTAS.theta, DELTAS.a, DELTAS.d, DELTAS.alpha)):
+        assert struct.unpack_from(">6d", data, 29 + 48 * row) == tuple(values)
+    assert struct.unpack_from(">I", data, 221) == (2,)
+
+
+@pytest.mark.parametrize("more", [b"", framed(20, b"text"), framed(16, framed(0, b"\0" * 40))])
+def test_kinematics_are_found_among_other_packages(monkeypatch, more):
+    with served(monkeypatch, more + framed(16, framed(3, b"abc") + framed(5, INFO.pack()))) as host:
+        read = read_kinematics(host, 5.0)
+    assert read.checksum == INFO.checksum
+    assert np.array_equal(read.table.d, DELTAS.d)
+
+
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        (b"", "closed before its kinematics"),
+        (b"\0\0", "closed before its kinematics"),
+        (struct.pack(">iB", 3, 16), "a package of 3 bytes"),
+        (struct.pack(">iB", -1, 16), "a package of -1 bytes"),
+        (struct.pack(">iB", 1 << 30, 16), "a package of 1073741824 bytes"),
+        (framed(16, struct.pack(">iB", 400, 5)), "a part of 400 bytes"),
+        (framed(16, struct.pack(">iB", 0, 5)), "a part of 0 bytes"),
+        (framed(16, framed(5, b"\0" * 40)), "have 40 bytes, not 220"),
+        (framed(16, framed(5, b"\xff" * 220)), "no finite numbers"),
+        (framed(16, framed(5, b"\x7f" * 220)), "no finite numbers"),
+    ],
+)
+def test_damaged_packages_are_refused(monkeypatch, data, part):
+    with served(monkeypatch, data) as host, pytest.raises(CalibrationUnreadError, match=part):
+        read_kinematics(host, 5.0)
+
+
+@given(st.binary(min_size=220, max_size=260))
+def test_any_bytes_are_finite_kinematics_or_refused(data):
+    try:
+        info = KinematicsInfo.unpack(data)
+    except CalibrationUnreadError:
+        return
+    assert np.isfinite(info.table.origin).all()
+    assert info.pack() == data[:220]
+
+
+def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
+        with pytest.raises(CalibrationUnreadError, match=r"port \d+: timed out"):
+            read_kinematics("127.0.0.1", 0.1)
+    with pytest.raises(CalibrationUnreadError, match="refused"):
+        read_kinematics("127.0.0.1", 5.0)
+
+
+@pytest.fixture
+def stated(monkeypatch):
+    """What the controller states, in place of one."""
+    answers = {"info": None}
+
+    def read(host, seconds):
+        if answers["info"] is None:
+            raise CalibrationUnreadError("port 30001: timed out")
+        return answers["info"]
+
+    monkeypatch.setattr(arm_calibration, "read_kinematics", read)
+    return answers
+
+
+def info_of(robot):
+    return KinematicsInfo(controller_table(robot), (1,) * 6, 2)
+
+
+def test_the_check_takes_the_controllers_calibration(stated):
+    stated["info"] = info_of(OWN.robot)
+    arm = arm_kinematics(SCENE, "192.0.2.7")
+    assert arm.warnings == ()
+    assert arm.scene.robot.calibration.source == "controller 192.0.2.7"
+    q = np.array([0.3, -1.0, 0.8, 0.2, 1.1, -0.4])
+    frames = [forward(s.robot.chain, q) for s in (arm.scene, OWN)]
+    assert np.allclose(*frames, rtol=0, atol=1e-8)
+
+
+def test_a_model_without_differences_has_no_calibration(stated):
+    stated["info"] = info_of(SCENE.robot)
+    arm = arm_kinematics(SCENE, "192.0.2.7")
+    assert arm.scene.robot.calibration is None
+    assert arm.warnings == ()
+
+
+def test_an_unread_calibration_is_a_warning_unless_a_file_is_given(stated):
+    arm = arm_kinematics(SCENE, "192.0.2.7")
+    (warning,) = arm.warnings
+    assert "was not read (port 30001: timed out)" in warning
+    assert "give --calibration FILE" in warning
+    assert arm.scene is SCENE
+    assert arm_kinematics(OWN, "192.0.2.7").warnings == ()
+
+
+def test_a_file_that_differs_from_the_controller_is_a_warning(stated):
+    stated["info"] = info_of(OWN.robot)
+    assert arm_kinematics(OWN, "192.0.2.7").warnings == ()
+    stated["info"] = info_of(SCENE.robot)
+    (warning,) = arm_kinematics(OWN, "192.0.2.7").warnings
+    assert warning.startswith("calibration.conf differs from the calibration in the controller")
+
+
+def test_a_controller_of_another_robot_is_refused(stated):
+    stated["info"] = info_of(ROBOTS["ur5e"])
+    with pytest.raises(UserError, match=r"controller 192\.0\.2\.7: for ur10: .*another robot"):
+        arm_kinematics(SCENE, "192.0.2.7")
+
+
+def test_the_mount_check_sees_the_calibration_of_the_arm():
+    """Rings as proposed on a calibrated arm: exact with its kinematics, off with the model's."""
+    joints = drawn(SCENE, 12, 0)
+    world = World(OWN, SETUP, noise=Noise(0.0, 0.0, 0.0, 0.0))
+    readings = world.readings(np.random.default_rng(0), joints, 1)
+    stops = at_stops(readings, SETUP, joints)
+    own, model = (fit_mount(scene, SETUP, stops) for scene in (OWN, SCENE))
+    for fit in own:
+        assert np.abs(fit.values).max() < 1e-6
+    assert max(np.abs(fit.values).max() for fit in model) > 1e-3
+
+
+def test_the_simulated_controller_states_the_robot_of_its_world(tmp_path):
+    with simulated_rig(OWN, SETUP, 0, tmp_path, "none") as rig:
+        arm = arm_kinematics(SCENE, rig.address)
+        rig.do("mute")
+        (warning,) = arm_kinematics(SCENE, rig.address).warnings
+    assert arm.warnings == ()
+    q = np.array([pose.q for pose in SCENE.poses])
+    frames = [forward(s.robot.chain, q) for s in (arm.scene, OWN)]
+    assert np.allclose(*frames, rtol=0, atol=1e-8)
+    assert "timed out" in warning

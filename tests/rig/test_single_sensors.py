@@ -1,0 +1,146 @@
+"""A check of setups with single sensors: alone, and beside a ring."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from place_rings.cli.options.rig import resolve_ports
+from place_rings.coverage.rings.mounted_sensor import MountedSensor
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.targets import Target
+from place_rings.formats.errors import UserError
+from place_rings.objectives.scene import Goal
+from place_rings.rig.check.actors import Helper, SimulatedHelper
+from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.findings import missing
+from place_rings.rig.check.part_results import PartResults
+from place_rings.rig.check.planned_check import PlannedCheck, ring_names
+from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
+from place_rings.rig.check.report import page
+from place_rings.rig.mount.stop_plan import planned
+from place_rings.rig.recording.recording import Recording, RecordingReader
+from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import places, plan_rod
+from place_rings.rig.session.gathering import replay
+from place_rings.rig.simulated_cell.ground_truth import injected
+from place_rings.rig.simulated_cell.world import DEAD
+
+from .about import about_file
+from .cell import SCENE as CELL
+from .tape import Tape
+
+SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)),))
+PAD = MountedSensor("forearm", (0.0, 0.12, 0.2), (0.0, 1.0, 0.0), name="pad")
+BARE = MountedSensor("forearm", (0.0, -0.12, 0.2), (0.0, -1.0, 0.0))
+RING = Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08)
+ALONE, MIXED = Setup((), (PAD, BARE)), Setup((RING,), (PAD, BARE))
+
+
+def about(setup, mount):
+    plan = plan_rod(
+        SCENE,
+        setup,
+        SCENE.goals[0].target,
+        6,
+        where=places(SCENE, SCENE.goals[0].target, Rod(), 0.1),
+    )
+    stops = planned(SCENE, setup, poses=10, frames=8, candidates=60) if mount else None
+    return about_file("singles.toml", SCENE, setup, stops, [plan])
+
+
+def assessed(file, setup, mute=()):
+    """The assessment of a recorded check in which the sensors ``mute`` never answer."""
+    asked = about(setup, bool(setup.rings))
+    checked = PlannedCheck.of(asked)
+    with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
+        tape, q = Tape(recording, checked), SCENE.poses[0].q
+        tape.world.seat[list(mute)] = DEAD
+        tape.stand(q, "self", 0, 20)
+        for group in range(len(setup.groups)):
+            tape.wave(q, group)
+        for i, stop in enumerate(checked.plans.mount.joints if setup.rings else ()):
+            tape.stand(stop, "mount", i, 8)
+        (plan,) = checked.plans.rods
+        tape.stand(plan.joints[0], "before", 0, 20)
+        for i, point in enumerate(plan.point):
+            tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
+        tape.say("ended", tape.now, why="")
+    read = RecordingReader(file)
+    return checked, assess(checked, replay(read, checked.ports, asked.stale_s), 0.0, read.damage)
+
+
+def test_a_setup_without_rings_is_checked_to_its_end(tmp_path):
+    checked, done = assessed(tmp_path / "tape.rig", ALONE)
+    r = done.result
+    assert (checked.injected.dead, r.verdict, r.mount) == (None, "as proposed", None)
+    assert [one.answering for one in r.self_check.rings] == [1, 1]
+    assert r.coverage[0].trials == 6
+    assert "Self check" in page(r)
+
+
+def test_single_sensors_are_checked_beside_a_ring(tmp_path):
+    checked, done = assessed(tmp_path / "tape.rig", MIXED, mute=[8])
+    r, built = done.result, done.parts.built
+    assert checked.injected.dead < 8
+    assert r.mount.injected_found["dead sensor"]
+    assert "sensor pad (forearm)" in r.self_check.silent
+    assert built.setup.singles == MIXED.singles
+    assert not built.alive[8]
+    assert built.alive[9]
+    assert r.mount.zeta[0].alive_percent < r.mount.zeta[0].built_percent
+    assert "sensor pad (forearm): never answers" in built.text()
+
+
+def test_a_simulated_rig_injects_faults_into_rings_only():
+    for seed in range(20):
+        assert (injected(SCENE, ALONE, seed).seat == [0, 1]).all()
+        mixed = injected(SCENE, MIXED, seed)
+        assert (mixed.seat[8:] == [8, 9]).all()
+        assert (mixed.seat[:8] == DEAD).sum() == 1
+
+
+def test_single_sensors_have_ports_of_their_own():
+    assert ring_names(MIXED) == ["forearm.0", "pad", "forearm.1"]
+    ports = resolve_ports(MIXED, ["pad=/dev/a", "2=/dev/b", "forearm.0=/dev/c"])
+    assert [(p.name, p.count) for p in ports] == [("/dev/c", 8), ("/dev/a", 1), ("/dev/b", 1)]
+
+
+def test_names_of_single_sensors_are_unique_and_come_before_numbers():
+    one = MIXED.singles[0]
+    alike = Setup((), tuple(replace(one, name=name) for name in ("a", "a", "a.0")))
+    assert len(set(ring_names(alike))) == 3
+    numbers = Setup((), tuple(replace(one, name=name) for name in ("x", "2", "1")))
+    ports = resolve_ports(numbers, ["x=/dev/A", "2=/dev/B", "1=/dev/C"])
+    assert [port.name for port in ports] == ["/dev/A", "/dev/B", "/dev/C"]
+
+
+def test_a_check_of_single_sensors_plans_no_mount_check():
+    options = CheckOptions(("self", "mount"), 1.0, False, 4, 4, Rod(), False, False, 0.05, 0)
+    assert plan_check(ALONE, SCENE, options, moved=False).mount is None
+    with pytest.raises(UserError, match="2 single sensors and no ring"):
+        plan_check(ALONE, SCENE, replace(options, parts=("mount",)), moved=False)
+
+
+def test_a_hand_is_passed_over_single_sensors_too():
+    asked = []
+    helper = Helper(lambda words: not asked.append(words), MIXED, moves=False)
+    assert all(helper.wave(i) for i in range(3))
+    assert asked[0].startswith("ring forearm.0: pass a hand")
+    assert asked[1].startswith("sensor pad (forearm): pass a hand")
+    lines, _ = missing(Plans(1.0, None, wave=True), MIXED, PartResults(stops=[]), None, [])
+    assert lines == ["a hand was passed over 0 of 3 rings and single sensors"]
+
+
+def test_a_simulated_hand_leaves_a_lone_sensor_most_of_the_time(monkeypatch):
+    """Its usual distance is the median of its readings, which must not be that to the hand."""
+    from place_rings.rig.check import actors
+
+    seats = []
+    monkeypatch.setattr(actors.time, "sleep", lambda seconds: None)
+    helper = SimulatedHelper.__new__(SimulatedHelper)
+    helper._setup = ALONE
+    helper._tell = lambda hand: seats.append(hand)
+    assert helper.wave(0)
+    assert np.mean([hand is not None for hand in seats]) < 0.5
+    assert re.fullmatch(r"\[None, \[0, 0\], None\]", str(seats))

@@ -1,0 +1,322 @@
+"""Layouts of others: what a file says is what is scored, and what is bad is one clear line."""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.mounted_sensor import MountedSensor
+from place_rings.coverage.rings.ring import Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.formats.errors import UserError
+from place_rings.formats.export.placed import PlacedSetup
+from place_rings.formats.export.urdf import urdf
+from place_rings.formats.layouts.csv_poses import layout_csv
+from place_rings.formats.layouts.layout import read_layout
+from place_rings.formats.loader import read_proposal
+from place_rings.formats.schema.layout_models import LayoutModel
+from place_rings.formats.schema.sensor_models import SensorModel
+from place_rings.objectives.scene import CoreScene, Pose, paper_scene
+from place_rings.objectives.verify import Verifier
+from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine.scenes import setup_keys
+from place_rings.studies.engine.store import Cell
+from place_rings.studies.layouts import report, study
+from scipy.io import savemat
+
+from ..strategies.singles import SENSORS, singles
+
+ABOUT = LayoutModel(
+    title="Drawn | <b>",
+    source="nowhere",
+    date="2026-11-22",
+    licence="none",
+    how="drawn",
+    robot="ur10",
+    sensor=SensorModel(),
+    beam_source="the paper's",
+)
+KEYS = """title = "t"
+source = "s"
+date = "2026-11-22"
+licence = "l"
+how = "h"
+robot = "ur10"
+beam_source = "b"
+sensor = { fov_deg = 30.0, range_m = 1.0 }
+"""
+ROWS = "name,link,x,y,z,axis_x,axis_y,axis_z\npad,forearm,0.1,0,0.2,2,0,0\n"
+
+
+def commented(keys):
+    return "".join(f"# {line}\n" for line in keys.splitlines())
+
+
+@settings(max_examples=12)
+@given(st.lists(singles(), min_size=1, max_size=4), SENSORS)
+def test_a_drawn_layout_is_scored_as_verify_counts_it(tmp_path_factory, some, sensor):
+    path = tmp_path_factory.mktemp("layout") / "drawn.csv"
+    beam = SensorModel.from_domain(sensor)
+    each = tuple(replace(one, sensor=beam.to_domain(), name=f"s{i}") for i, one in enumerate(some))
+    path.write_text(layout_csv(ABOUT.model_copy(update={"sensor": beam}), each), "utf-8")
+    layout = read_layout(path)
+    assert layout.setup == Setup((), each)
+    assert layout.about.title == ABOUT.title
+    cell = {
+        "scene": study.scene_keys(layout, "shadow"),
+        "setup": json.loads(json.dumps(setup_keys(layout.setup, layout.scene))),
+        "rule": "centre",
+        "voxel": 0.06,
+    }
+    scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), sensor=beam.to_domain())
+    for target in study.TARGETS[:2]:
+        asked = {"target": target.name, "radius": target.radius}
+        scored = TASKS["zeta"](**cell, **asked)
+        counted = Verifier(scene, 0.06).verify(Setup((), each), target)
+        assert scored["zeta_percent"] == 100 * counted.zeta
+
+
+BAD = {
+    "no comment": (ROWS, "title: missing"),
+    "not TOML": ("# title\n" + ROWS, "not TOML"),
+    "an unknown key": (commented(KEYS + 'colour = "red"') + ROWS, "an unknown key"),
+    "a date of another form": (
+        commented(KEYS.replace("2026-11-22", "22.11.2026")) + ROWS,
+        "date: found",
+    ),
+    "no such robot": (commented(KEYS.replace("ur10", "hal")) + ROWS, "robot: "),
+    "a lift of text": (commented(KEYS + 'lift_mm = "far"') + ROWS, "lift_mm: found"),
+    "a wrong number of angles": (commented(KEYS + "pose_deg = [1.0]") + ROWS, "found 1 angles"),
+    "an angle beyond the limits": (
+        commented(KEYS + "pose_deg = [0.0, 0.0, 700.0, 0.0, 0.0, 0.0]") + ROWS,
+        "beyond its limits",
+    ),
+    "other columns": (commented(KEYS) + ROWS.replace("axis_z", "axis_w"), "line 9: found"),
+    "a missing field": (commented(KEYS) + ROWS.replace(",2,0,0", ",2,0"), "line 10: found"),
+    "text for a number": (commented(KEYS) + ROWS.replace(",2,", ",two,"), "line 10: axis_x"),
+    "an infinite place": (commented(KEYS) + ROWS.replace("0.1", "inf"), "line 10: x"),
+    "no direction": (commented(KEYS) + ROWS.replace(",2,0,0", ",0,0,0"), "line 10: axis: found"),
+    "no such link": (commented(KEYS) + ROWS.replace("forearm", "hip"), 'link: found "hip"'),
+    "no row": (commented(KEYS) + ROWS.splitlines()[0] + "\n", "found no sensor"),
+    "a square beam without up": (
+        commented(KEYS.replace("fov_deg", "fov_up_deg = 20.0, fov_deg")) + ROWS,
+        "line 10: up: found",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_wrong_layout_is_one_line_and_nothing_is_written(run, tmp_path, name):
+    text, message = BAD[name]
+    file = tmp_path / "wrong.csv"
+    file.write_text(text)
+    code, out, err = run("study", "layouts", "--layout", file, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    assert line.startswith("place-rings: ")
+    assert "wrong.csv" in line
+    assert message in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_layouts_are_for_their_study_only(run, tmp_path):
+    file = tmp_path / "mine.csv"
+    file.write_text(commented(KEYS) + ROWS)
+    code, _, err = run("study", "robots", "--layout", file)
+    assert code == 2
+    assert "--layout: found" in err
+    code, _, err = run("study", "layouts", "--layout", file, "--layout", file)
+    assert code == 2
+    assert "second layout called mine" in err
+
+
+def test_a_layout_reads_the_frames_of_a_urdf_as_single_sensors(tmp_path):
+    setup = named_setup("n1_4_25")
+    placed = PlacedSetup(paper_scene(), setup, 0, tmp_path)
+    (tmp_path / "robot.urdf").write_bytes(urdf(placed)["robot.urdf"])
+    (tmp_path / "mine.toml").write_text(
+        KEYS.partition("sensor =")[0]
+        + '[sensor]\nfov_deg = 25.0\n[urdf]\nfile = "robot.urdf"\nframes = "tof_.*"\n'
+    )
+    layout = read_layout(tmp_path / "mine.toml")
+    assert (layout.setup.rings, layout.setup.sensors) == ((), setup.sensors)
+    one, other = (
+        sensor_cones(scene.robot, s, UR10.rest)
+        for scene, s in ((layout.scene, layout.setup), (paper_scene(), setup))
+    )
+    np.testing.assert_allclose(np.asarray(one.apex), np.asarray(other.apex), atol=1e-6)
+    np.testing.assert_allclose(np.asarray(one.axis), np.asarray(other.axis), atol=1e-6)
+    (tmp_path / "mine.toml").write_text(
+        KEYS.partition("sensor =")[0]
+        + '[sensor]\n[urdf]\nfile = "../robot.urdf"\nframes = "tof_.*"\n'
+    )
+    with pytest.raises(UserError, match=r"urdf\.file: found .*folder of mine\.toml"):
+        read_layout(tmp_path / "mine.toml")
+
+
+def strip(count, shift):
+    """Transforms along a line, which look along x."""
+    each = np.empty(count, object)
+    for k in range(count):
+        T = np.eye(4)
+        T[:3, :3] = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+        T[:3, 3] = [0.1, 0.02 * k, shift]
+        each[k] = T
+    return each
+
+
+def test_a_layout_reads_the_frames_of_a_matlab_file(tmp_path):
+    rows = np.empty(3, object)
+    for i in range(3):
+        rows[i] = strip(4, 0.1 * i)
+    savemat(tmp_path / "frames.mat", {"all": rows, "one": strip(2, 0.5), "no": np.eye(3)})
+
+    def layout(*mats):
+        text = KEYS.partition("sensor =")[0] + "[sensor]\n"
+        (tmp_path / "mine.toml").write_text(
+            text + "".join(f'[[mat]]\nfile = "frames.mat"\nlink = "elbow"\n{m}\n' for m in mats)
+        )
+        return read_layout(tmp_path / "mine.toml")
+
+    setup = layout('variable = "all"\nrow = 2', 'variable = "one"\nbeam = "z"').setup
+    assert [one.position[2] for one in setup.singles] == [0.1] * 4 + [0.5] * 2
+    assert setup.singles[0].direction == (0.0, 1.0, 0.0)  # x of the frame
+    assert setup.singles[-1].direction == (1.0, 0.0, 0.0)  # its z
+    assert setup.singles[1].name == "frames_2_1"
+    for wrong, message in (
+        ('variable = "none"', "found no variable"),
+        ('variable = "all"\nrow = 4', "allowed: 1 to 3"),
+        ('variable = "no"', "no rigid transforms"),
+        ('variable = "all"', "no rigid transforms"),
+    ):
+        with pytest.raises(UserError, match=message):
+            layout(wrong)
+    (tmp_path / "frames.mat").write_bytes(b"MATLAB 5.0" + bytes(200))
+    with pytest.raises(UserError, match=r"frames\.mat"):
+        layout('variable = "one"')
+
+
+def test_the_layouts_of_the_package_read_and_say_where_they_are_from():
+    some = {layout.name: layout for layout in study.layouts()}
+    assert {"paper_n2_16_55", "woomessi_strip", "gentact_fr3_12356"} <= set(some)
+    counts = [some[f"gentact_fr3_{f}"].setup.sensors for f in ("56_fancy", "2356_fancy", "12356")]
+    assert counts == [14, 29, 37]
+    assert some["paper_n3_16_55"].setup.sensors == 112
+    for layout in some.values():
+        assert all(lift.lifted for lift in layout.lifts)
+        assert layout.scene.occlusion == "shadow"
+
+
+@pytest.fixture
+def small(monkeypatch, tmp_path):
+    """A study of one layout with coarse voxels and a stand-in for the search."""
+    for name, value in (("VOXEL", 0.06), ("WIDTH", 0.2), ("PUBLISHED", tmp_path / "published")):
+        monkeypatch.setattr(study, name, value)
+    (tmp_path / "published").mkdir()
+    one = MountedSensor("panda_joint5", (0.02, 0.08, 0.0), (0, 1, 0), name="pad")
+    dome = Sensor(math.pi, 0.4, shape="dome")
+    about = ABOUT.model_copy(
+        update={"robot": "panda", "sensor": SensorModel.from_domain(dome), "lift_mm": 90.0}
+    )
+    text = layout_csv(about, [replace(one, sensor=dome)])
+    (tmp_path / "published/pad.csv").write_text(text, "utf-8")
+
+    def place(**asked):
+        rings = [{"link": "forearm", "position": 0.5, "count": asked["sensors"], "radius": 0.15}]
+        return {
+            "rings": rings,
+            "finished": False,
+            "processor_seconds": 10.0,
+            "wall_seconds": 20.0,
+        }
+
+    monkeypatch.setitem(TASKS, "place in time", place)
+    return tmp_path
+
+
+@pytest.mark.long
+def test_the_page_is_made_of_its_cells(small, run, monkeypatch):
+    folder = small / "out"
+    code, out, _ = run("study", "layouts", "--out", folder)
+    assert (code, out.strip()) == (0, str(folder / "README.md"))
+    names = {file.name for file in folder.iterdir()}
+    made = {"README.md", "layouts.csv", "layouts.png", "pad.toml", "pad_search.toml"}
+    made |= {"provenance.json"}
+    assert names == made | {"cells.sqlite"}
+    before = {name: (folder / name).read_bytes() for name in made}
+    for name in made - {"provenance.json"}:
+        (folder / name).unlink()
+    monkeypatch.setattr("place_rings.studies.engine.runner.time", None)  # to measure needs it
+    assert run("study", "layouts", "--out", folder)[0] == 0
+    assert {name: (folder / name).read_bytes() for name in made} == before
+    page = before["README.md"].decode()
+    assert "1 of 1 sensors lifted to the surface" in page
+    assert "Drawn | \\<b\\>" in page
+    assert not re.search(r"\bnan\b", page)
+    assert "0.5 processors" in page
+    setup, scene, _ = read_proposal(folder / "pad.toml")
+    assert setup.singles[0].lifted > 0
+    assert (scene.robot.name, scene.occlusion) == ("panda", "shadow")
+    zeta = Verifier(scene, 0.06).verify(setup, study.TARGETS[0]).zeta
+    assert f"{100 * zeta:.1f} →" in page
+
+
+def test_a_score_lies_in_its_interval_and_occlusion_takes_from_it(small):
+    def run(heading, cells):
+        return [TASKS[cell.work](**cell.arguments) for cell in cells if isinstance(cell, Cell)]
+
+    (row,) = study.measure(run, study.layouts())
+    for score in (row.score, row.proposed):
+        for name, value in score.shadow.items():
+            assert value <= score.ignore[name]
+            assert score.low[name] - 2 <= value <= score.high[name] + 2
+    assert row.sensors == 1 == sum(ring["count"] for ring in row.proposal["rings"])
+    assert report.write([row], small, "command")["layouts.csv"].count("\n") == 1 + 2 * 4
+    assert ROBOTS["panda"].name == row.layout.scene.robot.name
+
+
+def test_results_never_overwrite_a_layout(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(study, "PUBLISHED", tmp_path / "none")
+    (tmp_path / "none").mkdir()
+    head, row = ROWS.splitlines()
+    text = commented(KEYS) + "\n".join(
+        [head, row, row.replace("pad", "b"), row.replace("pad", "c")]
+    )
+    for name in ("layouts", "mine", "mine_search"):
+        (tmp_path / f"{name}.csv").write_text(text)
+    code, _, err = run("study", "layouts", "--layout", tmp_path / "layouts.csv", "--out", tmp_path)
+    assert code == 2
+    assert "would overwrite this layout" in err
+    assert (tmp_path / "layouts.csv").read_text() == text
+    both = [part for n in ("mine", "mine_search") for part in ("--layout", tmp_path / f"{n}.csv")]
+    code, _, err = run("study", "layouts", *both, "--out", tmp_path / "out")
+    assert code == 2
+    assert "mine and mine_search" in err
+
+
+def test_a_layout_that_no_search_can_equal_is_refused_before_any_work(run, tmp_path):
+    (tmp_path / "one.csv").write_text(commented(KEYS) + ROWS)
+    code, _, err = run(
+        "study", "layouts", "--layout", tmp_path / "one.csv", "--out", tmp_path / "o"
+    )
+    assert code == 2
+    assert "one.csv: the search beside it cannot place as many sensors (1)" in err
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_layout_has_sensors_of_one_kind_and_a_robot_with_a_name_that_fits(tmp_path):
+    single = "position = [0.1, 0, 0.2]\ndirection = [1, 0, 0]\nlink = 'forearm'\n"
+    own = "[sensors.sensor]\nfov_deg = 10.0\n"
+    (tmp_path / "a.toml").write_text(KEYS + "[[sensors]]\n" + single + own)
+    with pytest.raises(UserError, match="beams of their own"):
+        read_layout(tmp_path / "a.toml")
+    long = KEYS.replace("ur10", "a" * 280 + ".toml")
+    (tmp_path / "b.csv").write_text(commented(long) + ROWS)
+    with pytest.raises(UserError, match=r"b\.csv: robot: found"):
+        read_layout(tmp_path / "b.csv")

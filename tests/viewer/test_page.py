@@ -1,0 +1,313 @@
+"""The viewer driven in a real browser: nothing from outside, sliders move ζ, two at once, and an
+end to all.
+"""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from http.client import HTTPConnection
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
+from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import ViewerSession
+
+from ..support.browser import PATIENCE, Reader, chromium, needs_chromium, until
+from ..support.viser_client import Client
+
+SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3)))
+HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
+
+
+def ours(reader: Reader, port: int) -> bool:
+    """Did the page ask this server only?"""
+    asked = {
+        urlsplit(url.removeprefix("blob:")).netloc
+        for url in reader.requested
+        if not url.startswith("data:")
+    }
+    return asked == {f"127.0.0.1:{port}"}
+
+
+@needs_chromium()
+def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
+    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
+        reader = Reader(browser, server.url)
+        before = reader.zeta("V_S(0.5)")
+        reader.tab("Rings")
+        reader.enter("Sensors", "24")
+        until(lambda: reader.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")
+        assert reader.zeta("V_S(0.5)", 1) == before  # as opened
+        assert reader.page.locator("img[src=x]").count() == 0
+        assert HOSTILE in reader.page.inner_text("body")
+        assert reader.alarms == []
+        assert ours(reader, server.port)
+        assert server.pages == 1
+        reader.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")
+
+
+def visible(page, points) -> bool:
+    """Does the page's camera, as the browser reports it, see all points?"""
+    camera = page._client.camera
+    toward = np.asarray(camera.position) - np.asarray(camera.look_at)
+    toward /= np.linalg.norm(toward)
+    right = np.cross([0, 0, 1], toward)
+    right /= np.linalg.norm(right)
+    away = points - camera.position
+    depth, slope = -away @ toward, math.tan(camera.fov / 2)
+    x, y = (away @ a / depth / slope for a in (right, np.cross(toward, right)))
+    return bool((np.abs(x) < camera.aspect).all() and (np.abs(y) < 1).all() and depth.min() > 0)
+
+
+SIZES = ((1024, 768), (1440, 900), (1920, 1080), (820, 1180))  # and a phone
+PHONE = (390, 844)
+
+
+@pytest.mark.long
+@needs_chromium()
+def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
+    with Server(ViewerSession(CoreScene(), {"small": SMALL})) as server:
+        reader = Reader(browser, f"{server.url}/?view=Side", SIZES[0], 0.1)
+        until(lambda: "place-rings" in reader.page.title(), "the page has no title")
+        assert "small: " in reader.page.title()
+        assert "covered" in reader.page.title()
+        until(lambda: server.pages == 1, "no page is open")
+        (page,) = server._pages.values()
+        until(lambda: page.state.view == "Side", "the link's view did not come")
+        points = server.room.extent(page.state.choice)
+        for width, height in SIZES:
+            reader.page.set_viewport_size({"width": width, "height": height})
+            until(lambda h=height: page._client.camera.image_height == h, "not resized")
+            # the panel stands beside the scene
+            until(lambda w=width: page._client.camera.image_width < w, "the panel covers it")
+            until(lambda: visible(page, points), f"cut at {width}x{height}")
+            button = reader.page.get_by_role("button", name="Search from here").bounding_box()
+            assert button["y"] + button["height"] < height  # without scrolling
+        reader.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")
+        phone = Reader(browser, server.url, PHONE, 0.1, state="attached")
+        until(lambda: server.pages == 1, "no page is open")
+        (page,) = server._pages.values()
+        search = phone.page.get_by_role("button", name="Search from here")
+        until(lambda: not search.is_visible(), "the panel covers the scene")
+        until(lambda: visible(page, points), "cut on a phone")
+        phone.page.get_by_text("covered").first.click()
+        until(search.is_visible, "the panel does not open")
+        phone.close()
+
+
+@needs_chromium()
+@pytest.mark.slow
+def test_two_at_once_have_each_their_own(browser):
+    with Server(
+        ViewerSession(paper_scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})
+    ) as server:
+        one, two = Reader(browser, server.url), Reader(browser, server.url)
+        until(lambda: server.pages == 2, "two pages are open")
+        before = one.zeta("V_S(0.5)", 2)
+        one.tab("Rings")
+        two.tab("Rings")
+        one.enter("Tilt, °", "-20")
+        two.enter("Sensors", "12")
+        until(lambda: one.zeta("V_S(0.5)", 2) != before, "the first page's slider did nothing")
+        until(lambda: two.zeta("V_S(0.5)", 2) > before, "the second page's slider did nothing")
+        assert one.zeta("V_S(0.5)", 1) == two.zeta("V_S(0.5)", 1) == before
+        assert one.zeta("V_S(0.5)", 2) != two.zeta("V_S(0.5)", 2)
+        one.close()
+        until(lambda: server.pages == 1, "a closed page is still kept")
+        now = two.zeta("V_S(0.5)", 2)
+        two.press("Remove this ring")
+        until(lambda: two.zeta("V_S(0.5)", 2) < now, "the other page does not go on")
+        two.close()
+
+
+@needs_chromium()
+@pytest.mark.slow
+def test_search_count_save_and_picture(browser, tmp_path):
+    with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
+        reader = Reader(browser, server.url)
+        reader.choose("Cones", "off")
+        before = reader.zeta("V_S(0.5)")
+        reader.press("Search from here")
+        reader.says("better:", 5 * PATIENCE)
+        until(lambda: reader.zeta("V_S(0.5)") > before + 1, "the search found nothing better")
+        reader.press("Count exactly")
+        reader.says("counted in", 5 * PATIENCE)
+        proved = reader.page.get_by_text("guaranteed")
+        assert proved.count() == 1
+        reader.tab("Rings")
+        reader.press("Add a ring on this link")
+        until(lambda: proved.count() == 0, "a count is told of what was not counted")
+        reader.press("Remove this ring")
+        until(lambda: proved.count() == 1, "what was counted is not told any more")
+        reader.tab("Search and files")
+        for name, said in (
+            ("../mine", "allowed: at most 64 letters"),
+            ("mine", "saved as mine.toml"),
+            ("mine", "exists; choose another name"),
+        ):
+            reader.enter("Name", name)
+            reader.press("Save as a new proposal")
+            reader.says(said, 5 * PATIENCE)
+        setup, _, file = read_proposal(tmp_path / "mine.toml")
+        assert [r.count for r in setup.rings] == [6, 5]
+        assert abs(file.zeta[0].zeta_percent - reader.zeta("V_S(0.5)")) < 1.5
+        with reader.page.expect_download(timeout=5000 * PATIENCE) as download:
+            reader.press("Picture of the view")
+        assert download.value.path().read_bytes() == (tmp_path / "mine.png").read_bytes()
+        assert {p.name for p in tmp_path.iterdir()} == {"mine.toml", "mine.png"}
+        reader.press("Search from here")  # and leave in the middle of it
+        reader.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")
+        until(lambda: not server.room.turn.locked(), "its search goes on", 2 * PATIENCE)
+
+
+@pytest.fixture(scope="module")
+def served():
+    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
+        yield server
+
+
+@pytest.fixture
+def opened(served):
+    """Opens pages, and closes them at the end, however that comes."""
+    clients = []
+
+    def one() -> Client:
+        client = Client(served.port)
+        clients.append(client)
+        client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
+        return client
+
+    yield one
+    for client in clients:
+        client.close()
+    until(lambda: served.pages == 0, "a closed page is still kept")
+
+
+def test_controls_move_zeta_for_their_own_page_only(opened):
+    one, two = opened(), opened()
+    before = one.zeta("V_S(0.5)")
+    one.set("Sensors", 24)
+    two.set("Tilt, °", 60.0)
+    one.until(lambda: one.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")
+    two.until(lambda: two.zeta("V_S(0.5)") != before, "another tilt did not change ζ")
+    assert one.zeta("V_S(0.5)", 0) == two.zeta("V_S(0.5)", 0) == before  # as opened
+    assert (one.value("Tilt, °"), two.value("Sensors")) == (pytest.approx(28.6, abs=0.1), 6)
+    one.set("Robot's body", "shadow")
+    one.until(lambda: one.value("Robot's body") == "shadow", "the model did not change")
+    one.set("Target", "V_S(1.5)")
+    one.until(lambda: "Points of V_S(1.5)" in one.words, "the target did not change")
+    assert {
+        f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")
+    } <= one.drawn
+    one.set("Remove this ring", True)
+    one.until(lambda: "5 sensors on 1 ring " in one.words, "the ring stayed")
+    one.until(lambda: "/setup0/ring1" not in one.drawn, "the ring is still drawn")
+
+
+# What no control would send, and what the page says to it.
+NOT_ALLOWED = (
+    ("Link", HOSTILE, "robot ur10 has no link"),
+    ("Target", HOSTILE, f"'{HOSTILE}'"),
+    ("Ring", "99: tool", "'99: tool'"),
+    ("Cones", "", "not in tuple"),
+    ("Robot's body", "x", "not in tuple"),
+    ("Position, mm", float("nan"), "must be finite"),
+    ("Save (start with --out FOLDER)", True, "--out FOLDER"),
+)
+
+
+def test_what_no_control_would_send_changes_nothing(opened):
+    client = opened()
+    before = client.zeta("V_S(0.5)")
+    assert HOSTILE in client.words
+    assert "<img" not in client.said
+    # one after the other: the newest word takes the place of the one before
+    for label, value, answer in NOT_ALLOWED:
+        client.set(label, value)
+        client.until(lambda told=answer: told in client.words, f"nothing was said of {label}")
+    client.set("Picture of the view", True)
+    client.until(
+        lambda: "picture: the browser sent none" in client.words,
+        "no picture came, and nothing was said",
+    )
+    client.set("Position, mm", 1e300)
+    client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
+    assert "<img" not in client.said
+    client.set("As opened", True)
+    client.until(lambda: client.zeta("V_S(0.5)") == before, "what was opened did not come back")
+
+
+@pytest.mark.parametrize(
+    "how", [{"origin": "http://elsewhere.example"}, {"host": "elsewhere.example"}]
+)
+def test_a_page_of_another_site_gets_nothing(served, how):
+    client = Client(served.port, **how)
+    client.read(0.5)
+    assert (served.pages, client.said) == (0, "")
+    assert not any(name.startswith("/setup") for name in client.drawn)
+    client.send({"type": "ShareUrlRequest"})  # and no way in from outside
+    client.read(0.3)
+    assert served._server._share_tunnel is None
+    client.close()
+
+
+def test_files_beside_the_page_are_not_served(served):
+    for path, status in (
+        ("/", 200),
+        ("/../../../etc/passwd", 404),
+        ("/%2e%2e/%2e%2e/__init__.py", 404),
+        ("/x", 404),
+    ):
+        connection = HTTPConnection("127.0.0.1", served.port, timeout=30)
+        connection.request("GET", path)
+        assert connection.getresponse().status == status
+        connection.close()
+
+
+def test_an_address_that_cannot_be_served_is_one_line():
+    room = ViewerSession(paper_scene(), {"small": SMALL})
+    with Server(room) as server, pytest.raises(UserError, match="--port"):
+        Server(room, port=server.port)
+    with pytest.raises(UserError, match="--host"):
+        Server(room, host="192.0.2.1")
+
+
+@pytest.fixture
+def not_ignored():
+    """A child takes over an interrupt that is ignored, as it is in a shell's background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("not_ignored")
+def test_control_c_ends_the_command_at_once():
+    command = [sys.executable, "-m", "place_rings.cli.entry", "view", "n1_8_0", "--no-browser"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        assert run.stdout.readline().startswith("http://127.0.0.1:")
+        began = time.monotonic()
+        run.send_signal(signal.SIGINT)
+        assert run.wait(PATIENCE) == 0
+        assert time.monotonic() - began < 10  # s, on a busy machine
+        assert run.stderr is not None
+        assert run.stderr.read().strip() == "closed"
