@@ -4,23 +4,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from ._errors import input_errors
 from ._study_arguments import StudyName, StudyOptions, Told
-from ._study_pages import PAGE, SENSORS, STUDIES, Measure
+from ._study_pages import STUDIES, Measure, check
 from .formats.writing import made_folder, write_text
-from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
-from .reporting.pages import html
 from .studies.engine.measurement import Measurement
 from .studies.engine.registry import TASKS
 from .studies.engine.runner import run
 from .studies.engine.store import Cell, Store
 
+PAGE = "README.md"
 CELLS = "cells.sqlite"
 
 
@@ -70,23 +68,14 @@ def run_study(
     """
     path = Path("results") / name if folder is None else Path(folder)
     with input_errors(but=(InfeasibleError,)):
-        if name == "pareto":
-            Space(options.scene, sensors=options.sensors or SENSORS)
+        check(name, path, options)
         measurement = Measurement.begin(options.command)
         with made_folder(path) as out, _measuring(out, workers, scheduler, progress) as measure:
-            data = STUDIES[name](measure, out, options)
-            _write_header(name, out, measurement)
+            data, files = STUDIES[name](measure, out, options)
+            for file, text in files.items():
+                write_text(out / file, text)
+            measurement.head(out / PAGE)
     return StudyReport(name, path, data)
-
-
-def _write_header(name: StudyName, folder: Path, measurement: Measurement) -> None:
-    """Write how a page was measured below its title, and the report of the page."""
-    measurement.head(folder / PAGE)
-    if (folder / "report.html").exists():
-        title = import_module(f".studies.{name}.report", __package__).TITLE
-        write_text(
-            folder / "report.html", html((folder / PAGE).read_text("utf-8"), folder, title)
-        )
 
 
 @contextmanager

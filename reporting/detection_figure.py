@@ -17,7 +17,7 @@ from ..coverage.solids.cones import Cones
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.motion_samples import STEP, Moments
-from .approach_figure import beam_outline, capsule_outlines, robot_outlines
+from .outlines import beam_outline, capsule_outlines, robot_outlines
 from .plots import COLOURS, GREY, GRID, INK, plain, save, sheet
 
 SHOWN = 2  # approaches that the figure shows

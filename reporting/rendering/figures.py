@@ -8,7 +8,7 @@ import numpy as np
 
 from ...formats.escaping import printable_lines
 from ...formats.writing import write_bytes
-from ..plots import GREY, INK
+from ..plots import INK
 from .canvas import Canvas
 
 if TYPE_CHECKING:
@@ -55,22 +55,3 @@ def add_bar(canvas: Canvas, at: tuple[float, float], length: float) -> None:
         "va": "top",
     }
     canvas.ax.annotate(f"{length:g} m", (x.mean(), at[1]), color=INK, fontsize=9, zorder=5, **below)
-
-
-def add_axes(canvas: Canvas, at: tuple[float, float], length: float) -> None:
-    """Draw the base frame's axes, ``length`` m long seen from the side, from ``at`` (x, y) m on the
-    canvas.
-    """
-    arrow = {
-        "arrowstyle": "-|>,head_width=0.18,head_length=0.36",
-        "color": GREY,
-        "lw": 1.1,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
-    for name, way in zip("xyz", length * canvas.rotation[:2].T, strict=True):
-        canvas.ax.annotate("", at + way, at, arrowprops=arrow, annotation_clip=False, zorder=5)
-        x, y = at + way + 0.2 * length * way / np.linalg.norm(way)
-        canvas.ax.text(
-            x, y, name, color=GREY, fontsize=9, ha="center", va="center", style="italic", zorder=5
-        )

@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ...reporting.pages import table
+from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
 from ..engine.scenes import PAPERS_WORLD
 from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, BoundRow
@@ -15,6 +15,12 @@ _WAYS = (
     ("chosen_percent", "best known setup of the grid", "s", COLOURS[1]),
     ("greedy_percent", "greedy on the grid", "^", COLOURS[2]),
 )
+
+
+def write(rows: list[BoundRow], folder: Path) -> dict[str, str]:
+    """Draw the picture into ``folder`` and return the texts of the other files by name."""
+    picture(rows, folder / "bound.png")
+    return {"README.md": page(rows), "data.csv": csv_text([vars(row) for row in rows])}
 
 
 def picture(rows: list[BoundRow], file: Path) -> None:
@@ -49,15 +55,13 @@ def picture(rows: list[BoundRow], file: Path) -> None:
     save(figure, file)
 
 
-def page(rows: list[BoundRow], command: str) -> str:
+def page(rows: list[BoundRow]) -> str:
     """Return the study as Markdown."""
     lines = [
         "# How far is the search from the best layout?",
         "",
-        f"`{command}`; the measurements are in `data.csv`. {PAPERS_WORLD}",
+        f"The measurements are in `data.csv`. {PAPERS_WORLD}",
         "",
-    ]
-    lines += [
         "![Coverage of the search and bounds of the grid](bound.png)",
         "",
         *_what_is_bounded(rows),

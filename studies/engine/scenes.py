@@ -31,6 +31,16 @@ def scene_from(scene: Mapping[str, Any]) -> CoreScene:
     return SceneModel.model_validate({"occlusion": "ignore"} | keys | {"rules": rules}).to_domain()
 
 
+def keys_of(scene: CoreScene) -> dict[str, Any]:
+    """Return the keys of a scene: its occlusion, its mounts, and those that differ from the
+    defaults of a file."""
+    keys = SceneModel.from_domain(scene).model_dump(
+        mode="json", exclude_defaults=True, exclude_none=True
+    )
+    rules = keys.get("rules", {}) | {"mount": scene.rules.mount}
+    return keys | {"occlusion": scene.occlusion, "rules": rules}
+
+
 def setup_from(setup: str | Rings | Sensors, scene: CoreScene) -> Setup:
     """Return a setup from the paper's name, or from rings and single sensors as in a proposal
     file."""

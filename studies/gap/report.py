@@ -2,12 +2,18 @@
 
 from pathlib import Path
 
-from ...reporting.pages import table
+from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
 from ..engine.scenes import PAPERS_WORLD
 from .study import GapRow
 
 _CLOSE, _SAYS = 3.0, 99.9  # points and percent
+
+
+def write(rows: list[GapRow], folder: Path) -> dict[str, str]:
+    """Draw the picture into ``folder`` and return the texts of the other files by name."""
+    picture(rows, folder / "gap.png")
+    return {"README.md": page(rows), "data.csv": csv_text([vars(row) for row in rows])}
 
 
 def picture(rows: list[GapRow], file: Path) -> None:
@@ -33,7 +39,7 @@ def picture(rows: list[GapRow], file: Path) -> None:
     save(figure, file)
 
 
-def page(rows: list[GapRow], command: str) -> str:
+def page(rows: list[GapRow]) -> str:
     """Return the study as Markdown."""
     heads = (
         "target", "sensors", "best known", "upper bound", "by volume",
@@ -56,7 +62,7 @@ def page(rows: list[GapRow], command: str) -> str:
     lines = [
         "# How good could any layout be?",
         "",
-        f"`{command}`; the measurements are in `data.csv`. {PAPERS_WORLD}",
+        f"The measurements are in `data.csv`. {PAPERS_WORLD}",
         "",
         "![Best known coverage and upper bounds](gap.png)",
         "",

@@ -1,20 +1,13 @@
 """Page of the study of layouts: tables, a figure, the sources, and how to add a layout."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from importlib.metadata import version
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from platform import python_version
 
-from ...formats.schema.mounted_sensor_models import MountedSensorModel
-from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.ring_models import RingModel
-from ...formats.schema.scene_models import SceneModel
-from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, escaped, table
+from ..engine.setups_file import FILE, HOW, setups_toml
 from .figure import picture
-from .study import TARGETS, VOXEL, WIDTH, Score, ScoredLayout, beam
+from .study import TARGETS, VOXEL, WIDTH, ScoredLayout, beam
 
-_LIBRARIES = ("place-rings", "jax", "numpy", "scipy", "nlopt")
 _NAMES = [str(target) for target in TARGETS]
 _LEFT_OUT = (
     (
@@ -30,23 +23,22 @@ _LEFT_OUT = (
 )
 
 
-def names_written(some: Iterable[str]) -> set[str]:
-    """Return the names of all files that ``write`` leaves for layouts of these names."""
-    each = {f"{name}{end}.toml" for name in some for end in ("", "_search")}
-    return each | {"layouts.png", "layouts.csv", "README.md"}
+FILES = ("README.md", "data.csv", "layouts.png", FILE)
 
 
-def write(rows: Sequence[ScoredLayout], folder: Path, command: str) -> dict[str, str]:
+def write(rows: Sequence[ScoredLayout], folder: Path) -> dict[str, str]:
     """Draw the figure into ``folder`` and return the texts of the other files by name."""
     picture(rows, folder / "layouts.png")
-    files = {
-        "layouts.csv": csv_text([one for row in rows for one in _records(row)]),
-        "README.md": "\n".join(_page(rows, command)),
+    found = {
+        row.layout.name: (row.proposal["rings"], row.scene)
+        for row in rows
+        if isinstance(row.scene.get("robot", ""), str)  # a built-in robot, by its name
     }
-    for row in rows:
-        files[f"{row.layout.name}.toml"] = _proposal(row, row.setup, "the layout")
-        files[f"{row.layout.name}_search.toml"] = _proposal(row, row.proposal, "the search")
-    return files
+    return {
+        "data.csv": csv_text([one for row in rows for one in _records(row)]),
+        "README.md": "\n".join(_page(rows)),
+        FILE: setups_toml(found),
+    }
 
 
 def _records(row: ScoredLayout) -> Iterator[dict[str, object]]:
@@ -65,32 +57,16 @@ def _records(row: ScoredLayout) -> Iterator[dict[str, object]]:
             }
 
 
-def _proposal(row: ScoredLayout, setup: object, who: str) -> str:
-    keys = dict(setup)  # type: ignore[call-overload]
-    score = row.score if who == "the layout" else row.proposed
-    covered = ", ".join(f"{name} {score.shadow[name]:.2f} %" for name in _NAMES)
-    file = ProposalFile(
-        rings=[RingModel.model_validate(one) for one in keys["rings"]],
-        sensors=[MountedSensorModel.model_validate(one) for one in keys["sensors"]],
-        scene=SceneModel.model_validate(dict(row.scene)),
-    )
-    return to_toml(
-        file,
-        f"{row.layout.about.title}: {who}. Covered under shadow: {covered} (rule centre, voxels of"
-        f" {100 * VOXEL:g} cm).",
-    )
-
-
-def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
+def _page(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     yield "# Layouts of sensors, scored under the same rules\n"
     yield (
-        f"`{command}` counts published layouts of on-robot sensors, each on its own robot in one"
-        " pose: the share ζ of each target volume that at least one sensor covers, with"
-        " self-occlusion (`shadow`: points behind the robot's body are not covered) and without"
-        f" (`ignore`). Counts have voxels of {100 * VOXEL:g} cm (rule `centre`). An interval in"
-        f" brackets is guaranteed to hold ζ (rule `certified`, {100 * WIDTH:g} points wide). Beside"
-        " each layout stands what the search proposes with as many sensors of the same kind, in"
-        " rings that can be mounted on the same robot.\n"
+        "Published layouts of on-robot sensors, each counted on its own robot in one pose: the"
+        " share ζ of each target volume that at least one sensor covers, with self-occlusion"
+        " (`shadow`: points behind the robot's body are not covered) and without (`ignore`). Counts"
+        f" have voxels of {100 * VOXEL:g} cm (rule `centre`). `data.csv` has them, and an interval"
+        f" that is guaranteed to hold ζ under `shadow` (rule `certified`, {100 * WIDTH:g} points"
+        " wide). Beside each layout stands what the search proposes with as many sensors of the"
+        " same kind, in rings that can be mounted on the same robot.\n"
     )
     yield (
         "V_S(r) is everything within r metres of the arm's centre line but not within 0.15 m of it;"
@@ -110,11 +86,6 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
     if any(row.layout.incomplete for row in rows):
         yield "† A part of the robot's body is missing; the source below names it.\n"
     yield _verdict(rows)
-    yield "## Guaranteed intervals, under shadow\n"
-    yield table(
-        ("layout", *(f"{who}: {name}" for who in ("layout", "search") for name in _NAMES)),
-        ([_name(row), *_intervals(row.score), *_intervals(row.proposed)] for row in rows),
-    )
     yield "## Without self-occlusion\n"
     yield "As above, with beams that pass through the robot (`ignore`).\n"
     yield table(
@@ -122,8 +93,14 @@ def _page(rows: Sequence[ScoredLayout], command: str) -> Iterator[str]:
         ([_name(row), *_pairs(row.score.ignore, row.proposed.ignore)] for row in rows),
     )
     yield from _sources(rows)
-    yield from _rules()
-    yield from _effort(rows)
+    yield "[Score a layout of sensors](../../docs/layouts.md) says how to add a layout.\n"
+    yield "## Setups\n"
+    yield (
+        f"`{FILE}` has what the search proposes beside each layout on a built-in robot, by the"
+        " layout's name.\n"
+    )
+    yield HOW
+    yield _effort(rows)
 
 
 def _verdict(rows: Sequence[ScoredLayout]) -> str:
@@ -161,17 +138,12 @@ def _pairs(of: object, other: object) -> list[str]:
     ]
 
 
-def _intervals(score: Score) -> list[str]:
-    return [f"[{score.low[name]:.2f}, {score.high[name]:.2f}]" for name in _NAMES]
-
-
 def _sources(rows: Sequence[ScoredLayout]) -> Iterator[str]:
     yield "## Sources\n"
     yield (
         "Poses are facts, as far as the sources publish them. A sensor that lies in the robot's"
         " body, because bodies are capsules about the links or because a pad lies flush in its"
-        " skin, is moved along its axis to the surface; the distance is stated here and in the"
-        " layout's proposal (`lifted_mm`).\n"
+        " skin, is moved along its axis to the surface; the distance is stated here.\n"
     )
     for row in rows:
         about = row.layout.about
@@ -204,39 +176,19 @@ def _lifted(row: ScoredLayout) -> str:
     return text + f"; {row.unseeing} of {row.sensors} see less than 1 % of their beams in this pose"
 
 
-def _rules() -> Iterator[str]:
-    yield "## Add a layout\n"
-    yield (
-        "1. State where each sensor is, in the frame of the link that carries it, in a CSV or TOML"
-        " file; [the format](../../docs/layouts.md) has an example of each.\n"
-        "2. State the source, its licence, the day on which you read it, and how you got the poses."
-        " Do not copy meshes or code: name the public file, and let the layout read it.\n"
-        "3. State the beam as its source does. Where a source states less, say what you assume.\n"
-        "4. Use the robot on which the layout was published. If a part of its body is missing, say"
-        " so.\n"
-        "5. Score it; the page then has its row:\n"
-    )
-    yield "```bash\nplace-rings study layouts --layout mine.csv --out scored\n```\n"
-
-
-def _effort(rows: Sequence[ScoredLayout]) -> Iterator[str]:
-    yield "## How this was measured\n"
-    libraries = ", ".join(f"{name} {version(name)}" for name in _LIBRARIES)
+def _effort(rows: Sequence[ScoredLayout]) -> str:
+    """Return how long the searches took, and which of them the limit cut short."""
     processor = sum(row.processor_seconds for row in rows)
     wall = sum(row.wall_seconds for row in rows)
-    cut = [row.layout.name for row in rows if not row.finished]
-    yield (
-        f"The command above wrote this page with Python {python_version()}, {libraries}. Each"
-        f" search may use {rows[0].limit_seconds:g} s of processor time, besides the count of its"
-        " result. Those of this page used"
-        f" {processor:.0f} s of processor time in {wall:.0f} s, so they had"
-        f" {processor / wall:.1f} processors to themselves."
-        + (
-            f" Cut short by the limit: {', '.join(f'`{name}`' for name in cut)}."
-            " A longer search usually finds better setups, so these are lower ends of what it"
-            " can reach."
-            if cut
-            else " All of them completed."
-        )
-        + "\n"
+    cut = ", ".join(f"`{row.layout.name}`" for row in rows if not row.finished)
+    end = (
+        f"Cut short by the limit: {cut}. A longer search usually finds better setups, so these are"
+        " lower ends of what it can reach."
+        if cut
+        else "All of them completed."
+    )
+    return (
+        f"Each search may use {rows[0].limit_seconds:g} s of processor time, besides the count of"
+        f" its result. Those of this page used {processor:.0f} s of processor time in {wall:.0f} s,"
+        f" so they had {processor / wall:.1f} processors to themselves. {end}\n"
     )

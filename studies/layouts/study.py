@@ -15,11 +15,10 @@ from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Target
 from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
-from ...formats.schema.scene_models import SceneModel
 from ...placement.search.design import Space
 from ...placement.search.feasible_set import InfeasibleError
 from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import setup_keys
+from ..engine.scenes import keys_of, setup_keys
 from ..engine.store import Cell
 
 TARGETS = (Target("V_S", 0.25), Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
@@ -94,12 +93,6 @@ def layouts(own: Sequence[Path] = ()) -> list[PublishedLayout]:
                 f"{file}: found a second layout called {layout.name}; give the file another name"
             )
         found[layout.name] = layout
-    for name in found:
-        if f"{name}_search" in found:
-            raise UserError(
-                f"found layouts called {name} and {name}_search; the results of the search beside"
-                " the first have the second name, so give one of the files another name"
-            )
     for layout in found.values():
         if layout.path in own:
             _check_search(layout)
@@ -119,13 +112,11 @@ def _check_search(layout: PublishedLayout) -> None:
 
 def scene_keys(layout: PublishedLayout, occlusion: str) -> dict[str, Any]:
     """Return the keys of a layout's scene under a model of occlusion, with all targets."""
-    keys = SceneModel.from_domain(layout.scene).model_dump(mode="json", exclude_defaults=True)
     goals = [
         {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
         for target in TARGETS
     ]
-    rules = {"mount": layout.scene.rules.mount}
-    return keys | {"occlusion": occlusion, "rules": rules, "targets": goals}
+    return keys_of(layout.scene) | {"occlusion": occlusion, "targets": goals}
 
 
 def measure(

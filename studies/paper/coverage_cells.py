@@ -6,7 +6,7 @@ its frames.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -188,8 +188,3 @@ def answer(
         replace(row, zeta_percent=round(r["zeta_percent"], 4))
         for (row, _), r in zip(asked, results, strict=True)
     ]
-
-
-def records(rows: Iterable[CoverageRow]) -> list[dict[str, Any]]:
-    """Return rows for a CSV file."""
-    return [asdict(row) for row in rows]

@@ -6,12 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...coverage.rings.ring import named_setup
-from ...coverage.robots.built_in import ROBOTS
-from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...formats.schema.ring_models import RingModel, setup_of
-from ...simulation.approach import Approach
-from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
+from ...simulation.distance import MODES, THINGS, Table, summary
 from ..engine.scenes import Rings
 from ..engine.store import Cell
 from . import tasks  # noqa: F401  (they are registered)
@@ -23,7 +18,6 @@ RATE, DURATION = 10.0, 60.0  # Hz, s
 APPROACHED = ("n2_16_25", "n2_16_55", "n3_16_55", "both 112")
 BALLS = (0.05, 0.10)  # m, radii of a fist and a head
 GROWTH = ("n1_8_0", "n1_16_0", "n2_16_25", "n3_16_55")  # more sensors per ring, then more rings
-TOLD = ("n1_8_0", "n3_16_55", "both 112")  # setups in the figure over time
 
 Key = tuple[str, str, str]  # setup, mode, target
 Results = dict[Key, list[Table]]
@@ -71,45 +65,6 @@ def gathered(cells: Mapping[tuple[Key, int], Cell], results: Sequence[Any]) -> R
     for (key, _), result in zip(cells, results, strict=True):
         found.setdefault(key, []).append(result)
     return found
-
-
-def approach_of(result: Sequence[Mapping[str, Any]]) -> list[Approach]:
-    """Return approaches from the data in the store."""
-    return [Approach(a["radius"], a["gap_m"], np.array(a["path"])) for a in result]
-
-
-def built(name: str, searched: Mapping[str, Rings]) -> Any:
-    """Return the setup with that name."""
-    if name in searched:
-        return setup_of([RingModel.model_validate(ring) for ring in searched[name]], PAPER_SENSOR)
-    return named_setup(name)
-
-
-def time_line(searched: Mapping[str, Rings], seed: int) -> dict[str, Series]:
-    """Return the series of one human path for some setups, with self-occlusion."""
-    motion = task("ur10")[0].every(20.0)
-    keep = motion.time_s <= DURATION
-    return {
-        name: series(
-            ROBOTS["ur10"],
-            built(name, searched),
-            motion.time_s[keep],
-            motion.q[keep],
-            "human",
-            seed,
-            "shadow",
-        )
-        for name in TOLD
-    }
-
-
-def records(results: Results) -> list[dict[str, Any]]:
-    """Return all tables as lines of a CSV file."""
-    return [
-        {"setup": setup, "mode": mode, "thing": thing, "path": path} | table
-        for (setup, mode, thing), tables in results.items()
-        for path, table in enumerate(tables)
-    ]
 
 
 def gain(

@@ -2,21 +2,17 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ...coverage.robots.built_in import ROBOTS
-from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...reporting import approach_figure, distance_figures
-from ...reporting.pages import csv_text, html, table
-from ...simulation.distance import summary
-from ..engine.scenes import PAPERS_WORLD, scene_from
-from . import cone_figure, octree_figures
-from . import coverage_cells as paper
+from ...reporting import distance_figures
+from ...reporting.pages import csv_text, table
+from ...simulation.distance import THINGS, summary
+from ..engine.scenes import PAPERS_WORLD
 from . import distance_cells as paper_distance
-from . import figures as paper_figures
-from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, CoverageRow
+from . import figures
+from .cone_volume import PLACES, cone_volumes
+from .coverage_cells import CHAINS, COUNTS, FAR, NEAR, SETUPS, TARGETS, CoverageRow
 from .coverage_statements import coverage
 from .figures import COUNT_NAMES, value
 from .open_choices import SETUPS as OPEN_SETUPS
@@ -25,7 +21,6 @@ from .statements import Statement
 from .study import Findings
 
 _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
-SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # m, in the octree pictures
 
 CHOICES = (
     (
@@ -59,81 +54,26 @@ CHOICES = (
 )
 
 
-TITLE = "The paper, reproduced"
-
-
-def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
+def write(findings: Findings, folder: Path) -> dict[str, str]:
     """Draw the figures into ``folder`` and return the texts of the other files by name."""
-    f, motion = findings, paper.task("ur10")[0]
-    paper_figures.configurations(f.configurations, folder / "configurations.png")
-    paper_figures.sweep(f.tilts, f.configurations, folder / "tilts.png")
-    paper_figures.shells(f.tilts, f.configurations, folder / "shells.png")
-    shown = (motion.time_s >= f.cycle[0].at) & (motion.time_s <= f.cycle[-1].at)
-    paper_figures.cycle(
-        f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png"
-    )
-    paper_figures.openness(f.open, folder / "open.png")
-    cones, octrees = draw_octrees(folder)
-    _distances(f, folder)
-    text = "\n".join(
-        _page(
-            f,
-            [*coverage(f.configurations, f.tilts), paper_distance.statement(f.distances)],
-            cones,
-            command,
-        )
-    )
-    tables = {name: getattr(f, name) for name in ("configurations", "tilts", "cycle", "open")}
-    files = {f"{name}.csv": csv_text(paper.records(rows)) for name, rows in tables.items()}
-    files |= {"distances.csv": csv_text(paper_distance.records(f.distances))}
-    files |= {"cone.csv": csv_text(cones), "octrees.csv": csv_text(octrees)}
-    return files | {"README.md": text, "report.html": html(text, folder, TITLE)}
-
-
-def draw_octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Draw the octree pictures; return the counts of one cone, and those of setups in shells."""
-    where = scene_from(paper.scene("ur10"))
-    found = [
-        {"setup": name, "radius": SHOWN_RADIUS}
-        | octree_figures.four_panels(
-            folder / f"octree_{name}.png", where, name, SHOWN_RADIUS, SHOWN_VOXEL
-        )
-        for name in SHOWN
-    ]
-    octree_figures.shells(
-        folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL
-    )
-    return cone_figure.one_cone(folder / "cone.png"), found
-
-
-def _distances(f: Findings, folder: Path) -> None:
-    """Draw the figures of the minimum distance and of the undetected approaches."""
+    f = findings
+    figures.coverage(f.configurations, f.tilts, folder / "coverage.png")
     distance_figures.errors(f.distances, folder / "distance.png")
-    distance_figures.zones(f.distances, folder / "zones.png")
-    distance_figures.monitoring(f.distances, folder / "monitoring.png")
-    distance_figures.timeline(
-        paper_distance.time_line(f.searched, 3),
-        PAPER_SENSOR.range_m,
-        folder / "timeline.png",
-        0,
-        paper_distance.DURATION,
-    )
-    motion, top = paper.task("ur10")
-    found = {name: paper_distance.approach_of(result) for name, result in f.approaches.items()}
-    setups = {name: paper_distance.built(name, f.searched) for name in found}
-    approach_figure.picture(ROBOTS["ur10"], setups, motion.q[top], found, folder / "approach.png")
+    statements = [*coverage(f.configurations, f.tilts), paper_distance.statement(f.distances)]
+    rows = [*f.configurations, *f.tilts, *f.cycle, *f.open]
+    return {
+        "data.csv": csv_text([vars(row) for row in rows]),
+        "README.md": "\n".join(_page(f, statements)),
+    }
 
 
-def _page(
-    f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str, Any]], command: str
-) -> Iterator[str]:
+def _page(f: Findings, statements: Sequence[Statement]) -> Iterator[str]:
     yield "# The paper, reproduced\n"
     yield (
-        f"`{command}` creates this page and its figures; the numbers are in the CSV files in this"
-        " folder. The paper is Kumar and Sahin, *Sensing Volume Coverage of Robot Workspace using"
-        " On-Robot Time-of-Flight Sensor Arrays* (IEEE SMC 2019). The pose is that of the highest"
-        " TCP speed in the paper's task, not the pose of the README, so figures differ slightly."
-        f" {PAPERS_WORLD}\n"
+        "The paper is Kumar and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot"
+        " Time-of-Flight Sensor Arrays* (IEEE SMC 2019). The pose is that of the highest TCP speed"
+        " in the paper's task, not the pose of the README, so figures differ slightly. Every count"
+        f" of coverage is in `data.csv`. {PAPERS_WORLD}\n"
     )
     yield "## The paper's statements and our measurements\n"
     yield (
@@ -151,36 +91,20 @@ def _page(
         for s, why in zip(statements, whys, strict=True)
     )
     yield table(("published", "verdict", "measured here", "reason"), rows)
-    yield "## One cone, and octrees\n"
-    yield "![One cone in voxels](cone.png)\n"
+    yield "## The volume of one cone\n"
     yield (
         "The volume of one cone by counting voxels, in m³. Mean and standard deviation are over"
-        " 100 random positions on the lattice.\n"
+        f" {PLACES} random positions on the lattice.\n"
     )
     heads = ("rule", "voxel, m", "voxels", "volume", "mean", "standard deviation")
-    keys = ("rule", "voxel", "voxels", "volume_m3", "mean_m3", "deviation_m3")
-    yield table(heads, ([_short(row[key]) for key in keys] for row in cones))
-    for name in SHOWN:
-        yield f"![V_S, V_FOV, their octrees and what is uncovered: {name}](octree_{name}.png)\n"
-    yield "![The shell at three radii](octree_shells.png)\n"
-    yield "## Configurations\n"
-    yield "![Coverage of every setup over all targets](configurations.png)\n"
+    yield table(heads, ([_short(cell) for cell in row.values()] for row in cone_volumes()))
+    yield "## Configurations, and the tilt of n2_16_θ\n"
+    yield "![Coverage of every setup over all targets, and of n2_16_θ](coverage.png)\n"
     yield from _configurations(f)
-    yield "## The tilt of n2_16_θ\n"
-    yield "![Coverage of all targets against the tilt](tilts.png)\n"
-    yield "![Coverage of the shell against the tilt, for five radii](shells.png)\n"
-    yield "## Along the task\n"
-    yield (
-        "Coverage does not change while only the base moves, because robot, beams and shell rotate"
-        " together. It changes while other joints move: down to a product, up again, and over to"
-        " the other row.\n"
-    )
-    yield "![Coverage along one cycle of the task](task.png)\n"
+    yield from _along(f)
     yield from _monitored(f)
     yield "## What the paper does not state\n"
     yield table(("not stated", "chosen here"), CHOICES)
-    yield "Each choice was varied on its own, on `ur10`; unbiased counts:\n"
-    yield "![Change of coverage by each choice](open.png)\n"
     yield from _open(f.open)
 
 
@@ -222,16 +146,24 @@ def _monitored(f: Findings) -> Iterator[str]:
             for key, s, d in zip(keys, _SCALES, _DIGITS, strict=True)
         ]
 
-    setups = dict.fromkeys(setup for setup, _, _ in f.distances)
+    setups = list(dict.fromkeys(setup for setup, _, _ in f.distances))
     yield "Human, with self-occlusion; means over paths with 95 % intervals:\n"
     yield table(heads, ([_name(setup), *line(setup)] for setup in setups))
-    yield "![True and estimated distance over time](timeline.png)\n"
-    yield "![Error by zone, for a human, a rod, a ball and a parcel](zones.png)\n"
     yield (
-        "The rod, the ball and the parcel move along the robot at distances of 3 cm to 1.25 m. They"
-        " also come near the base, which no ring covers; hence their large errors.\n"
+        "RMSE in m for each moving object, with self-occlusion. The rod, the ball and the parcel"
+        " move along the robot at distances of 3 cm to 1.25 m. They also come near the base, which"
+        " no ring covers; hence their large errors.\n"
     )
-    yield "![Closing speeds, and duration and distance of undetected humans](monitoring.png)\n"
+    yield table(
+        ("setup", *THINGS),
+        (
+            [
+                _name(setup),
+                *(f"{summary(f.distances[setup, 'shadow', t])['rmse_m'][0]:.3f}" for t in THINGS),
+            ]
+            for setup in setups
+        ),
+    )
     yield (
         "Final distance between a ball and the moving arm on a path that no beam meets, at the pose"
         " of the highest TCP speed:\n"
@@ -244,7 +176,26 @@ def _monitored(f: Findings) -> Iterator[str]:
             for name, found in f.approaches.items()
         ),
     )
-    yield "![The undetected approaches](approach.png)\n"
+
+
+def _along(f: Findings) -> Iterator[str]:
+    """Yield the section on coverage along the task."""
+
+    def cell(setup: str, target: str) -> str:
+        zeta = [r.zeta_percent for r in f.cycle if (r.setup, r.target) == (setup, target)]
+        return f"{min(zeta):.1f} to {max(zeta):.1f}"
+
+    names = [str(NEAR), str(FAR)]
+    yield "## Along the task\n"
+    yield (
+        "Coverage does not change while only the base moves, because robot, beams and shell rotate"
+        " together. It changes while other joints move: down to a product, up again, and over to"
+        " the other row. Minimum and maximum of ζ along one cycle, in percent:\n"
+    )
+    yield table(
+        ("setup", *names),
+        ([_name(s), *(cell(s, t) for t in names)] for s in dict.fromkeys(r.setup for r in f.cycle)),
+    )
 
 
 def _short(number: object) -> str:
@@ -288,8 +239,8 @@ def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
 
     heads = [f"{t}, {rule}" for rule, _ in COUNTS for t in names]
     yield (
-        "ζ in percent as chosen, then its minimum and maximum over all variants, which include"
-        " voxels of half and twice the side:\n"
+        "Each choice was varied on its own, on `ur10`. ζ in percent as chosen, then its minimum and"
+        " maximum over all variants, which include voxels of half and twice the side:\n"
     )
     yield table(
         ("setup", *heads),

@@ -41,7 +41,7 @@ def minimum_distance(
 def unseen_approach(
     robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]
 ) -> list[dict[str, Any]]:
-    """Return paths on which balls come closest to the robot's moving parts without being detected.
+    """Return how close balls come to the robot's moving parts without being detected, m.
 
     See ``approach``.
     """
@@ -49,6 +49,4 @@ def unseen_approach(
     found = unseen_approaches(
         where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii)
     )
-    return [
-        {"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found
-    ]
+    return [{"radius": a.radius, "gap_m": a.gap_m} for a in found]

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
-from ...formats.schema.ring_models import RingModel, ring_models, setup_of
+from ...formats.schema.ring_models import ring_models
 from ...formats.schema.target_models import own_keys
 from ...objectives.named_layouts import layout_in
 from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
@@ -252,11 +252,3 @@ def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Targe
 def is_papers(point: Point) -> bool:
     """Return whether a point is one of the paper's setups."""
     return point.name in SETUPS
-
-
-def setup_of_point(point: Point, where: dict[str, object]) -> Any:
-    """Return the setup of a point."""
-    scene = scene_from(where)
-    return setup_of(
-        [RingModel.model_validate(ring) for ring in point.rings], scene.sensor, scene.ring_radius
-    )

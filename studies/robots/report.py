@@ -1,16 +1,13 @@
-"""Page of the study of robots: tables, a figure, and each searched setup as a proposal."""
+"""Page of the study of robots: tables, a figure, and the setup found under ``shadow`` on each."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
-from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.ring_models import RingModel
-from ...formats.schema.scene_models import SceneModel
-from ...formats.writing import to_toml
-from ...reporting.pages import csv_text, html, table
+from ...reporting.pages import csv_text, table
 from ..engine.scenes import scene_from
-from .figure import picture
+from ..engine.setups_file import FILE, HOW, setups_toml
+from .figure import SHOWN, picture
 from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, RobotRow, pose_deg, where
 
 _SAID = {
@@ -21,21 +18,19 @@ _SAID = {
 }
 
 
-TITLE = "What ignoring the robot's body costs"
-
-
-def write(rows: Sequence[RobotRow], folder: Path, command: str) -> dict[str, str]:
+def write(rows: Sequence[RobotRow], folder: Path) -> dict[str, str]:
     """Draw the figure into ``folder`` and return the texts of the other files by name."""
     picture(rows, folder / "robots.png")
-    text = "\n".join(_page(rows, command))
-    searched = [row for row in rows if row.searched]
-    files = {"robots.csv": csv_text([_record(row) for row in rows]), "README.md": text}
-    files |= {"report.html": html(text, folder, TITLE)}
-    return files | {_file(row): _proposal(row) for row in searched}
-
-
-def _file(row: RobotRow) -> str:
-    return f"{row.robot}_{row.name}.toml"
+    taken = {
+        row.robot: (row.rings, where(row.robot, SEARCHES[SHOWN]))
+        for row in rows
+        if row.name == SHOWN
+    }
+    return {
+        "data.csv": csv_text([_record(row) for row in rows]),
+        "README.md": "\n".join(_page(rows)),
+        FILE: setups_toml(taken),
+    }
 
 
 def _record(row: RobotRow) -> dict[str, object]:
@@ -50,26 +45,14 @@ def _record(row: RobotRow) -> dict[str, object]:
     return head | percents | {"unseeing": row.unseeing} | dict(zip(names, cells, strict=True))
 
 
-def _proposal(row: RobotRow) -> str:
-    covered = ", ".join(f"{model} {getattr(row, model):.2f} %" for model in OCCLUSIONS)
-    heading = (
-        f"{TARGET} of {row.robot}, {_SAID[row.name].replace('`', '')}: {covered} (rule centre,"
-        " voxels of 1 cm)."
-    )
-    rings = [RingModel.model_validate(ring) for ring in row.rings]
-    scene = SceneModel.from_domain(scene_from(where(row.robot, SEARCHES[row.name])))
-    return to_toml(ProposalFile(rings=rings, scene=scene), heading)
-
-
-def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
+def _page(rows: Sequence[RobotRow]) -> Iterator[str]:
     yield "# What ignoring the robot's body costs\n"
     yield (
-        f"`{command}` searches for the placement of {SENSORS} sensors in any rings with the best"
-        f" ζ of {TARGET}, on six robots, each in its default pose, under each model of occlusion."
-        f" A search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s."
+        f"The study searches for the placement of {SENSORS} sensors in any rings with the best ζ of"
+        f" {TARGET}, on six robots, each in its default pose, under each model of occlusion. A"
+        f" search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s."
         " The tables give ζ under all three models, counted exactly (rule `centre`, voxels of"
-        f" {100 * VOXEL:g} cm). The numbers are in `robots.csv`; each searched setup is a proposal"
-        " in this folder.\n"
+        f" {100 * VOXEL:g} cm). The numbers are in `data.csv`.\n"
     )
     yield (
         "![Six arms with the rings found under shadow, and the coverage of each layout under the"
@@ -107,6 +90,9 @@ def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
             ("setup", "sensors", "rings", *OCCLUSIONS, "blocked", "time, s"),
             map(_line, (r for r in rows if r.robot == robot)),
         )
+    yield "## Setups\n"
+    yield f"`{FILE}` has the setup of each robot that was searched under `{SHOWN}`, by its name.\n"
+    yield HOW
 
 
 def _line(row: RobotRow) -> list[str]:

@@ -1,0 +1,34 @@
+"""File of a study's setups: a TOML table for each, which holds a whole proposal."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import tomli_w
+
+from ...formats.schema.versions import FILE_VERSION
+from .scenes import Rings
+
+FILE = "setups.toml"
+USE = (
+    "python -c 'import sys, tomllib, tomli_w; print(tomli_w.dumps("
+    'tomllib.load(open(sys.argv[1], "rb"))[sys.argv[2]]))\' setups.toml NAME > NAME.toml'
+)
+"""Command that writes the proposal with a name."""
+HOW = (
+    f"Each table of `{FILE}` is a proposal. To count one again, write it to a file of its own:\n\n"
+    f"```bash\n{USE}\nplace-rings verify NAME.toml\n```\n"
+)
+"""Paragraph for the pages of studies that write setups."""
+
+
+def setups_toml(setups: Mapping[str, tuple[Rings, Mapping[str, Any]]]) -> str:
+    """Return the file.
+
+    Args:
+        setups: rings as in a proposal, and the keys of their scene, by name.
+    """
+    tables = {
+        name: {"version": FILE_VERSION, "rings": rings, "scene": dict(scene)}
+        for name, (rings, scene) in setups.items()
+    }
+    return f"# Each table is a proposal. To write one:\n# {USE}\n\n{tomli_w.dumps(tables)}"
