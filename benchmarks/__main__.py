@@ -1,98 +1,116 @@
-"""Run benchmarks and write their sections into results/benchmarks.md.
+"""Run the benchmarks of a release and write their sections into results/benchmarks.md.
 
-Run: python benchmarks            all but the long ones
-     python benchmarks octree     some of them; other sections stay as they are
-     python benchmarks rig --busy  beside eight busy processes; rig_checks takes it, too
-     python benchmarks searches   hours, never run by default; takes options such as --seeds=2
+Run: python benchmarks                all parts
+     python benchmarks count house    some parts; the other sections stay as they are
+     python benchmarks search --full  a part with more questions, seeds or repeats
 """
 
+import argparse
 import importlib
-import inspect
 import re
 import sys
+import time
+from dataclasses import dataclass
 from pathlib import Path
 
-from place_rings.studies.engine.provenance import MeasurementRecorder, from_json, sentences
+from place_rings.formats.writing import write_text
+from place_rings.studies.engine.measurement import Measurement
 
-NAMES = (
-    *(
-        "octree",
-        "certified",
-        "estimator",
-        "growth",
-        "occlusion",
-        "kills",
-        "questions",
-        "fronts",
-        "searches",
-        "searches_paper",
-        "seeds",
-        "search_modes",
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "results" / "benchmarks.md"
+_HEAD = """# Benchmarks
+
+`python benchmarks` measures this page for a release; `python benchmarks --help` lists its parts. \
+Times are medians, and ratios compare times of one run.
+"""
+_SECTION = re.compile(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the suite, which the module of its name measures."""
+
+    title: str
+    """Heading of its section."""
+    minutes: float
+    """Duration on two cores."""
+    full_minutes: float
+    """Duration with ``--full``."""
+    full: str
+    """What ``--full`` adds."""
+
+
+PARTS = {
+    "count": Part(
+        "Exact count: comparison with dense counts, random points, rays and meshes",
+        *(5, 30, "more voxels, setups and sizes, and 40 printed proposals of each robot"),
     ),
-    *(
-        "rig",
-        "rig_moving",
-        "rig_checks",
-        "rig_late",
-        "near_stops",
-        "assemblies",
-        "viewer",
-        "start_up",
-        "house",
+    "certified": Part(
+        "Guaranteed intervals: comparison with mesh Booleans", 1, 2, "an interval of 0.01 points"
     ),
-    *("urdfs", "scale"),
-)
-_SHORT = (
-    *("octree", "certified", "estimator", "growth", "occlusion", "kills"),
-    *("viewer", "start_up", "house"),
-)
-REDRAWN = "--runs=0"  # the option of a section that is written from existing measurements
-_PARTS = {"rig": ("rig", "rig_moving")}  # benchmarks with several sections
-FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
-RECORDS = FILE.with_suffix("")  # one record for each section: code, machine, load
+    "estimator": Part(
+        "Soft estimator: comparison with straightforward JAX, PyTorch and NumPy",
+        *(2, 4, "all widths of the sigmoid"),
+    ),
+    "search": Part(
+        "Search: comparison with other optimisers, spread over seeds, modes and scale",
+        *(12, 420, "18 questions, five seeds, differential evolution, all modes and sizes"),
+    ),
+    "start_up": Part(
+        "Start-up time of commands", 2, 18, "more rounds, and the questions of the docs"
+    ),
+    "rig": Part(
+        "Rig: margins of checks, and times to detection and standstill under faults",
+        *(5, 240, "ten runs of each fault, alone and beside busy processes; 200 checks"),
+    ),
+    "viewer": Part(
+        "Viewer: accuracy of its estimates, and time to a new estimate and to the first picture",
+        *(2, 5, "more events and visits"),
+    ),
+    "house": Part("Size of the source tree", 0.2, 0.2, "nothing"),
+}
 
 
 def main() -> None:
-    """Measure the requested sections and put them into the file."""
-    options = [word for word in sys.argv[1:] if word.startswith("-")]
-    if {"-h", "--help"} & {*options}:
-        print(f"{(__doc__ or '').strip()}\n\nBenchmarks: {', '.join(NAMES)}")
-        return
-    asked = [word for word in sys.argv[1:] if word not in options] or _SHORT
-    if unknown := [name for name in asked if name not in NAMES]:
-        raise SystemExit(f"{unknown[0]}: no such benchmark; choose from {', '.join(NAMES)}")
-    for name in dict.fromkeys(part for word in asked for part in _PARTS.get(word, (word,))):
+    """Measure the requested parts and put their sections into the page."""
+    listed = "\n".join(
+        f"  {name:9} {part.minutes:g} min ({part.full_minutes:g} with --full): {part.title}."
+        f" --full adds: {part.full}."
+        for name, part in PARTS.items()
+    )
+    parser = argparse.ArgumentParser(
+        "benchmarks",
+        description=__doc__,
+        epilog=f"parts, with minutes on two cores:\n{listed}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("parts", nargs="*", metavar="PART", help="parts to run; default: all")
+    parser.add_argument("--full", action="store_true", help="more questions, seeds and repeats")
+    parser.add_argument(
+        "--page", type=Path, default=PAGE, help="page to write; default: %(default)s"
+    )
+    given = parser.parse_args()
+    names = dict.fromkeys(given.parts or PARTS)
+    if unknown := [name for name in names if name not in PARTS]:
+        parser.error(f"{unknown[0]}: no such part; choose from {', '.join(PARTS)}")
+    sys.path.append(str(ROOT))  # some parts use the judges, clients and faults of the tests
+    minutes = sum(PARTS[n].full_minutes if given.full else PARTS[n].minutes for n in names)
+    print(f"{', '.join(names)}: about {minutes:g} minutes on two cores", flush=True)
+    for name in names:
         print(f"== {name}", flush=True)
-        module = importlib.import_module(name)
-        if options and not inspect.signature(module.report).parameters:
-            raise SystemExit(f"{name}: found {options[0]}, but it takes no options")
-        command = " ".join(("python", "benchmarks", name, *options))
-        recorder = MeasurementRecorder(command, [Path(__file__).with_name(f"{name}.py")])
-        title = (module.__doc__ or name).splitlines()[0].rstrip(".")
-        lines = module.report(options) if options else module.report()
-        quoted = f"`python benchmarks {name}`"
-        if not any(quoted in line for line in lines):
-            lines = [f"{quoted}.", "", *lines]
-        RECORDS.mkdir(parents=True, exist_ok=True)
-        file = RECORDS / f"{name}.json"
-        if REDRAWN in options and file.exists():  # nothing was measured: the record stays
-            record = from_json(file.read_text("utf-8"))
-        else:
-            record = recorder.record(file)
-            file.write_text(record.to_json(), "utf-8")
-        measured = sentences(record, f"{RECORDS.name}/{file.name}")
-        # read now: another benchmark may have ended meanwhile
-        old = FILE.read_text() if FILE.exists() else ""
-        sections = dict(
-            re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL)
-        )
-        sections[name] = "\n".join([f"## {title}", "", *lines, "", measured, "", ""])
-        kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
-        head = (
-            "# Benchmarks\n\n`python benchmarks` writes this page. Times are medians; ratios"
-            " compare times of one run.\n\n"
-        )
-        FILE.write_text((head + "".join(kept)).rstrip() + "\n")
+        began = time.monotonic()
+        measurement = Measurement.begin(f"python benchmarks {name}{' --full' * given.full}")
+        blocks = importlib.import_module(name).report(given.full)
+        write_section(given.page, name, "\n\n".join([measurement.header, *blocks]))
+        print(f"== {name} took {(time.monotonic() - began) / 60:.1f} minutes", flush=True)
+
+
+def write_section(page: Path, name: str, text: str) -> None:
+    """Put the section of a part into a page; sections of unknown parts are dropped."""
+    sections = dict(_SECTION.findall(page.read_text("utf-8") if page.exists() else ""))
+    sections[name] = f"## {PARTS[name].title}\n\n{text}"
+    kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n" for n in PARTS if n in sections]
+    write_text(page, "\n".join([_HEAD, *kept]))
 
 
 if __name__ == "__main__":

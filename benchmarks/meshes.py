@@ -1,4 +1,4 @@
-"""Polygon meshes of cones for peers that need meshes."""
+"""Polygon meshes of cones, and their union inside a ball, for peers that need meshes."""
 
 import math
 from typing import Any
@@ -31,12 +31,11 @@ def cone_mesh(
     u, v = _frame(axis)
     turn = np.arange(sides) * 2 * math.pi / sides
     rim = apex + height * axis + radius * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
-    corners = np.vstack([apex, apex + height * axis, rim])
     i = np.arange(sides) + 2
     j = np.roll(i, -1)
     side = np.column_stack([np.zeros(sides, int), j, i])
     base = np.column_stack([np.ones(sides, int), i, j])
-    return corners, np.vstack([side, base])
+    return np.vstack([apex, apex + height * axis, rim]), np.vstack([side, base])
 
 
 def mesh_share(
@@ -65,6 +64,5 @@ def mesh_share(
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         nearest = ((corners[:, 0] * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)).min()
         round_ = round_.scale([ball / float(nearest)] * 3)
-    return float(
-        (Manifold.batch_boolean(each, OpType.Add) ^ round_).volume() / (4 / 3 * math.pi * ball**3)
-    )
+    union = Manifold.batch_boolean(each, OpType.Add) ^ round_
+    return float(union.volume() / (4 / 3 * math.pi * ball**3))

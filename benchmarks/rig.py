@@ -1,96 +1,90 @@
-"""Faults of the rig at random moments: reports and detection times.
+"""Rig: margins of checks, and times to detection and standstill under faults.
 
-Run: python benchmarks rig               both sections of the page, 20 runs of each fault
-     python benchmarks rig --busy        the same beside eight busy processes
-     python benchmarks/rig.py 2          2 runs of each, printed
-     python benchmarks/rig_moving.py 2 [busy] [WORDS]    the named faults of a moving robot
+Everything runs on the simulated rig, through unmodified ur-rtde and pyserial.
 """
 
-import sys
-from collections.abc import Sequence
+import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
-from typing import Any
 
-from common import table
-from loads import (
-    Measured,
-    code,
-    joined_rows,
-    loads,
-    measured,
-    processes_of,
-    runs_of_options,
-    side_by_side,
-)
-from rig_found import Found
-from rig_ring_faults import of_rings
-from rig_robot_faults import of_robot
-from rig_speed import throughput
-
-RUNS = 20
-_COLUMNS = (
-    *("fault", "runs", "report", "median, ms", "worst, ms"),
-    *("bound, ms", "wrong joints", "records lost"),
-)
+import rig_checks
+import rig_moving
+from common import absent, busy, installed, say, table
+from place_rings.coverage.rings.ring import Setup
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.objectives.named_layouts import layout_in
+from place_rings.objectives.scene import CoreScene
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.search import search
+from place_rings.rig.mount.stop_plan import POSES, planned
+from place_rings.rig.poses.itinerary import Itinerary, reachable
+from place_rings.rig.poses.routes import Clearance
+from place_rings.rig.simulated_cell.cell import with_cell
+from rig_faults import faults
 
 
-def faults(runs: int, seed: int = 0) -> list[tuple[tuple, Found]]:
-    """Return the rows of the table and the results of each fault; two parts run at once, as
-    both mostly wait.
-    """
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        parts = [pool.submit(part, runs, seed) for part in (of_robot, of_rings)]
-        return [each for part in parts for each in part.result()]
+@dataclass(frozen=True)
+class Runs:
+    """How often the benchmark repeats what it measures."""
+
+    faults: int
+    """Runs of each fault of a link."""
+    moving: int
+    """Runs of each fault of a moving robot."""
+    checks: int
+    """Checks with injected errors."""
+    late: int
+    """Checks whose frames come late."""
+    loads: tuple[int, ...]
+    """Numbers of busy processes beside the faults."""
 
 
-def figures(runs: int) -> dict[str, Any]:
-    """Measure all faults and the speed; return them as plain values."""
-    found = faults(runs)
-    return {
-        "rows": [[str(cell) for cell in cells] for cells, _ in found],
-        "closing": max(each.closing for _, each in found),
-        "again": sum(each.disturbed for _, each in found),
-        "speed": [[str(cell) for cell in row] for row in throughput()],
-    }
+SHORT, FULL = Runs(1, 1, 10, 10, (0,)), Runs(10, 10, 200, 200, (0, 8))
 
 
-def report(options: Sequence[str] = ()) -> list[str]:
-    """Measure, and return both tables with the figures of both loads.
+def report(full: bool) -> list[str]:
+    """Measure and return blocks of Markdown."""
+    runs = FULL if full else SHORT
+    blocks = [*rig_checks.report(runs.checks, runs.late), *near_stops()]
+    if not installed("ur-rtde"):
+        return [*blocks, absent("ur-rtde", 1)[0]]
+    for processes in runs.loads:
+        beside = f"beside {processes} busy processes" if processes else "alone"
+        with busy(processes):
+            blocks += [
+                f"Faults of the links, {beside} on {os.cpu_count()} cores:",
+                *faults(runs.faults),
+                f"Faults while the robot moves, {beside}:",
+                *rig_moving.report(runs.moving),
+            ]
+    return blocks
 
-    ``--runs=N`` sets the number of runs of each fault; ``--busy`` measures beside busy processes.
-    """
-    runs = runs_of_options(options, RUNS)
-    both = measured(f"rig {runs}", code(__file__), processes_of(options), lambda: figures(runs))
-    return page(runs, *both)
 
-
-def page(runs: int, quiet: Measured | None, beside: Measured | None) -> list[str]:
-    """Return Markdown for the figures on a quiet machine and beside busy processes."""
-    each = [m.figures if m else None for m in (quiet, beside)]
-    again = side_by_side(*(f and f["again"] for f in each))
-    ending = side_by_side(*(f and f"{f['closing']:.2f}" for f in each))
-    intro = [
-        f"{runs} runs of each fault on the simulated rig, through unmodified ur-rtde and pyserial:"
-        " `python benchmarks rig` on a quiet machine, `python benchmarks rig --busy` beside eight"
-        " busy processes. Where both are measured, cells state both: quiet / busy.",
-        "Times run from the injection of a fault to its detection.",
-        "Bounds exclude the time that a busy machine needs to wake a thread.",
-        "Wrong joints: joint vectors that were returned although they were older than 80 ms,"
-        " or did not match the robot's pose, of all requested ones.",
-        "Records lost: records that were received but are missing in the replay. Ending a"
-        f" session took at most {ending} s.",
-        "Repeated runs, because the machine delayed the link beyond its bound before the"
-        f" fault: {again}.",
-        "",
-        *loads(quiet, beside),
-        "",
+def near_stops() -> list[str]:
+    """Measure the near stops of the paper's layout and of a proposal; return blocks of Markdown."""
+    scene, rows = CoreScene(), []
+    proposal = search(scene, Space(scene, ring_layout(scene, 2, 16))).setup
+    setups = {"n2_16_25": layout_in(scene, "n2_16_25"), "proposal": proposal}
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        for name, setup in setups.items():
+            shares = pool.map(near_share, [setup] * 2, [scene] * 2, (False, True))
+            rows.append((name, setup.sensors, *(f"{100 * share:.0f}" for share in shares)))
+            say(*rows[-1])
+    return [
+        "Sensors that keep the whole near stop along the route of `place-rings check --rig sim"
+        " --part mount`, as a mean over its poses (`near_share` under `[motion]` limits it); a"
+        " sensor that may see the robot's own body does not keep it. The proposal is that of"
+        " `place-rings --target V_S --radius 0.5`.",
+        table(("layout", "sensors", "orientation unknown, %", "`rings_as_proposed`, %"), rows),
     ]
-    rows = joined_rows([f and f["rows"] for f in each], _COLUMNS)
-    speed = joined_rows([f and f["speed"] for f in each], ("what", "", "", ""))
-    return [*intro, *table(_COLUMNS, rows), "", "Speed:", "", *table(("what", "", "", ""), speed)]
 
 
-if __name__ == "__main__":
-    for cells, _ in faults(int(sys.argv[1])):
-        print(*cells, sep=" | ")
+def near_share(setup: Setup, scene: CoreScene, as_proposed: bool) -> float:
+    """Return the share of sensors that keep the near stop along the route of a mount check."""
+    motion = replace(scene.motion, rings_as_proposed=as_proposed)
+    scene, setup = replace(with_cell(scene), motion=motion), rounded(setup, scene.sensor)
+    among = reachable(scene, 0, Clearance(scene, setup).of, POSES)
+    stops = planned(scene, setup, among=among).joints
+    return Itinerary(scene, setup, scene.poses[0].q, [stops], 0).near_stops().share

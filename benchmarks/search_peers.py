@@ -1,118 +1,155 @@
 """The compared searches: ours, and optimisers with their defaults on the same objective.
 
-Each peer evaluates candidates until the time is over, in batches if it can.
+Each peer evaluates candidates until its processor time is over, in batches if it can. Each search
+runs in a process of its own.
 """
 
+import math
+import time
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
+from common import peak_memory
+from monte_carlo import estimate
 from place_rings.placement.search.progress import Progress
+from place_rings.placement.search.schedule import usual
 from place_rings.placement.search.search import search
-from search_scenes import layout
-from search_task import OverError, Question, Watch, processor_seconds
+from search_questions import Question
+from search_task import Judge, OverError, PeerObjective, Watch
 
-Peer = Callable[[Question, int], None]
+DRAWN = 100_000  # random points that check an answer
+OURS, FREE = "ours", "ours, any rings"
 
 
-def ours(scene: CoreScene, space: Space, seed: int, watch: Watch) -> None:
-    """Run our search by its own schedule and show the progress that it reports."""
+@dataclass(repr=False)
+class Run:
+    """One run of a method."""
+
+    question: str
+    """Name of the question."""
+    method: str
+    """Name of the method."""
+    seconds: float
+    """Processor time, s."""
+    exact: float
+    """Exact value of the answer, percent; 0 without one."""
+    rings: int
+    """Rings of the answer."""
+    peak: float
+    """Peak memory of its process, MB."""
+    curve: list[tuple[float, float]] = field(default_factory=list)
+    """Processor time, s, and exact ζ in percent of each answer that was its best."""
+    rejected: int = 0
+    """Answers that break a rule."""
+    check: tuple[float, float] | None = None
+    """ζ in percent by random points, and half its 95 % interval."""
+
+    def __repr__(self) -> str:
+        return f"{self.method}: {self.exact:.2f} % in {self.seconds:.1f} s"
+
+    def best(self, seconds: float) -> float:
+        """Return the best value until then, percent; 0 before the first answer."""
+        return max((value for at, value in self.curve if at <= seconds), default=0.0)
+
+    def reached(self, level: float) -> float:
+        """Return the processor seconds to a level; infinite if it was not reached."""
+        return next((seconds for seconds, value in self.curve if value >= level), math.inf)
+
+
+def counted(question: Question, watch: Watch, run: Run) -> Run:
+    """Return a run with its answers counted exactly."""
+    judge = Judge(question.made())
+    values = [(s.seconds, judge.value(s.setup)) for s in watch.lasting()]
+    run.curve = [(seconds, 100 * value) for seconds, value in values if value is not None]
+    run.rejected = len(values) - len(run.curve)
+    return run
+
+
+def ours(question: Question, seed: int, curve: bool = False) -> Run:
+    """Run our search by its own schedule; with ``curve`` count the answers that were its best."""
+    scene, watch = question.made(), Watch(math.inf)
 
     def tell(progress: Progress) -> None:
         if progress.setup is not None:
             watch.show(progress.best, lambda: progress.setup)
 
-    found = search(scene, space, seed, watch.left(), tell=tell, clock=processor_seconds)
+    space = question.space(scene)
+    rounds = usual(scene, space, question.aim)
+    schedule = tuple(replace(r, points=int(r.points * question.points)) for r in rounds)
+    found = search(
+        scene, space, seed, schedule=schedule, tell=tell, aim=question.aim, clock=time.process_time
+    )
     watch.show(found.exact, lambda: found.setup, always=True)
+    spent, exact, rings = watch.spent, 100 * found.exact, len(found.setup.rings)
+    method = OURS if question.rings else FREE
+    run = Run(question.name, method, spent, exact, rings, peak_memory())
+    if question.checked:
+        zeta, half = estimate(scene, found.setup, DRAWN, 0)
+        run.check = 100 * zeta, 100 * half
+    return counted(question, watch, run) if curve else run
 
 
-def space_of(scene: CoreScene, sensors: int, any_rings: bool) -> Space:
-    """Return the paper's layout, which every method uses, or any rings, which only ours
-    supports.
-    """
-    return Space(scene, sensors=sensors) if any_rings else Space(scene, layout(scene, sensors))
+def theirs(question: Question, seed: int, method: str, seconds: float) -> Run:
+    """Run a peer for some processor seconds after compilation, and count its answers."""
+    scene = question.made()
+    task = PeerObjective(scene, question.layout(scene), seed, Watch(math.inf))
+    watch = task.watch = Watch(seconds)
+    until_over(PEERS[method][1], task, seed)
+    run = counted(question, watch, Run(question.name, method, watch.spent, 0.0, 0, peak_memory()))
+    run.exact = run.best(math.inf)
+    return run
 
 
-def cma_es(question: Question, seed: int) -> None:
+def until_over(peer: Callable[[PeerObjective, int], None], task: PeerObjective, seed: int) -> None:
+    """Run a peer until the time is over."""
+    try:
+        peer(task, seed)
+    except OverError:
+        return
+
+
+def cma_es(task: PeerObjective, seed: int) -> None:
     """Run pycma from a random start; after convergence restart with twice the population."""
     import cma
 
     rng, population = np.random.default_rng(seed), 16
     while True:
-        options = {
-            "bounds": [0, 1],
-            "popsize": population,
-            "seed": seed + population,
-            "verbose": -9,
-        }
-        strategy = cma.CMAEvolutionStrategy(rng.uniform(size=question.size), 0.3, options)
+        options = {"bounds": [0, 1], "popsize": population, "seed": seed + population}
+        strategy = cma.CMAEvolutionStrategy(
+            rng.uniform(size=task.size), 0.3, options | {"verbose": -9}
+        )
         while not strategy.stop():
             x = strategy.ask()
-            strategy.tell(x, (-question.shares(np.array(x))).tolist())
+            strategy.tell(x, (-task.shares(np.array(x))).tolist())
         population *= 2
 
 
-def differential_evolution(question: Question, seed: int) -> None:
+def differential_evolution(task: PeerObjective, seed: int) -> None:
     """Run SciPy's, vectorised; after convergence restart from other candidates."""
     from scipy.optimize import differential_evolution as solve
 
-    rng = np.random.default_rng(seed)
+    rng, bounds = np.random.default_rng(seed), [(0, 1)] * task.size
+    more = {"maxiter": 10**6, "polish": False, "vectorized": True, "updating": "deferred"}
     while True:
-        solve(
-            lambda x: -question.shares(x.T),
-            [(0, 1)] * question.size,
-            maxiter=10**6,
-            polish=False,
-            rng=rng,
-            vectorized=True,
-            updating="deferred",
-        )
+        solve(lambda x: -task.shares(x.T), bounds, rng=rng, **more)
 
 
-def optuna_tpe(question: Question, seed: int) -> None:
-    """Run Optuna's tree of Parzen estimators, one candidate at a time."""
-    import optuna
+def crs2(task: PeerObjective, seed: int) -> None:
+    """Run nlopt's GN_CRS2_LM, one candidate at a time."""
+    import nlopt
 
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    study = optuna.create_study(direction="maximize", sampler=optuna.samplers.TPESampler(seed=seed))
-    names = {f"x{i}": optuna.distributions.FloatDistribution(0, 1) for i in range(question.size)}
-    while True:
-        trial = study.ask(names)
-        study.tell(
-            trial, float(question.shares(np.array([[trial.params[name] for name in names]]))[0])
-        )
+    nlopt.srand(seed + 1)
+    optimizer = nlopt.opt(nlopt.GN_CRS2_LM, task.size)
+    optimizer.set_lower_bounds(0.0)
+    optimizer.set_upper_bounds(1.0)
+    optimizer.set_max_objective(lambda x, _: float(task.shares(x[None].copy())[0]))
+    optimizer.optimize(np.random.default_rng(seed).uniform(size=task.size))
 
 
-def _nlopt(algorithm: str) -> Peer:
-    def run(question: Question, seed: int) -> None:
-        import nlopt
-
-        nlopt.srand(seed + 1)
-        rng = np.random.default_rng(seed)
-        optimizer = nlopt.opt(getattr(nlopt, algorithm), question.size)
-        optimizer.set_lower_bounds(0.0)
-        optimizer.set_upper_bounds(1.0)
-        optimizer.set_max_objective(lambda x, _: float(question.shares(x[None].copy())[0]))
-        optimizer.optimize(rng.uniform(size=question.size))
-
-    run.__doc__ = f"nlopt's {algorithm}, one candidate at a time."
-    return run
-
-
-# Name: distribution that provides it, function.
-PEERS: dict[str, tuple[str, Peer]] = {
+PEERS: dict[str, tuple[str, Callable[[PeerObjective, int], None]]] = {
     "CMA-ES": ("cma", cma_es),
+    "CRS2": ("nlopt", crs2),
     "differential evolution": ("scipy", differential_evolution),
-    "Optuna TPE": ("optuna", optuna_tpe),
-    "CRS2": ("nlopt", _nlopt("GN_CRS2_LM")),
-    "ISRES": ("nlopt", _nlopt("GN_ISRES")),
 }
-
-
-def until_over(peer: Peer, question: Question, seed: int) -> None:
-    """Run a peer until the time is over."""
-    try:
-        peer(question, seed)
-    except OverError:
-        return
+"""Distribution and function of each peer."""

@@ -1,4 +1,7 @@
-"""Common task of all searches: rings as numbers in a unit box, and the exact value of answers."""
+"""Common task of all searches: a clock, the objective of the peers, and the exact value of answers.
+
+Peers see the rings of a layout as numbers in a unit box.
+"""
 
 import math
 import time
@@ -6,7 +9,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -21,26 +23,19 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Candidate, Space, stacked
 
 POINTS = 8192  # points of all goals and poses, on which candidates are evaluated
-VOXEL = 0.01  # m, of the exact count that judges answers
 _BATCH = 16  # candidates between two checks of the clock
+_BRIEF = 0.05, 0.02  # s, and share of the time, after which a replaced answer counts
 
 
 class OverError(Exception):
     """The time is over."""
 
 
-def processor_seconds() -> float:
-    """Return the processor time of this process, s."""
-    return time.process_time()
-
-
 @dataclass(frozen=True)
 class Shown:
     """A setup that was a search's best."""
 
-    wall: float
-    """Wall time, s."""
-    work: float
+    seconds: float
     """Processor time, s."""
     value: float
     """Value by which the search chose it."""
@@ -54,35 +49,33 @@ class Watch:
 
     seconds: float
     """Processor time after which it is over, s."""
-    began: tuple[float, float] = field(
-        default_factory=lambda: (time.perf_counter(), processor_seconds())
-    )
-    """Wall and processor time of the start."""
+    began: float = field(default_factory=time.process_time)
+    """Processor time of the start, s."""
     shown: list[Shown] = field(default_factory=list)
     """The setups."""
-    evaluations: int = 0
-    """Number of evaluated candidates."""
-
-    def _since(self) -> tuple[float, float]:
-        return time.perf_counter() - self.began[0], processor_seconds() - self.began[1]
 
     @property
     def spent(self) -> float:
         """Processor time since the start, s."""
-        return self._since()[1]
-
-    def left(self) -> float:
-        """Remaining processor time, s."""
-        return self.seconds - self._since()[1]
+        return time.process_time() - self.began
 
     def show(self, value: float, make: Callable[[], Setup], always: bool = False) -> None:
         """Store a setup if it is in time and better than earlier ones, or if ``always``."""
-        now = self._since()
-        if now[1] <= self.seconds and (always or not self.shown or value > self.shown[-1].value):
-            self.shown.append(Shown(*now, value, make()))
+        now = self.spent
+        if now <= self.seconds and (always or not self.shown or value > self.shown[-1].value):
+            self.shown.append(Shown(now, value, make()))
+
+    def lasting(self) -> list[Shown]:
+        """Return the setups without those that a better one replaced at once."""
+        ends = [*(s.seconds for s in self.shown[1:]), math.inf]
+        return [
+            s
+            for s, end in zip(self.shown, ends, strict=True)
+            if end - s.seconds > max(_BRIEF[0], _BRIEF[1] * s.seconds)
+        ]
 
 
-class Question:
+class PeerObjective:
     """The objective of the peers.
 
     Candidates are ``size`` numbers in [0, 1]: position along the whole link, tilt and phase of each
@@ -93,12 +86,10 @@ class Question:
     """
 
     def __init__(
-        self, scene: CoreScene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS
+        self, scene: CoreScene, layout: Setup, seed: int, watch: Watch, points: int = POINTS
     ) -> None:
         """Draw the points and compile."""
-        import jax
-
-        self.watch, self.space, self._rings = watch, Space(scene, wanted), wanted.rings
+        self.watch, self.space, self._rings = watch, Space(scene, layout), layout.rings
         drawn = TargetPoints(scene, max(points // (len(scene.goals) * len(scene.poses)), 64), seed)
         self._objective = CoverageObjective(scene, drawn)
         workers, every = processors(), drawn.points
@@ -106,7 +97,7 @@ class Question:
         for i in range(workers):  # every processor handles its own part of the points
             drawn.points = [p[: len(p) // workers * workers][i::workers] for p in every]
             self._clouds.append(drawn.clouds(len(drawn.points[0])))
-        self._threads, self._tree = ThreadPoolExecutor(workers), jax.tree
+        self._threads = ThreadPoolExecutor(workers)
         self.low, self.high = self._bounds(scene)
         self._free = self.high > self.low
         self.size = int(self._free.sum())
@@ -125,28 +116,22 @@ class Question:
         low, high = np.array(edges).transpose(2, 1, 0)
         return low, high
 
-    def values(self, x: Float[np.ndarray, " n"]) -> Float[np.ndarray, "3 R"]:
-        """Return position, tilt and phase of each ring for a candidate."""
-        values = self.low.copy()
-        values[self._free] += np.clip(x, 0, 1) * (self.high - self.low)[self._free]
-        return values
-
     def candidate(self, x: Float[np.ndarray, " n"]) -> Candidate:
         """Return the nearest candidate that the rules of each link allow.
 
         Raises:
             RuntimeError: if the rules leave no place.
         """
-        each = zip(self._rings, *self.values(x).tolist(), strict=True)
-        rings = [replace(r, position=p, tilt=t, phase=f) for r, p, t, f in each]
+        values = self.low.copy()
+        values[self._free] += np.clip(x, 0, 1) * (self.high - self.low)[self._free]
+        rings = [
+            replace(ring, position=p, tilt=t, phase=f)
+            for ring, p, t, f in zip(self._rings, *values.tolist(), strict=True)
+        ]
         found = self.space.candidate(Setup(tuple(rings)))
         if found is None:
             raise RuntimeError("the rules leave no place for the layout")
         return found
-
-    def setup(self, x: Float[np.ndarray, " n"]) -> Setup:
-        """Return the setup of a candidate."""
-        return self.space.setup(self.candidate(x))
 
     def shares(self, x: Float[np.ndarray, "S n"]) -> Float[np.ndarray, " S"]:
         """Return shares (S,) in [0, 1] of candidates (S, n); each new best one is shown.
@@ -159,7 +144,7 @@ class Question:
         """
         found = []
         for low, high in pairwise([*range(0, len(x), _BATCH), len(x)]):
-            if self.watch.left() <= 0:
+            if self.watch.spent >= self.watch.seconds:
                 raise OverError
             some = [self.candidate(one) for one in np.asarray(x[low:high], float)]
             setups = stacked([self.space.arrays(c) for c in some])
@@ -167,9 +152,7 @@ class Question:
             each = self._threads.map(
                 lambda c, s=setups, v=values: self._objective.zetas(s, v, c), self._clouds
             )
-            share = np.mean(list(each), axis=0)
-            self.watch.evaluations += high - low
-            found.append(self._checked(share, some))
+            found.append(self._checked(np.mean(list(each), axis=0), some))
         return np.concatenate(found)
 
     def _checked(
@@ -189,7 +172,7 @@ class Question:
 class Judge:
     """Counts answers exactly, and rejects those that break a rule."""
 
-    def __init__(self, scene: CoreScene, voxel: float = VOXEL) -> None:
+    def __init__(self, scene: CoreScene, voxel: float = 0.01) -> None:
         self._scene, self._verifier = scene, Verifier(scene, voxel)
 
     def value(self, setup: Setup) -> float | None:
@@ -200,15 +183,3 @@ class Judge:
             return None
         zetas = [self._verifier.verify(setup, goal.target).zeta for goal in self._scene.goals]
         return float(np.dot(self._scene.goal_weights, zetas))
-
-
-def thinned(shown: Sequence[Shown]) -> list[Shown]:
-    """Return the setups without those that a better one replaced at once: after less than 0.05 s or
-    2 % of the time.
-    """
-    later: list[Any] = [*shown[1:], None]
-    return [
-        s
-        for s, after in zip(shown, later, strict=True)
-        if after is None or after.work - s.work > max(0.05, 0.02 * s.work)
-    ]
