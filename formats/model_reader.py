@@ -19,22 +19,29 @@ from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .user_files import beside, read_text
 
 _Model = TypeVar("_Model", bound=BaseModel)
+_TABLE = ".toml:"  # between a file of several proposals and the name of one
 
 
 def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _Model:
     """Return the TOML file at ``path`` as ``model``.
 
     Args:
-        path: the file.
+        path: the file; ``FILE.toml:NAME`` is the proposal NAME of a file that holds several.
         model: its model.
         robot: takes the place of a scene's own robot, if given.
 
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, text = str(path), read_text(path, "TOML")
+    name, table = str(path), ""
+    if issubclass(model, ProposalFile) and _TABLE in path.name and not path.exists():
+        file, _, table = name.rpartition(":")
+        path = Path(file)
+    text = read_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
+        if table:
+            raw = _in_table(path, raw, table)
         if issubclass(model, VersionedFile):
             refuse_newer(raw)
         raw = _with_robot(path, raw, model)
@@ -47,6 +54,15 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     except (ValueError, RecursionError) as error:
         # from tomllib, or from int() for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
+
+
+def _in_table(path: Path, raw: dict[str, Any], table: str) -> dict[str, Any]:
+    """Return the table of a file that holds several proposals."""
+    found = raw.get(table)
+    if not isinstance(found, dict):
+        names = ", ".join(key for key, value in raw.items() if isinstance(value, dict))
+        raise UserError(f"{path}: found no table {shown(table)}, allowed: {names}")
+    return found
 
 
 def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
