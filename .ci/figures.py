@@ -2,9 +2,11 @@
 
 Usage: python .ci/figures.py OUT, with OUT the output folder of the README's main command.
 
-There are three checks, and each must have something to check: the README's table of layouts against
-OUT's result.json, rows with a command and its coverage against the command's output, and every
-option after place-rings against the commands' help.
+There are four checks, and each must have something to check: the README's table of layouts against
+OUT's result.json, rows with a command and its coverage against the command's output, every option
+after place-rings against the commands' help, and that a page which quotes a benchmark or a page of
+results names the version that the figures hold for. Figures that took long to measure are not
+measured again here; they belong to that version.
 """
 
 import json
@@ -22,6 +24,9 @@ COUNT_SLACK = 0.011  # points: figures are rounded to two decimals
 SEARCH_SLACK = 0.5  # points: a search may end slightly elsewhere on another processor
 _LAYOUT = re.compile(r"^\| (proposal|n\d_\d+_\d+) \| \d+ \| (.+) \|$", re.MULTILINE)
 _COMMAND = re.compile(r"^\| `(place-rings [^`]+)` \| ([\d.]+) \|", re.MULTILINE)
+
+_MEASURED = re.compile(r"python benchmarks \w+|\bresults/\w+(?:/README)?\.md")
+_VERSION = re.compile(r"\b[Vv]ersion \d+\.\d+\.\d+")
 
 
 def fail(message: str) -> None:
@@ -96,6 +101,18 @@ def check_options(pages: dict[Path, str]) -> int:
     return len({option for option, _ in quoted})
 
 
+def check_versions(pages: dict[Path, str]) -> int:
+    """Check that pages with measured figures name a version, and that quoted benchmarks exist."""
+    quoted = [(page, _MEASURED.findall(text), text) for page, text in pages.items()]
+    for page, names, text in quoted:
+        if names and not _VERSION.search(text):
+            fail(f"{page.name}: quotes {names[0]}, but names no version that its figures hold for")
+        for name in set(re.findall(r"python benchmarks ([a-z_]+)", text)):
+            if not (ROOT / "benchmarks" / f"{name}.py").exists():
+                fail(f"{page.name}: python benchmarks {name}: there is no such part")
+    return sum(len(names) for _, names, _ in quoted)
+
+
 def main() -> None:
     """Check everything; fail if one kind has nothing to check."""
     paths = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -104,6 +121,7 @@ def main() -> None:
         "rows of layouts": check_layouts(pages[ROOT / "README.md"], Path(sys.argv[1])),
         "rows of commands": check_commands(pages),
         "options": check_options(pages),
+        "measured figures": check_versions(pages),
     }
     if not all(counts.values()):
         fail(f"one kind has nothing to check: {counts}")
