@@ -25,6 +25,7 @@ from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.round import Round
+from place_rings.reporting import comparison
 
 from ..support.rooms import ROOT
 
@@ -40,6 +41,7 @@ def quick():
     """Searches of few steps: what they find need not be good."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "usual", lambda *_: QUICK)
+        patch.setattr(comparison, "PAPER_SETUPS", ("n1_4_0",))
         patch.setattr(redesign, "BeamPlan", lambda: TINY)
         yield
 
@@ -50,17 +52,16 @@ def python(*words, cwd):
     ).stdout
 
 
-@pytest.mark.parametrize("where", ["checkout", "empty"])
-def test_importing_loads_nothing_heavy(where, tmp_path):
-    text = f"import sys, place_rings; print([m for m in {HEAVY} if m in sys.modules])"
-    assert python("-c", text, cwd=ROOT if where == "checkout" else tmp_path) == "[]\n"
-
-
-def test_importing_takes_less_than_a_tenth_of_a_second_more_than_python(tmp_path):
+def test_importing_loads_nothing_heavy_and_takes_a_tenth_of_a_second(tmp_path):
     text = (
-        "import time; a = time.process_time(); import place_rings; print(time.process_time() - a)"
+        "import sys, time; a = time.process_time(); import place_rings;"
+        f" print(time.process_time() - a, [m for m in {HEAVY} if m in sys.modules])"
     )
-    assert min(float(python("-c", text, cwd=tmp_path)) for _ in range(3)) < 0.1
+    took, loaded = zip(
+        *(python("-c", text, cwd=where).split(" ", 1) for where in (ROOT, tmp_path)), strict=True
+    )
+    assert set(loaded) == {"[]\n"}
+    assert min(map(float, took)) < 0.1
 
 
 def test_every_public_name_is_there_documented_and_completes():
@@ -69,7 +70,7 @@ def test_every_public_name_is_there_documented_and_completes():
     assert {*pr.__all__, "__version__"} <= set(dir(pr))
     for name in pr.__all__:
         assert getdoc(getattr(pr, name)), name
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+    with pytest.raises(AttributeError, match="nothing"):
         pr.nothing  # noqa: B018
 
 
@@ -87,16 +88,27 @@ def test_type_checkers_see_the_same_names():
     assert {name for _, name in seen} == set(pr.__all__)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", pr.__all__)
-def test_the_examples_of_docstrings_run(name):
+def run_examples(name):
     one = getattr(pr, name)
     if not (isclass(one) or isfunction(one)):
         one = type(one)
     runner = DocTestRunner(verbose=False)
     for test in DocTestFinder().find(one, name, globs={}):
-        result = runner.run(test)
-        assert not result.failed, test.name
+        assert not runner.run(test).failed, test.name
+
+
+COSTLY = ("coverage_fraction", "improve", "report")
+
+
+@pytest.mark.parametrize("name", [name for name in pr.__all__ if name not in COSTLY])
+def test_the_examples_of_docstrings_run(name):
+    run_examples(name)
+
+
+@pytest.mark.slow  # they compile and draw much
+def test_the_costly_examples_of_docstrings_run():
+    for name in COSTLY:
+        run_examples(name)
 
 
 def test_the_facade_has_examples():
@@ -137,9 +149,9 @@ def test_verify_gives_what_the_command_prints(run):
 
 
 def test_an_interval_holds_the_count():
-    proof = pr.certify("n1_8_0", NEAR, width=1.0)
-    assert proof.low <= pr.verify("n1_8_0", NEAR, voxel=0.02).coverage <= proof.high
-    assert proof.high - proof.low <= 0.01
+    proof = pr.certify("n1_8_0", NEAR, width=3.0)
+    assert proof.low <= pr.verify("n1_8_0", NEAR, voxel=0.03).coverage <= proof.high
+    assert proof.high - proof.low <= 0.03
     assert "…" in repr(proof)
 
 
@@ -156,7 +168,6 @@ def test_robustness_gives_what_the_command_prints(run):
     assert code == 0
     assert said == ours
     assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
-    assert "ζ without the worst ring" in repr(report)
 
 
 @pytest.fixture(scope="module")
@@ -205,11 +216,9 @@ def test_a_proposal_reads_back(tmp_path, proposal):
     assert tomllib.loads(second.read_text())["found"] == tomllib.loads(path.read_text())["found"]
 
 
-@pytest.mark.long
-def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
+def test_a_result_draws_exports_and_shows(tmp_path, proposal):
     assert proposal.plot(tmp_path / "p.png").png == (tmp_path / "p.png").read_bytes()
     assert "data:image/png" in proposal._repr_html_()
-    assert proposal.report(tmp_path, voxel=0.1, draws=1).read_text().startswith("<!doctype html>")
     files = proposal.export("json", "csv", folder=tmp_path)
     assert [file.name for file in files] == ["sensors.json", "sensors.csv"]
     assert pr.verify(tmp_path / "sensors.csv", NEAR, voxel=0.05).coverage == pytest.approx(
@@ -219,13 +228,12 @@ def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
         assert page.url.startswith("http://127.0.0.1:")
 
 
-@pytest.mark.long
 def test_the_fewest_sensors_are_sought_with_progress():
     counts = []
     few = pr.search(
-        NEAR, reach_percent=8, voxel=0.05, time_cap=20, progress=lambda p: counts.append(p.sensors)
+        NEAR, reach_percent=3, voxel=0.1, time_cap=5, progress=lambda p: counts.append(p.sensors)
     )
-    assert few.coverage >= 0.08
+    assert few.coverage >= 0.03
     assert few.reach_record().reached
     assert set(counts) >= {few.setup.sensors}
 
@@ -252,33 +260,6 @@ def test_a_search_passes_on_what_it_is_given(monkeypatch):
     assert fake.call_args.args[2:4] == (3, 5)
     assert fake.call_args.kwargs["known"] == (start,)
     assert fake.call_args.kwargs["aim"].seen == 2
-
-
-SWING = "t,q0,q1,q2,q3,q4,q5\n" + "".join(
-    f"{t / 10},{t / 40},-0.8,1.0,-1.8,-1.57,0\n" for t in range(40)
-)
-
-
-@pytest.mark.long
-def test_the_example_of_the_design_runs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "task.csv").write_text(SWING)
-    scene = pr.Scene(
-        robot="ur10e",
-        targets=[pr.Shell(0.5, weight=0.6), pr.Shell(1.5, weight=0.4)],
-        poses=pr.Trajectory.from_csv("task.csv", poses=2),
-        sensor=pr.sensors["vl53l5cx"],
-        occlusion="shadow",
-    )
-    result = pr.search(scene, sensors=12, voxel=0.1, time_cap=3)
-    assert 0 < result.coverage < 1
-    assert result.setup.sensors == 12
-    assert 0 < pr.verify("n2_16_25", scene, voxel=0.1).coverage < 1
-    proof = pr.certify(result.setup, scene, width=20)
-    assert proof.low <= proof.coverage <= proof.high
-    result.save("proposal.toml")
-    result.plot("placement.png")
-    assert {p.name for p in tmp_path.iterdir()} >= {"proposal.toml", "placement.png"}
 
 
 def test_a_scene_is_what_its_file_says(tmp_path):
@@ -340,106 +321,107 @@ def test_a_scene_does_not_change():
     assert repr(pr.Scene.of(NEAR.core)) == repr(NEAR)
 
 
-REFUSED = [
-    ('pr.Scene(robot="ur9")', "robot: unknown robot 'ur9'; known: ur10,"),
-    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15 m"),
-    ('pr.Scene(targets=["V_S"])', "allowed: Shell,"),
-    ("pr.Scene(poses=[0, 1])", "allowed: 6 angles"),
-    ('pr.Scene(poses="x")', "poses: found values that are not numbers"),
-    ("pr.Scene(poses=[7.0] * 6)", "the limits of shoulder_pan"),
-    ('pr.Scene(occlusion="dark")', "allowed: ignore, shadow, blind"),
-    ("pr.Scene(sensor=3)", "sensor"),
-    ('pr.Scene(mounts={"leg": pr.Limits()})', "allowed: a link of ur10"),
-    ('pr.Scene().replace(robots="ur3")', "replace: found robots"),
-    ("pr.Shell(-1)", "not a positive number"),
-    ("pr.Shell(0.5, weight=-1)", "weight: found -1"),
-    ('pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))', "position: found 2"),
-    ('pr.Ring("forearm", 0, 8, tilt=90)', "tilt: found 90, allowed: rad"),
-    ("pr.Sensor(fov=25)", "fov: found 25, allowed: rad"),
-    ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),
-    ('pr.Setup(["n2_16_25"])', "found a str, allowed: Ring"),
-    ('pr.Scene().ring("leg", 0, 8)', "no link 'leg'"),
-    ('pr.obstacle("a")', "exactly one of the keys size, file, points, floor"),
-    ('pr.sensors.under("vl53l1x", ambient="9klx")', "allowed for vl53l1x"),
-    ('pr.Trajectory.from_csv("no.csv")', "no.csv: no such file"),
-    ("pr.Trajectory([0, 0], [[0], [1]])", "do not ascend"),
-    ("pr.verify(3, pr.Scene())", "setup: found a int"),
-    ('pr.verify("n1_8_0", pr.Scene(), voxel=-1)', "voxel"),
-    ('pr.verify("n1_8_0", pr.Scene(), rule="certified")', "use certify"),
-    ('pr.verify("n1_8_0", "scene.toml")', "scene: found a str, allowed: Scene"),
-    ('pr.verify("nowhere.toml")', "nowhere.toml: cannot be read"),
-    ('pr.verify(pr.Setup([pr.Ring("leg", 0, 1)]))', "allowed: a link of ur10"),
-    ('pr.certify("n1_8_0", pr.Scene(), width=0)', "width: found 0"),
-    ('pr.robustness("n1_8_0", pr.Scene(), k=0)', "k: found 0"),
-    ("pr.search(pr.Scene(), sensors=9, rings_per_link=2)", "use only one of them"),
-    ("pr.search(pr.Scene(), sensors=9, reach_percent=50)", "only one of them"),
-    ("pr.search(pr.Scene(), seed=-1)", "seed: found -1"),
-    ('pr.search(pr.Scene(), redundancy=2, losing="ring")', "losing: found ring"),
-    ("pr.search(pr.Scene(), sensors=1)", "rules"),
-    ('pr.export("n1_8_0", to="dwg")', "to: found"),
-    ('pr.load("nowhere.toml")', "nowhere.toml: cannot be read"),
-    ('pr.save(3, "x.toml")', "allowed: a result, a Scene or a Robot"),
-    ("pr.Scene(poses=5)", "poses: found shape ()"),
-    ("pr.Scene(poses=object())", "poses: found values that are not numbers"),
-    ("pr.Scene(obstacles=5)", "obstacles: found 5, allowed: obstacle(...)"),
-    ("pr.Scene(mounts=[1])", "mounts: found [1], allowed: Limits by the name of the link"),
-    ('pr.Scene(mounts="abc")', "mounts: found 'abc'"),
-    ('pr.Scene(mounts={"tool": 3})', "mounts: found 3 for 'tool'"),
-    ("pr.Scene(targets=5)", "targets: found 5, allowed: Shell,"),
-    ("pr.Scene(occlusion=3)", "occlusion: found 3"),
-    ('pr.Shell(0.5, weight="a")', "weight: found 'a', allowed: 0 to"),
-    ("pr.obstacle(size=3)", "obstacle: size: found 3.0, allowed: a list of 3"),
-    ('pr.Ring("forearm", 0, 8, sensor="vl53l5cx")', "sensor: found 'vl53l5cx', allowed: a Sensor"),
-    ('pr.Ring("forearm", "a", 8)', "position: found 'a', allowed: a number"),
-    ('pr.Ring("forearm", 0, 8.5)', "count: found 8.5, allowed: an integer"),
-    ("pr.Ring(3, 0, 8)", "link: found 3"),
-    ("pr.Setup(3)", "rings: found 3, allowed: Rings"),
-    ('pr.Trajectory("a", "b")', "time_s, q: found values that are not numbers"),
-    ("pr.Trajectory([0, 1], [[0], [1]], poses=2.5)", "poses: found 2.5, allowed: an integer"),
-    ("pr.verify(pr.Setup(()))", "setup: found no ring or single sensor, allowed: one or more"),
-    ('pr.verify("n1_8_0", pr.Scene(), voxel="a")', "voxel: found 'a'"),
-    ('pr.certify("n1_8_0", pr.Scene(), width="a")', "width: found 'a'"),
-    ('pr.robustness("n1_8_0", pr.Scene(), draws=1.5)', "draws: found 1.5, allowed: an integer"),
-    ('pr.robustness("n1_8_0", pr.Scene(), law="x")', "law: found 'x', allowed: uniform, normal"),
-    ("pr.search(pr.Scene(), sensors=8.0)", "sensors: found 8.0, allowed: an integer, 1 to 2000"),
-    ('pr.search(pr.Scene(), sensors="a")', "sensors: found 'a', allowed: an integer"),
-    ("pr.search(pr.Scene(), seed=1.5)", "seed: found 1.5, allowed: an integer"),
-    ('pr.search(pr.Scene(), losing="x")', "losing: found 'x', allowed: ring, sensor"),
-    ('pr.search(pr.Scene(), start=["n1_8_0"])', "start: found 'n1_8_0', allowed: a list of Setups"),
-    ("pr.search(pr.Scene(), start=[3])", "start: found 3"),
-    ("pr.search(pr.Scene(), start=3)", "start: found 3"),
-    ('pr.search(pr.Scene(), time_cap="a")', "time_cap: found 'a'"),
-    ('pr.export("n1_8_0", to="csv", pose=1.5)', "pose: found 1.5, allowed: an integer"),
-    ('pr.export("n1_8_0", to="csv", folder="/proc/nope")', "folder /proc/nope: cannot be written"),
-    ('pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")', "folder /proc/nope: cannot"),
-    ("pr.sample_points(pr.Scene(), 1.5)", "count: found 1.5, allowed: an integer"),
-]
+REFUSED = """
+robot ur9 ur10 <- pr.Scene(robot="ur9")
+radius 0.1 0.15 <- pr.Scene(targets=[pr.Shell(0.1)])
+targets V_S Shell <- pr.Scene(targets=["V_S"])
+targets 5 Shell <- pr.Scene(targets=5)
+poses 6 <- pr.Scene(poses=[0, 1])
+poses numbers <- pr.Scene(poses="x")
+poses () <- pr.Scene(poses=5)
+poses numbers <- pr.Scene(poses=object())
+shoulder_pan <- pr.Scene(poses=[7.0] * 6)
+occlusion dark ignore shadow blind <- pr.Scene(occlusion="dark")
+occlusion 3 <- pr.Scene(occlusion=3)
+sensor <- pr.Scene(sensor=3)
+mounts leg ur10 <- pr.Scene(mounts={"leg": pr.Limits()})
+mounts [1] Limits <- pr.Scene(mounts=[1])
+mounts 'abc' <- pr.Scene(mounts="abc")
+mounts 3 'tool' <- pr.Scene(mounts={"tool": 3})
+obstacles 5 obstacle <- pr.Scene(obstacles=5)
+replace robots <- pr.Scene().replace(robots="ur3")
+-1 <- pr.Shell(-1)
+weight -1 <- pr.Shell(0.5, weight=-1)
+weight 'a' <- pr.Shell(0.5, weight="a")
+size file points floor <- pr.obstacle("a")
+size 3 <- pr.obstacle(size=3)
+position 2 <- pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))
+position 'a' <- pr.Ring("forearm", "a", 8)
+tilt 90 rad <- pr.Ring("forearm", 0, 8, tilt=90)
+count 8.5 <- pr.Ring("forearm", 0, 8.5)
+link 3 <- pr.Ring(3, 0, 8)
+sensor 'vl53l5cx' Sensor <- pr.Ring("forearm", 0, 8, sensor="vl53l5cx")
+'leg' <- pr.Scene().ring("leg", 0, 8)
+fov 25 rad <- pr.Sensor(fov=25)
+range_m nan <- pr.Sensor(range_m=float("nan"))
+vl53l1x 9klx <- pr.sensors.under("vl53l1x", ambient="9klx")
+rings Ring <- pr.Setup(["n2_16_25"])
+rings 3 Ring <- pr.Setup(3)
+setup <- pr.verify(pr.Setup(()))
+no.csv <- pr.Trajectory.from_csv("no.csv")
+time_s <- pr.Trajectory([0, 0], [[0], [1]])
+time_s q numbers <- pr.Trajectory("a", "b")
+poses 2.5 <- pr.Trajectory([0, 1], [[0], [1]], poses=2.5)
+setup int <- pr.verify(3, pr.Scene())
+voxel -1 <- pr.verify("n1_8_0", pr.Scene(), voxel=-1)
+voxel 'a' <- pr.verify("n1_8_0", pr.Scene(), voxel="a")
+rule certify <- pr.verify("n1_8_0", pr.Scene(), rule="certified")
+scene str Scene <- pr.verify("n1_8_0", "scene.toml")
+nowhere.toml <- pr.verify("nowhere.toml")
+ur10 <- pr.verify(pr.Setup([pr.Ring("leg", 0, 1)]))
+width 0 <- pr.certify("n1_8_0", pr.Scene(), width=0)
+width 'a' <- pr.certify("n1_8_0", pr.Scene(), width="a")
+k 0 <- pr.robustness("n1_8_0", pr.Scene(), k=0)
+draws 1.5 <- pr.robustness("n1_8_0", pr.Scene(), draws=1.5)
+law 'x' uniform normal <- pr.robustness("n1_8_0", pr.Scene(), law="x")
+rings_per_link 2 sensors 9 <- pr.search(pr.Scene(), sensors=9, rings_per_link=2)
+sensors reach_percent <- pr.search(pr.Scene(), sensors=9, reach_percent=50)
+seed -1 <- pr.search(pr.Scene(), seed=-1)
+seed 1.5 <- pr.search(pr.Scene(), seed=1.5)
+losing ring redundancy <- pr.search(pr.Scene(), redundancy=2, losing="ring")
+losing 'x' ring sensor <- pr.search(pr.Scene(), losing="x")
+sensors 8.0 1 2000 <- pr.search(pr.Scene(), sensors=8.0)
+sensors 'a' <- pr.search(pr.Scene(), sensors="a")
+rules <- pr.search(pr.Scene(), sensors=1)
+start 'n1_8_0' Setup <- pr.search(pr.Scene(), start=["n1_8_0"])
+start 3 <- pr.search(pr.Scene(), start=[3])
+start 3 <- pr.search(pr.Scene(), start=3)
+time_cap 'a' <- pr.search(pr.Scene(), time_cap="a")
+to dwg <- pr.export("n1_8_0", to="dwg")
+pose 1.5 <- pr.export("n1_8_0", to="csv", pose=1.5)
+folder /proc/nope <- pr.export("n1_8_0", to="csv", folder="/proc/nope")
+folder /proc/nope <- pr.report("n1_8_0", voxel=0.1, draws=1, folder="/proc/nope")
+nowhere.toml <- pr.load("nowhere.toml")
+Scene Robot <- pr.save(3, "x.toml")
+count 1.5 <- pr.sample_points(pr.Scene(), 1.5)
+"""  # what a refusal names, and the call
 
 
 def test_what_cannot_be_used_is_refused_in_one_line(tmp_path):
     # in a process of its own, in which nothing but the front door looks at types
+    named, calls = zip(*(line.split(" <- ") for line in REFUSED.strip().splitlines()), strict=True)
     lines = [
         "import json, place_rings as pr",
         "said = []",
         *(
             f"try: said.append(repr({text}))\nexcept ValueError as error: said.append(str(error))"
-            for text, _ in REFUSED
+            for text in calls
         ),
         "print(json.dumps(said))",
     ]
     script = tmp_path / "refused.py"
     script.write_text("\n".join(lines))
     said = json.loads(python(str(script), cwd=tmp_path))
-    for (text, says), line in zip(REFUSED, said, strict=True):
-        assert says in line, text
+    for parts, text, line in zip(named, calls, said, strict=True):
+        assert [part for part in parts.split() if part not in line] == [], (text, line)
         assert "\n" not in line, text
     assert [file.name for file in tmp_path.iterdir()] == ["refused.py"]
 
 
 def test_catalogues_name_what_they_have():
-    with pytest.raises(KeyError, match="known: ur10"):
+    with pytest.raises(KeyError, match="ur10"):
         pr.robots["ur9"]
-    with pytest.raises(KeyError, match="known: vl53l0x"):
+    with pytest.raises(KeyError, match="vl53l0x"):
         pr.sensors["eye"]
     assert len(pr.robots) == len(list(pr.robots))
     assert "ur3e" in repr(pr.robots)
@@ -448,7 +430,7 @@ def test_catalogues_name_what_they_have():
 def test_values_go_there_and_back():
     setup = pr.Setup.named("n2_8_25")
     assert setup.with_values(setup.values) == setup
-    with pytest.raises(ValueError, match=r"allowed: \(3, 5\)"):
+    with pytest.raises(ValueError, match=r"\(3, 5\)"):
         setup.with_values(np.zeros((3, 4)))
 
 
@@ -457,106 +439,89 @@ def fraction_of(setup, scene, points, width=0.03):
 
 
 SQUARE = replace(pr.Sensor(), fov_up=0.5, zones=4)
+MOTION = [[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1.4, -1.8, -1.6, 0.3]]
+BOX = pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])
+TOOL = (
+    pr.attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
+    pr.attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
+)
+EYE = pr.MountedSensor("base", (0.5, 0.0, 1.5), (0, 0, -1), SQUARE, (0, 1, 0))
+PAD = pr.MountedSensor("forearm", (0.0, 0.1, 0.2), (0.0, 1.0, 0.0))
 CASES = {
-    "cones": (PAPER, pr.Setup.named("n1_4_25")),
-    "two targets, two poses": (
-        pr.Scene.paper(
-            targets=[pr.Shell(0.5, weight=2), pr.ToolSphere()],
-            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1, -1.8, -1.6, 0]],
+    "cones, two targets, two poses, an obstacle": (
+        PAPER.replace(
+            targets=[pr.Shell(0.5, weight=2), pr.ToolSphere()], poses=MOTION, obstacles=[BOX]
         ),
         pr.Setup.named("n1_4_25"),
     ),
-    "shadow": (NEAR.replace(occlusion="shadow"), pr.Setup.named("n1_4_25", radius=0.1)),
-    "blind": (NEAR.replace(occlusion="blind"), pr.Setup.named("n1_4_25", radius=0.1)),
-    "square beams": (PAPER, pr.Setup.named("n1_4_25", SQUARE)),
-    "single sensors": (
-        NEAR.replace(
-            occlusion="shadow",
-            cell_sensors=[pr.MountedSensor("base", (0.5, 0.0, 1.5), (0, 0, -1), SQUARE, (0, 1, 0))],
-        ),
-        pr.Setup(
-            pr.Setup.named("n1_4_25", radius=0.1).rings,
-            (pr.MountedSensor("forearm", (0.0, 0.1, 0.2), (0.0, 1.0, 0.0)),),
-        ),
+    "shadow, square beams, single sensors": (
+        NEAR.replace(occlusion="shadow", cell_sensors=[EYE]),
+        pr.Setup(pr.Setup.named("n1_4_25", SQUARE, radius=0.1).rings, (PAD,)),
     ),
-    "an obstacle": (
-        PAPER.replace(obstacles=[pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])]),
-        pr.Setup.named("n1_4_25"),
-    ),
-    "a tool, two poses": (
-        pr.Scene(
-            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1.4, -1.8, -1.6, 0.3]],
-            attached=[
-                pr.attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
-                pr.attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
-            ],
-        ),
+    "blind, a tool": (
+        NEAR.replace(occlusion="blind", attached=TOOL),
         pr.Setup.named("n1_4_25", radius=0.1),
     ),
 }
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("case", CASES)
-def test_the_gradient_is_that_of_finite_differences(case):
+def check_gradient(case):
+    """Check the slopes of a case against finite differences."""
     scene, setup = CASES[case]
     # in 64 bit, as differences of 32-bit values are too coarse; the points lie off all edges
     drawn = TargetPoints(scene.core, 256, 1)
     drawn.clouds = lambda count: jax.tree.map(
         lambda *a: jnp.stack(a), *(cloud(p[:count], dtype=np.float64) for p in drawn.points)
     )
-    function = fraction_of(setup, scene, drawn)
-    both = jax.value_and_grad(function)  # values and slopes by one compiled function
+    both = jax.value_and_grad(fraction_of(setup, scene, drawn))  # one compiled function
     values = jnp.asarray(setup.values) + jnp.array([[0.02], [0.01], [0.03]])
     values = values.at[0].set(jnp.clip(values[0], 0.01, 0.99))
-    (value, slope), step = both(values), 1e-5
-    if case == "cones":
-        assert float(function(values)) == pytest.approx(float(value), abs=1e-12)
+    (_, slope), step = both(values), 1e-5
     for index in np.ndindex(*values.shape):
-        there = [both(values.at[index].add(s * step))[0] for s in (1, -1)]
-        expected = float(there[0] - there[1]) / (2 * step)
+        above, below = (both(values.at[index].add(s * step))[0] for s in (1, -1))
+        expected = float(above - below) / (2 * step)
         assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("scene", [PAPER, NEAR], ids=["paper", "shadow"])
-def test_jit_and_vmap_give_the_same(scene):
-    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(scene, 256)
-    both = jax.value_and_grad(fraction_of(setup, scene, points))
+def check_same(found, expected):
+    for (value, slope), (other, by) in zip(found, expected, strict=True):
+        assert float(value) == pytest.approx(float(other), abs=1e-6)
+        np.testing.assert_allclose(slope, by, atol=1e-6)
+
+
+def test_the_gradient_is_that_of_finite_differences():
+    check_gradient(next(iter(CASES)))
+
+
+@pytest.mark.slow  # they compile for ten seconds each
+def test_the_gradient_with_self_occlusion_is_that_of_finite_differences():
+    for case in list(CASES)[1:]:
+        check_gradient(case)
+
+
+def test_jit_and_vmap_give_the_same_and_an_objective_of_ones_own_composes():
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(PAPER, 64)
+    both = jax.value_and_grad(fraction_of(setup, PAPER, points))
     values = jnp.asarray(np.asarray(setup.values) + np.arange(3)[:, None, None] * 0.01)
     each = [both(v) for v in values]
-    ways = [list(zip(*jax.jit(jax.vmap(both))(values), strict=True))]
-    if scene is PAPER:
-        ways += [
-            [jax.jit(both)(v) for v in values],
-            list(zip(*jax.vmap(both)(values), strict=True)),
-        ]
-    for way in ways:
-        for (value, slope), (expected, by) in zip(way, each, strict=True):
-            assert float(value) == pytest.approx(float(expected), abs=1e-6)
-            np.testing.assert_allclose(slope, by, atol=1e-6)
-
-
-def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
-    setup = pr.Setup.named("n2_16_25")
-    points = pr.sample_points(NEAR, 8192)
-    exact = pr.verify(setup, NEAR, voxel=0.02).coverage
-    sharp = float(pr.coverage_fraction(setup, NEAR, points, 1e-6))
-    assert sharp == pytest.approx(exact, abs=0.02)
-    own = float(pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6))
-    assert own == pytest.approx(sharp, abs=1e-6)
-
-
-def test_an_objective_of_ones_own_composes():
-    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(PAPER, 256)
+    check_same([jax.jit(both)(v) for v in values], each)
+    check_same(zip(*jax.jit(jax.vmap(both))(values), strict=True), each)
+    check_same(zip(*jax.vmap(both)(values), strict=True), each)
 
     def objective(values):
         return fraction_of(setup, PAPER, points)(values) - 0.1 * jnp.sum(values[1] ** 2)
 
-    values = jnp.asarray(setup.values)
-    plain = jax.grad(fraction_of(setup, PAPER, points))(values)
-    expected = plain.at[1].add(-0.2 * values[1])
-    np.testing.assert_allclose(jax.jit(jax.grad(objective))(values), expected, atol=1e-6)
+    expected = each[0][1].at[1].add(-0.2 * values[0][1])
+    np.testing.assert_allclose(jax.jit(jax.grad(objective))(values[0]), expected, atol=1e-6)
+
+
+def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
+    setup, points = pr.Setup.named("n1_8_25"), pr.sample_points(NEAR, 4096)
+    exact = pr.verify(setup, NEAR, voxel=0.03).coverage
+    sharp = float(pr.coverage_fraction(setup, NEAR, points, 1e-6))
+    assert sharp == pytest.approx(exact, abs=0.02)
+    own = float(pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6))
+    assert own == pytest.approx(sharp, abs=1e-6)
 
 
 def test_the_width_is_a_constant_and_other_shapes_are_refused():
@@ -572,12 +537,12 @@ def test_the_width_is_a_constant_and_other_shapes_are_refused():
 def test_a_command_names_options_where_the_api_names_arguments(run):
     with pytest.raises(pr.InputError) as refused:
         pr.search(sensors=20, rings_per_link=2)
-    line = "found 2 with {}sensors 20, where the search chooses the rings; use only one of them"
     assert refused.value.argument == "rings_per_link"
-    assert str(refused.value).startswith(f"rings_per_link: {line.format('')}")
+    assert "--" not in str(refused.value)
     code, _, err = run("--sensors", 20, "--rings-per-link", 2)
     assert code == 2
-    assert f"--rings-per-link: {line.format('--')}" in err
+    assert "--rings-per-link: " in err
+    assert "--sensors 20" in err
 
 
 def test_rules_that_leave_no_setup_are_told_apart_from_bad_arguments():

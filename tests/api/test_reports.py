@@ -14,7 +14,6 @@ from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study as convergence
-from place_rings.studies.engine.provenance import from_json, sentences
 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
@@ -60,10 +59,8 @@ def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
     assert better.before < better.coverage == step.coverage
     counted = Verifier(PAPER.core, 0.05).verify(better.setup, Target("V_S", 0.5))
     assert better.coverage == counted.zeta
-    assert better.name == "n1_8_0, 1 change"
+    assert better.name.startswith("n1_8_0")
     assert len(better.instructions) == 1
-    assert all(line.startswith(("ring ", "new ring")) for line in better.instructions[0])
-    assert "as mounted: 16" in repr(better)
     files = better.save(tmp_path)
     assert [file.name for file in files] == ["changes_1.toml", "improve.png", "improve.json"]
     text = files[0].read_text()
@@ -117,7 +114,6 @@ def test_safety_gives_what_the_command_prints(run, tmp_path, moving):
     low, high = report.interval
     assert low <= report.in_time <= high
     assert report.in_time == pytest.approx(report.approaches.in_time.mean())
-    assert "reported in time" in repr(report)
 
 
 def test_a_safety_report_saves_what_the_command_writes(run, tmp_path):
@@ -139,77 +135,67 @@ def test_a_motion_file_is_the_motion_of_its_numbers(tmp_path):
     np.testing.assert_array_equal(file.time_s, ours.time_s)
 
 
-@pytest.fixture
-def small(monkeypatch):
+def test_a_study_writes_what_the_command_writes_and_resumes(run, monkeypatch, tmp_path):
     """A study of few and coarse measurements."""
-    monkeypatch.setattr(convergence, "SETUPS", ("n1_8_0", "n3_16_55"))
+    monkeypatch.setattr(convergence, "SETUPS", ("n3_16_55",))
     monkeypatch.setattr(convergence, "VOXELS", (0.1, 0.05))
     monkeypatch.setattr(convergence, "TOUCH_FROM", 0.05)
-    monkeypatch.setattr(convergence, "TRUTH_WIDTH", 3e-2)
+    monkeypatch.setattr(convergence, "TRUTH_WIDTH", 5e-2)
     for module in (convergence, convergence_report):
         monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
 
-
-@pytest.mark.long
-def test_a_study_writes_what_the_command_writes_and_resumes(small, run, tmp_path):
     def stop(heading, done, total):
         if done == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         pr.study("convergence", folder=tmp_path / "ours", progress=stop)
-    headings = set()
-    ours = pr.study(
-        "convergence", folder=tmp_path / "ours", progress=lambda *at: headings.add(at[0])
-    )
-    assert headings == {"measuring"}
+    told = []
+    ours = pr.study("convergence", folder=tmp_path / "ours", progress=lambda *at: told.append(at))
+    assert {heading for heading, _, _ in told} == {"measuring"}
+    assert told[0][1] >= 2  # what was measured before
+    assert len(ours.data) == len(convergence.plan())
     assert ours.page.read_text() == ours._repr_markdown_()
-    assert {file.name for file in ours.files} == {
-        "README.md",
-        "cells.sqlite",
-        "convergence.png",
-        "data.csv",
-        "provenance.json",
-    }
+    assert {file.name for file in ours.files} >= {"README.md", "cells.sqlite", "data.csv"}
+    before = {file.name: file.read_bytes() for file in ours.files if file != ours.page}
+    page = ours.page.read_text().splitlines()
     # the command resumes from the measurements of the function
     code, out, _ = run("study", "convergence", "--out", tmp_path / "ours")
     assert (code, out.strip()) == (0, str(ours.page))
-    assert ours.page.read_text() == ours._repr_markdown_()
-    record = from_json((tmp_path / "ours" / "provenance.json").read_text())
-    assert (record.command, len(record.runs)) == ("place-rings study convergence", 1)
-    assert "studies/convergence/study.py" in record.files
-    assert sentences(record, "provenance.json") in ours.page.read_text()
-    assert len(ours.data) == len(convergence.plan())
+    assert {file.name: file.read_bytes() for file in ours.files if file != ours.page} == before
+    again = ours.page.read_text().splitlines()
+    assert again[:2] + again[3:] == page[:2] + page[3:]  # all but the header
+    for header in (page[2], again[2]):
+        assert pr.__version__ in header
+        assert "place-rings study convergence" in header
 
 
-REFUSED = [
-    (lambda: pr.improve("n1_8_0", changes=0), "changes: found 0, allowed: 1 to 20"),
-    (lambda: pr.improve("n1_8_0", add_sensors=1.5), "add_sensors: found 1.5, allowed: an integer"),
-    (lambda: pr.improve("n1_8_0", time_cap=0), "time_cap: found 0"),
-    (lambda: pr.improve(3), "setup: found a int"),
-    (lambda: pr.safety("n1_8_0", approaches=0), "approaches: found 0, allowed: 1 to 100000"),
-    (lambda: pr.safety("n1_8_0", rate=0), "rate: found 0"),
-    (lambda: pr.safety("n1_8_0", latency=9), "latency: found 9"),
-    (lambda: pr.safety("n1_8_0", occlusion="dark"), "occlusion: found 'dark'"),
-    (lambda: pr.safety("n1_8_0", trajectory="task.csv"), "trajectory: found 'task.csv'"),
-    (
-        lambda: pr.safety("n1_8_0", trajectory=pr.Trajectory([0, 1], [[0], [1]])),
-        "q: found 1 joints, allowed: 6",
-    ),
-    (lambda: pr.study("sweep"), "name: found 'sweep', allowed: bound, convergence"),
-    (lambda: pr.study("convergence", seed=1), "seed: found 1 with study convergence"),
-    (lambda: pr.study("bound", targets=(pr.Shell(1), pr.Shell(2))), "allowed: only with pareto"),
-    (lambda: pr.study("pareto", targets=(pr.Shell(1), pr.Shell(1))), "found V_S(1) twice"),
-    (lambda: pr.study("pareto", targets=3), "targets: found other values"),
-    (lambda: pr.study("paper", workers=0), "workers: found 0"),
-    (lambda: pr.study("paper", scheduler="here"), "scheduler: found 'here'"),
-    (lambda: pr.study("paper", folder="/proc/nope"), "/proc/nope: cannot be written"),
+REFUSED = [  # what a refusal names, and the call
+    ("changes 0 1 20", lambda: pr.improve("n1_8_0", changes=0)),
+    ("add_sensors 1.5", lambda: pr.improve("n1_8_0", add_sensors=1.5)),
+    ("time_cap 0", lambda: pr.improve("n1_8_0", time_cap=0)),
+    ("setup int", lambda: pr.improve(3)),
+    ("approaches 0 1 100000", lambda: pr.safety("n1_8_0", approaches=0)),
+    ("rate 0", lambda: pr.safety("n1_8_0", rate=0)),
+    ("latency 9", lambda: pr.safety("n1_8_0", latency=9)),
+    ("occlusion 'dark'", lambda: pr.safety("n1_8_0", occlusion="dark")),
+    ("trajectory 'task.csv'", lambda: pr.safety("n1_8_0", trajectory="task.csv")),
+    ("q 1 6", lambda: pr.safety("n1_8_0", trajectory=pr.Trajectory([0, 1], [[0], [1]]))),
+    ("name 'sweep' bound convergence", lambda: pr.study("sweep")),
+    ("seed 1 convergence", lambda: pr.study("convergence", seed=1)),
+    ("targets pareto", lambda: pr.study("bound", targets=(pr.Shell(1), pr.Shell(2)))),
+    ("V_S(1)", lambda: pr.study("pareto", targets=(pr.Shell(1), pr.Shell(1)))),
+    ("targets", lambda: pr.study("pareto", targets=3)),
+    ("workers 0", lambda: pr.study("paper", workers=0)),
+    ("scheduler 'here'", lambda: pr.study("paper", scheduler="here")),
+    ("/proc/nope", lambda: pr.study("paper", folder="/proc/nope")),
 ]
 
 
-@pytest.mark.parametrize(("call", "says"), REFUSED)
-def test_invalid_arguments_are_refused_in_one_line(call, says):
+@pytest.mark.parametrize(("parts", "call"), REFUSED)
+def test_invalid_arguments_are_refused_in_one_line(parts, call):
     with pytest.raises(pr.InputError) as error:
         call()
-    assert says in str(error.value)
-    assert "\n" not in str(error.value)
+    said = str(error.value)
+    assert [part for part in parts.split() if part not in said] == [], said
+    assert "\n" not in said

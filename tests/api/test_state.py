@@ -21,7 +21,7 @@ def nothing_kept():
 
 
 def test_points_that_changed_in_place_are_counted_anew():
-    points = pr.sample_points(PAPER, 512).points[0].copy()
+    points = pr.sample_points(PAPER, 64).points[0].copy()
     before = float(pr.coverage_fraction(SETUP, PAPER, points, 0.01))
     points += 100.0  # out of every beam's reach
     assert before > 0.05
@@ -29,8 +29,8 @@ def test_points_that_changed_in_place_are_counted_anew():
 
 
 def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
-    points, file = pr.sample_points(PAPER, 512), tmp_path / "proposal.toml"
-    for name in ("n1_4_25", "n2_8_25"):
+    points, file = pr.sample_points(PAPER, 64), tmp_path / "proposal.toml"
+    for name in ("n1_4_25", "n1_4_-25"):
         placed = pr.Setup.named(name)
         pr.Proposal(placed, PAPER).save(file)
         for one in (file, str(file)):
@@ -72,22 +72,24 @@ def test_the_first_call_may_be_traced(nothing_kept):
     assert float(value(SETUP.values)) == pytest.approx(traced, abs=1e-6)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_values_that_are_not_finite_give_nan(bad):
-    points, values = pr.sample_points(PAPER, 64), jnp.asarray(SETUP.values).at[0, 0].set(bad)
+def test_values_that_are_not_finite_give_nan():
+    points = pr.sample_points(PAPER, 64)
 
     def value(values, width=0.02):
         return pr.coverage_fraction(SETUP, PAPER, points, width, values=values)
 
-    assert np.isnan(value(values))
-    assert np.isnan(jax.jit(value)(values))
-    assert np.isnan(jax.grad(value)(values)).any()
-    assert np.isnan(jax.jit(value)(jnp.asarray(SETUP.values), 0.0))
+    jitted, slope = jax.jit(value), jax.grad(value)
+    for bad in (np.nan, np.inf):
+        values = jnp.asarray(SETUP.values).at[0, 0].set(bad)
+        assert np.isnan(value(values))
+        assert np.isnan(jitted(values))
+        assert np.isnan(slope(values)).any()
+    assert np.isnan(jitted(jnp.asarray(SETUP.values), 0.0))
 
 
 @pytest.mark.parametrize("width", [0, -1, np.nan, np.inf, jnp.array(0.0), jnp.array(-1.0), "a"])
 def test_a_width_that_is_none_is_refused(width):
-    with pytest.raises(pr.InputError, match="width: found"):
+    with pytest.raises(pr.InputError, match="width: "):
         pr.coverage_fraction(SETUP, NEAR, pr.sample_points(NEAR, 16), width)
 
 

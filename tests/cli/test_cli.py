@@ -31,113 +31,99 @@ from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
-from place_rings.formats.schema.written_models import ExportResult, ReportResult
+from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.round import Round
-from place_rings.reporting.comparison import comparable
+from place_rings.reporting import comparison
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
 
-REFUSED = {
-    "unknown target": ["--target", "V_X"],
-    "unknown robot": ["--target", "V_S", "--radius", "0.5", "--robot", "r2d2"],
-    "negative radius": ["--target", "V_S", "--radius", "-0.5"],
-    "radius not a number": ["--target", "V_S", "--radius", "nan"],
-    "radius inside V_R": ["--target", "V_S", "--radius", "0.15"],
-    "radius inside V_R, long form": ["--target", "V_S:0.1"],
-    "radius missing": ["--target", "V_S"],
-    "radius without use": ["--radius", "0.5"],
-    "weight of zero": ["--target", "V_S:0.5=0"],
-    "malformed target": ["--target", "V_S:0.5:3"],
-    "no sensors": ["--sensors-per-ring", "0"],
-    "no rings": ["--rings-per-link", "0"],
-    "unknown option": ["--tagret", "V_S"],
-    "time of zero": ["--time", "0"],
-    "no workers": ["study", "paper", "--workers", "0"],
-    "workers beside a scheduler": [
-        "study",
-        "paper",
-        "--workers",
-        "2",
-        "--scheduler",
-        "tcp://127.0.0.1:8786",
-    ],
-    "a scheduler that is no address": ["study", "paper", "--scheduler", "here"],
-    "voxel too fine": ["--voxel", "1e-6"],
-    "voxel larger than the target": ["--voxel", "10"],
-    "voxel negative": ["--voxel", "-1"],
-    "folder that cannot be": ["--out", "/proc/nowhere"],
-    "scene that is not there": ["--scene", "absent.toml"],
-    "unknown setup": ["verify", "n7_1_1", "--target", "V_O"],
-    "unknown rule": ["verify", "n2_16_25", "--rule", "guess"],
-    "verify too fine": ["verify", "n2_16_25", "--voxel", "1e-7"],
-    "unknown schema": ["schema", "soul"],
-    "safety: no approaches": ["safety", "n2_16_25", "--approaches", "0"],
-    "safety: degrees alone": ["safety", "n2_16_25", "--degrees"],
-    "safety: no such record": ["safety", "n2_16_25", "--trajectory", "absent.csv"],
-    "unknown sensor": ["verify", "n2_16_25", "--sensor", "eye"],
-    "a light without a figure": ["--sensor", "vl53l1x", "--ambient", "300kcps"],
-    "a light without a sensor": ["verify", "n2_16_25", "--ambient", "50kcps"],
-    "a size that is none": ["--sensor", "vl53l1x", "--target-size", "0.1"],
-    "robust: no draws": ["robustness", "n2_16_25", "--draws", "0"],
-    "robust: no sensors": ["robustness", "n2_16_25", "--k", "0"],
-    "robust: negative error": ["robustness", "n2_16_25", "--position-error-mm=-1"],
-    "robust: error that is no number": ["robustness", "n2_16_25", "--direction-error-deg", "nan"],
-    "robust: unknown law": ["robustness", "n2_16_25", "--law", "murphy"],
-    "robust: unknown setup": ["robustness", "n9_1_1"],
-    "robust: voxel too fine": ["robustness", "n2_16_25", "--voxel", "1e-7"],
-    "report: unknown setup": ["report", "n9_1_1"],
-    "report: no draws": ["report", "n2_16_25", "--draws", "0"],
-    "report: voxel too fine": ["report", "n2_16_25", "--voxel", "1e-7"],
-    "search for nobody": ["--redundancy", "0"],
-    "errors without use": ["--direction-error-deg", "1"],
-    "loss and floor": ["--target", "V_S:0.5", "--at-least", "V_S:1.5=40", "--losing", "ring"],
-    "loss and redundancy": ["--losing", "ring", "--redundancy", "2"],
-    "rings beside free ones": ["--sensors", "12", "--rings-per-link", "3"],
-    "sizes of rings beside free ones": ["--reach", "50", "--sensors-per-ring", "8"],
-    "a front of another study": ["study", "bound", "--sensors", "40"],
-    "a seed where nothing is drawn": ["study", "convergence", "--seed", "3"],
-    "a front of one target": ["study", "pareto", "--target", "V_O", "--target", "V_O"],
-    "a front with a weight": ["study", "pareto", "--target", "V_S:0.5=0.6", "--target", "V_O"],
-    "a front of what lies inside V_R": [
-        "study",
-        "pareto",
-        "--target",
-        "V_S:0.1",
-        "--target",
-        "V_O",
-    ],
-    "a front in no scene": ["study", "pareto", "--scene", "absent.toml"],
-}
-FLOORS = {
-    "V_Q=50": "--at-least V_Q: unknown target",
-    "V_S:0.1=50": "V_S:0.1=50, radius: found 0.1, allowed: above 0.15",
-    "V_S=50": 'found "V_S=50", allowed: a V_S with its radius, like V_S:0.5=50',
-    "V_O=101": "found 101, allowed: above 0 and at most 100 (percent)",
-    "V_O": 'found "V_O", allowed: NAME[:RADIUS]=PERCENT',
+REFUSED = """
+--target V_X
+--target V_S:0.5 --robot r2d2
+--target V_S --radius -0.5
+--target V_S --radius nan
+--target V_S --radius 0.15
+--target V_S:0.1
+--target V_S
+--radius 0.5
+--target V_S:0.5=0
+--target V_S:0.5:3
+--sensors-per-ring 0
+--rings-per-link 0
+--tagret V_S
+--time 0
+--voxel 1e-6
+--voxel 10
+--voxel -1
+--out /proc/nowhere
+--scene absent.toml
+--sensor vl53l1x --ambient 300kcps
+--sensor vl53l1x --target-size 0.1
+--redundancy 0
+--direction-error-deg 1
+--target V_S:0.5 --at-least V_S:1.5=40 --losing ring
+--losing ring --redundancy 2
+--sensors 12 --rings-per-link 3
+--reach 50 --sensors-per-ring 8
+verify n7_1_1 --target V_O
+verify n2_16_25 --rule guess
+verify n2_16_25 --voxel 1e-7
+verify n2_16_25 --sensor eye
+verify n2_16_25 --ambient 50kcps
+schema soul
+safety n2_16_25 --approaches 0
+safety n2_16_25 --degrees
+safety n2_16_25 --trajectory absent.csv
+robustness n2_16_25 --draws 0
+robustness n2_16_25 --k 0
+robustness n2_16_25 --position-error-mm=-1
+robustness n2_16_25 --direction-error-deg nan
+robustness n2_16_25 --law murphy
+robustness n9_1_1
+robustness n2_16_25 --voxel 1e-7
+report n9_1_1
+report n2_16_25 --draws 0
+report n2_16_25 --voxel 1e-7
+study paper --workers 0
+study paper --workers 2 --scheduler tcp://127.0.0.1:8786
+study paper --scheduler here
+study bound --sensors 40
+study convergence --seed 3
+study pareto --target V_O --target V_O
+study pareto --target V_S:0.5=0.6 --target V_O
+study pareto --target V_S:0.1 --target V_O
+study pareto --scene absent.toml
+""".strip().splitlines()
+FLOORS = {  # a floor: what its refusal names
+    "V_Q=50": "V_Q",
+    "V_S:0.1=50": "0.15",
+    "V_S=50": "V_S:0.5=50",
+    "V_O=101": "101",
+    "V_O": '"V_O"',
+    "V_S:1.5=60 --at-least V_S:1.5=40": "V_S:1.5=40",
 }
 
 
-@pytest.mark.parametrize(("floor", "words"), FLOORS.items())
-def test_a_bad_floor_is_blamed_by_its_own_option(run, floor, words):
-    code, _, err = run("--at-least", floor)
-    assert code == 2
+@pytest.mark.parametrize("words", REFUSED)
+def test_bad_input_is_one_line_that_names_it_and_exit_code_2(run, tmp_path, words):
+    code, out, err = run(*words.split())
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("place-rings: ")
+    asked = set(re.split("[ =:]", words)) - {"verify", "robustness", "report", "study"}
+    assert [word for word in asked if word in err]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("floor", "part"), FLOORS.items())
+def test_a_bad_floor_is_blamed_by_its_own_option(run, floor, part):
+    code, out, err = run("--at-least", *floor.split())
+    assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("place-rings: --at-least")
-    assert words in err
-
-
-def test_two_floors_for_one_target_are_refused(run):
-    code, _, err = run("--at-least", "V_S:1.5=60", "--at-least", "V_S:1.5=40")
-    assert (code, err) == (
-        2,
-        (
-            "place-rings: --at-least V_S:1.5=40: V_S(1.5) has a minimum already; state one for"
-            " each target\n"
-        ),
-    )
+    assert part in err
 
 
 def test_the_worst_of_one_pose_is_its_mean():
@@ -179,17 +165,8 @@ def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, m
     assert list(budgets) == [48, 80, 112, 64]  # 24 are fewer than the fixed ring has
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "24")
     assert code == 2
-    assert "24 sensors are fewer than the 30 of the fixed rings" in err
-
-
-@pytest.mark.parametrize("args", REFUSED.values(), ids=REFUSED.keys())
-def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, args):
-    code, out, err = run(*args)
-    assert code == 2
-    assert out == ""
-    assert err.startswith("place-rings: ")
-    assert err.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
+    assert "24" in err
+    assert "30" in err
 
 
 NOWHERE = "".join(
@@ -198,24 +175,20 @@ NOWHERE = "".join(
 
 
 @pytest.mark.parametrize(
-    ("text", "args", "words"),
+    ("text", "args", "parts"),
     [
-        (NOWHERE, ["--reach", "50"], "room for 0 rings"),
-        (
-            "[rules]\nsensors_per_ring = [4, 8]\n",
-            ["--sensors-per-ring", "9"],
-            "found 9, allowed: 4 to 8",
-        ),
+        (NOWHERE, ["--reach", "50"], ["0 rings"]),
+        ("[rules]\nsensors_per_ring = [4, 8]\n", ["--sensors-per-ring", "9"], ["9", "4 to 8"]),
     ],
 )
 def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
-    run, tmp_path, text, args, words
+    run, tmp_path, text, args, parts
 ):
     (tmp_path / "cell.toml").write_text(text)
     code, out, err = run("--scene", "cell.toml", *args, "--out", "a/b")
     assert (code, out) == (2, "")
     assert len(err.split("place-rings: ")) == 2
-    assert words in err
+    assert [part for part in parts if part not in err] == []
     assert [path.name for path in tmp_path.iterdir()] == ["cell.toml"]
 
 
@@ -229,77 +202,31 @@ def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
     } == {40}
 
 
-def test_verify_prints_one_object(run):
-    code, out, _ = run(
-        "verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json"
-    )
+NEAR = ("--target", "V_S:0.5")
+
+
+def test_verify_prints_one_object_or_a_list_and_a_table(run):
+    code, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--json")
     assert code == 0
-    result = VerifyResult.model_validate_json(out)
-    assert (result.setup, result.target, result.radius, result.rule, result.voxel) == (
-        "n3_16_55",
-        "V_S",
-        0.5,
-        "centre",
-        0.05,
-    )
-    assert result.low_percent == result.zeta_percent == result.high_percent
-    assert result.zeta_percent == pytest.approx(100 * result.covered_voxels / result.target_voxels)
-
-
-def test_verify_prints_a_list_for_several_targets_and_brackets_when_certified(run):
-    _, out, _ = run(
-        "verify",
-        "n2_16_25",
-        "--target",
-        "V_O",
-        "--target",
-        "V_T",
-        "--voxel",
-        "0.1",
-        "--rule",
-        "certified",
-        "--json",
-    )
+    one = VerifyResult.model_validate_json(out)
+    said = (one.setup, one.target, one.radius, one.rule, one.voxel)
+    assert said == ("n3_16_55", "V_S", 0.5, "centre", 0.1)
+    assert one.low_percent == one.zeta_percent == one.high_percent
+    assert one.zeta_percent == pytest.approx(100 * one.covered_voxels / one.target_voxels)
+    several = ("--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified")
+    _, out, _ = run("verify", "n2_16_25", *several, "--json")
     results = [VerifyResult.model_validate(r) for r in json.loads(out)]
     assert [r.target for r in results] == ["V_O", "V_T"]
     for r in results:
         assert r.low_percent < r.zeta_percent < r.high_percent
         assert r.target_voxels is None
-
-
-def test_touch_at_ten_centimetres_prints_a_table(run):
-    code, out, _ = run(
-        "verify",
-        "n3_16_55",
-        "--target",
-        "V_S",
-        "--radius",
-        "0.5",
-        "--voxel",
-        "0.1",
-        "--rule",
-        "touch",
-        "--paper",
-    )
+    code, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--rule", "touch", "--paper")
     assert code == 0
     assert "98.69" in out
 
 
 def test_robustness_prints_one_object(run):
-    args = (
-        "robustness",
-        "n3_16_55",
-        "--target",
-        "V_S",
-        "--radius",
-        "0.5",
-        "--voxel",
-        "0.05",
-        "--draws",
-        "5",
-        "--k",
-        "2",
-    )
+    args = ("robustness", "n3_16_55", *NEAR, "--voxel", "0.1", "--draws", "5", "--k", "2")
     code, out, _ = run(*args, "--json")
     assert code == 0
     r = RobustnessResult.model_validate_json(out)
@@ -311,38 +238,6 @@ def test_robustness_prints_one_object(run):
     assert r.mean_percent == pytest.approx(np.mean(r.drawn_percent))
     code, out, _ = run(*args)
     assert f"{r.zeta_percent:.2f}" in out
-    assert "largest losses" in out
-
-
-def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(searching, "usual", lambda *_: (Round(256, 3, 1, 4, 0.2, 4),))
-    code, out, _ = run(
-        "--target",
-        "V_S",
-        "--radius",
-        "0.5",
-        "--redundancy",
-        "2",
-        "--paper",
-        "--voxel",
-        "0.1",
-        "--out",
-        "found",
-    )
-    assert code == 0
-    assert "seen by at least 2 sensors" in out
-    file = read_proposal(tmp_path / "found" / "proposal.toml")[2]
-    result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
-    assert file.found.redundancy == 2
-    assert result.asked_percent["proposal"] == pytest.approx(file.found.exact_percent)
-    assert set(result.asked_percent) == {
-        "proposal",
-        "n1_8_0",
-        "n1_16_0",
-        "n2_16_25",
-        "n2_16_55",
-        "n3_16_55",
-    }
 
 
 def test_cones_are_those_of_the_geometry(run, reference_pose):
@@ -350,9 +245,8 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
     rows = list(csv.DictReader(io.StringIO(out)))
     expected = sensor_cones(UR10, named_setup("n2_16_25"), reference_pose)
     assert len(rows) == 80
-    assert list(
-        rows[0]
-    ) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
+    header = "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m"
+    assert ",".join(rows[0]) == header
     for part, array in (("apex", expected.apex), ("axis", expected.axis)):
         assert np.allclose(
             [[float(r[f"{part}_{a}"]) for a in "xyz"] for r in rows], array, atol=1e-8
@@ -360,40 +254,51 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
     assert {(r["fov_deg"], r["range_m"]) for r in rows} == {("25.0", "1.5")}
 
 
-def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
+@pytest.fixture
+def quick(monkeypatch):
+    """Searches of few steps for few sensors, compared with one of the paper's layouts."""
     monkeypatch.setattr(searching, "usual", lambda *_: (Round(512, 4, 2, 8, 0.2, 8),))
-    code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
+    monkeypatch.setattr(comparison, "PAPER_SETUPS", ("n1_4_0",))
+    layout = ("--rings-per-link", "1", "--sensors-per-ring", "4")
+    return (*NEAR, *layout, "--voxel", "0.1", "--out", "found")
+
+
+def test_place_leaves_proposal_picture_and_result(run, quick, tmp_path):
+    code, out, _ = run(*quick)
     assert code == 0
-    for word in ("n3_16_55", "proposal.toml", "Search: coverage", "off by up"):
-        assert word in out
-    said = out[out.index("Search: coverage") :].split("Another random seed")[0]
-    assert said.count("(") == said.count(")") > 0
-    setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
-    result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
+    assert "n1_4_0" in out
+    assert "found/proposal.toml" in out
+    setup, _, file = read_proposal(tmp_path / "found/proposal.toml")
+    result = SearchFile.model_validate_json((tmp_path / "found/result.json").read_text())
     assert result.proposal == file
-    assert setup.sensors == 80
-    assert (tmp_path / "found" / "placement.png").read_bytes().startswith(b"\x89PNG")
+    assert setup.sensors == 12
+    assert (tmp_path / "found/placement.png").read_bytes().startswith(b"\x89PNG")
     code, out, _ = run("verify", "found/proposal.toml", "--voxel", "0.1", "--json")
     assert VerifyResult.model_validate_json(out).covered_voxels == file.zeta[0].covered_voxels
 
 
-def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
-    assert comparable(paper_scene())  # imported before what it imports is replaced
-    monkeypatch.setattr(searching, "usual", lambda *_: (Round(512, 4, 2, 8, 0.2, 8),))
-    real, calls = Verifier.verify, []
+def test_a_search_for_redundancy_says_what_it_aimed_at(run, quick, tmp_path):
+    assert run(*quick, "--redundancy", "2", "--paper")[0] == 0
+    file = read_proposal(tmp_path / "found/proposal.toml")[2]
+    result = SearchFile.model_validate_json((tmp_path / "found/result.json").read_text())
+    assert file.found.redundancy == 2
+    assert result.asked_percent["proposal"] == pytest.approx(file.found.exact_percent)
+    assert set(result.asked_percent) == {"proposal", "n1_4_0"}
+
+
+def test_an_interrupt_while_comparing_keeps_the_proposal(run, quick, monkeypatch, tmp_path):
+    real = Verifier.verify
 
     def interrupted(self, setup, target):
-        calls.append(1)
-        if len(calls) == 8:
+        if not any(ring.tilt for ring in setup.rings):  # the paper's
             raise KeyboardInterrupt
         return real(self, setup, target)
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
-    options = ("--paper", "--voxel", "0.1", "--out", "found")
-    code, _, err = run("--target", "V_S", "--radius", "0.5", *options)
+    code, _, err = run(*quick, "--paper")
     assert code == 0
-    assert "the proposal is kept" in err
-    assert read_proposal(tmp_path / "found" / "proposal.toml")[0].sensors == 80
+    assert "kept" in err
+    assert read_proposal(tmp_path / "found/proposal.toml")[0].sensors == 12
 
 
 def test_schemas_are_json(run):
@@ -422,7 +327,7 @@ def heeded():
 def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     """Pressed as soon as the progress bar, which is drawn for a terminal only, says so."""
     program = Path(sys.executable).parent / "place-rings"
-    asked = ["--target", "V_S", "--radius", "0.5", "--paper", "--voxel", "0.1", "--out", "out"]
+    asked = [*NEAR, "--sensors", "16", "--paper", "--voxel", "0.1", "--out", "out"]
     terminal = {**os.environ, "FORCE_COLOR": "1"}
     pipe = subprocess.PIPE
     with subprocess.Popen(
@@ -438,11 +343,15 @@ def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
             process.kill()
     assert process.returncode == (0 if kept else 130), err + more
     assert (b"interrupted" in out) == kept
-    assert (b"interrupted before there was anything to keep" in more) != kept
     assert (tmp_path / "out" / "proposal.toml").exists() == kept
 
 
-@pytest.mark.long
+def collect_and_wait():
+    gc.collect()
+    for _ in range(1000):
+        time.sleep(0.02)
+
+
 def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
     left = [KeyboardInterrupt]
 
@@ -454,7 +363,7 @@ def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
     gc.callbacks.append(pressed)
     try:
         with pytest.raises(KeyboardInterrupt):
-            gc.collect(), time.sleep(60)
+            collect_and_wait()
     finally:
         gc.callbacks.remove(pressed)
     assert not left
@@ -466,18 +375,12 @@ def test_safety_refuses_a_robot_without_stopping_time_before_its_work(run, monke
     )
     code, out, err = run("safety", "n1_8_0", "--robot", "ur5e")
     assert (code, out) == (2, "")
-    assert err.startswith("place-rings: [safety] of the scene: robot ur5e has no stopping time: ")
+    assert err.startswith("place-rings: [safety]")
+    assert "ur5e" in err
     assert err.count("\n") == 1
 
 
-@pytest.mark.long
-def test_report_and_export_print_json(run):
-    few = ("--voxel", "0.1", "--draws", "1", "--out", "a")
-    code, out, _ = run("report", "n1_8_0", *few, "--json")
-    assert code == 0
-    written = ReportResult.model_validate_json(out)
-    assert Path(written.page).read_text().startswith("<!doctype html>")
-    assert [r.target for r in written.zeta] == ["V_S"]
+def test_export_prints_json(run):
     code, out, _ = run("export", "n1_8_0", "--to", "csv", "--to", "json", "--out", "b", "--json")
     assert code == 0
     exported = ExportResult.model_validate_json(out)
@@ -486,16 +389,8 @@ def test_report_and_export_print_json(run):
 
 
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
-    sensor = [
-        "--sensor",
-        "vl53l1x",
-        "--ambient",
-        "200kcps",
-        "--approaches",
-        "8",
-        "--directions",
-        "4",
-    ]
+    sensor = ["--sensor", "vl53l1x", "--ambient", "200kcps", "--approaches", "8"]
+    sensor += ["--directions", "4"]
     (tmp_path / "floor.toml").write_text("[[obstacles]]\nfloor = -0.9\n")
     code, out, _ = run(
         "safety", "n1_8_0", *sensor, "--scene", "floor.toml", "--out", "found", "--json"
@@ -507,29 +402,24 @@ def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_p
     assert found.sensors[0].reflectance == 0.17
     assert found.floor_m == -0.9
     page = (tmp_path / "found" / "README.md").read_text()
-    assert "confers a safety rating" in page
-    assert "too late, whatever their direction" in page
-    assert f"The fastest part requires {found.range_needed_m:.2f} m" in page
+    assert "safety rating" in page
+    assert f"{found.range_needed_m:.2f} m" in page
     with (tmp_path / "found" / "approaches.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
     assert (tmp_path / "found" / "safety.png").stat().st_size > 10_000
 
 
-def test_v_p_is_told_with_its_terms_and_no_rating(run):
-    code, out, _ = run("verify", "n1_8_0", "--target", "V_P", "--voxel", "0.1")
+def test_v_p_is_printed_with_its_terms_no_rating_and_a_sensor_that_does_not_reach(run, tmp_path):
+    target = ("--target", "V_P", "--voxel", "0.1")
+    code, out, _ = run("verify", "n1_8_0", *target)
     assert code == 0
     assert "0.88 + 0.00 + 0.00 + 0.20 + 0.10 + 0.05 = 1.23 m" in out
-    assert "no safety rating" in out
-    assert "less than" not in out
-
-
-def test_v_p_names_a_nominal_sensor_that_does_not_reach_as_far(run, tmp_path):
+    assert "safety rating" in out
+    assert "1.50 m" not in out
     (tmp_path / "slow.toml").write_text("[safety]\nreaction_s = 1.0\n")
-    code, out, _ = run(
-        "verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1"
-    )
+    code, out, _ = run("verify", "n1_8_0", "--scene", "slow.toml", *target)
     assert code == 0
-    assert "A nominal sensor of 25° reaches 1.50 m, less than the" in out
+    assert "1.50 m" in out  # the range of the nominal sensor
 
 
 def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
@@ -539,7 +429,8 @@ def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
     code, out, err = run("safety", "n1_8_0", "--trajectory", "far.csv", "--out", "found")
     assert code == 2
     assert out == ""
-    assert "at 1 s: found 401.07 degrees, allowed: -360 to 360, its limits on ur10" in err
+    for part in ("far.csv", "1 s", "401.07", "-360 to 360", "ur10"):
+        assert part in err
     assert not (tmp_path / "found").exists()
 
 
@@ -570,5 +461,4 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
     code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "none")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "ring 0 (forearm): " in err
-    assert err.rstrip().endswith('search without --paper and rules.mount = "free"')
     assert not (tmp_path / "none").exists()

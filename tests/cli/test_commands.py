@@ -8,7 +8,6 @@ import sys
 from inspect import getdoc
 from pathlib import Path
 
-import pytest
 from place_rings.cli import commands
 from place_rings.cli.app import app
 
@@ -20,16 +19,14 @@ FILES = sorted(
 HEAVY = {"jax", "matplotlib", "numpy", "pydantic", "scipy", "trimesh", "viser"}
 
 
-def loaded(statement: str) -> set[str]:
-    """The modules that a fresh process has loaded after ``statement``."""
-    return set(
-        subprocess.run(
-            [sys.executable, "-c", f"{statement}\nimport sys\nprint(*sys.modules, sep='\\n')"],
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout.split()
-    )
+def loaded(statement: str) -> list[set[str]]:
+    """The modules that a fresh process has loaded at each ``loaded()`` in ``statement``, and at its
+    end."""
+    code = f"import sys\ndef loaded():\n    print('\\nloaded', *sys.modules)\n{statement}\nloaded()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    return [set(line.split()) for line in lines if line.startswith("loaded ")]
 
 
 def test_every_file_is_a_command():
@@ -52,37 +49,40 @@ def test_every_command_of_the_docs_is_there():
     assert called <= set(FILES)
 
 
-@pytest.mark.parametrize("name", ["place", "verify", "check", "export"])
-def test_declaring_a_command_loads_nothing_heavy(name):
-    seen = loaded(f"from place_rings.cli.app import app\nimport place_rings.cli.commands.{name}")
-    assert not HEAVY & seen
-
-
-def test_a_command_loads_no_other():
-    seen = loaded("from place_rings.cli.app import app\napp['verify']")
-    ours = {name for name in seen if name.startswith(f"{commands.__name__}.")}
-    assert ours == {f"{commands.__name__}.{name}" for name in ("place", "verify")}
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("robots",),
-        ("sensors",),
-        ("schema", "scene"),
-        ("cones", "n1_4_0"),
-        ("verify", "n1_4_0", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05"),
-    ],
-    ids=" ".join,
-)
-def test_what_computes_no_gradient_loads_no_jax(words):
-    seen = loaded(
-        f"import sys\nsys.argv = {['place-rings', *words]}\n"
-        "from place_rings.cli.app import main\n"
-        "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code"
+def test_a_command_loads_no_other_and_declaring_loads_nothing_heavy():
+    one, every = loaded(
+        "from importlib import import_module\n"
+        "from place_rings.cli.app import app\n"
+        "app['verify']\n"
+        "loaded()\n"
+        f"for name in {FILES}:\n    import_module(f'{commands.__name__}.{{name}}')"
     )
-    assert "place_rings.cli.app" in seen
-    assert not {"jax", "scipy.stats", "matplotlib", "trimesh", "viser"} & seen
+    ours = {name for name in one if name.startswith(f"{commands.__name__}.")}
+    assert ours == {f"{commands.__name__}.{name}" for name in ("place", "verify")}
+    assert not HEAVY & every
+
+
+def test_what_computes_no_gradient_loads_no_jax_and_neither_does_a_search():
+    """JAX takes longer to load than the first rounds of a search take to run."""
+    words = "robots, sensors, schema scene, cones n1_4_0, verify n1_4_0 --target V_S:0.5 --voxel .1"
+    shown, searched = loaded(
+        "from place_rings.cli.app import main\n"
+        f"for words in {words.split(', ')}:\n"
+        "    sys.argv = ['place-rings', *words.split()]\n"
+        "    try:\n        main()\n"
+        "    except SystemExit as stop:\n        assert not stop.code, words\n"
+        "loaded()\n"
+        "from place_rings.objectives.scene import CoreScene\n"
+        "from place_rings.placement.search.design import Space\n"
+        "from place_rings.placement.search.round import Round\n"
+        "from place_rings.placement.search.search import search\n"
+        "scene = CoreScene()\n"
+        "search(scene, Space(scene, sensors=24), schedule=(Round(256, 2, 1, 2, 0.1),), voxel=0.1)"
+    )
+    assert "place_rings.cli.app" in shown
+    assert not {"jax", "scipy.stats", "matplotlib", "trimesh", "viser"} & shown
+    assert "place_rings.placement.search.search" in searched
+    assert not {"jax", "nlopt"} & searched
 
 
 def test_help_lists_each_command_by_its_first_sentence(run):
@@ -92,17 +92,3 @@ def test_help_lists_each_command_by_its_first_sentence(run):
     for name in sorted(set(FILES) - {"place"}):
         first = " ".join((getdoc(app[name].default_command) or "").split("\n\n")[0].split())
         assert first[:20] in listed, name
-
-
-def test_a_search_loads_no_jax():
-    """JAX takes longer to load than the first rounds take to run."""
-    seen = loaded(
-        "from place_rings.objectives.scene import CoreScene\n"
-        "from place_rings.placement.search.design import Space\n"
-        "from place_rings.placement.search.round import Round\n"
-        "from place_rings.placement.search.search import search\n"
-        "scene = CoreScene()\n"
-        "search(scene, Space(scene, sensors=24), schedule=(Round(256, 2, 1, 2, 0.1),), voxel=0.1)"
-    )
-    assert "place_rings.placement.search.search" in seen
-    assert not {"jax", "nlopt"} & seen

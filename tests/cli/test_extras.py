@@ -1,140 +1,73 @@
 """The core is enough for most commands; the others say which extra they need."""
 
-import ast
+import json
 import os
-import re
 import subprocess
 import sys
-import tomllib
-from importlib.metadata import packages_distributions
 
 import pytest
 
-from ..support.rooms import ROOT, modules
-
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-EXTRAS = PROJECT["project"]["optional-dependencies"]
-
-
-RTDE = ("control", "receive")  # modules without Python files, and on 3.13 not there
-
-
-def names(requirements):
-    """The distributions of requirements, normalised, with those of our own extras."""
-    for requirement in requirements:
-        name = re.match(r"[\w.-]+", requirement)[0]
-        if name == "place-rings":
-            for extra in re.search(r"\[(.*)\]", requirement)[1].split(","):
-                yield from names(EXTRAS[extra])
-        else:
-            yield re.sub(r"[-_.]+", "-", name).lower()
-
-
-PROPOSAL = ROOT / "results/robots/ur10_shadow.toml"
-CORE = set(names(PROJECT["project"]["dependencies"]))
-BAGS, CLUSTER, RIG, ALL = (set(names(EXTRAS[name])) for name in ("bags", "cluster", "rig", "all"))
-
-
-def imported(path):
-    """The third-party modules that a file names in its import statements."""
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            yield node.module.split(".")[0]
-
-
-def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
-    homes = packages_distributions() | {f"rtde_{part}": ["ur-rtde"] for part in RTDE}
-    by_room = {}
-    for _, path in modules():
-        tops = set(imported(path)) - sys.stdlib_module_names - {"place_rings", "pydantic_core"}
-        dists = {
-            re.sub(r"[-_.]+", "-", dist).lower() for top in tops for dist in homes.get(top, [top])
-        }
-        room = path.relative_to(ROOT).parts[0]
-        by_room.setdefault(room, set()).update(dists)
-    used = set().union(*by_room.values())
-    assert used <= CORE | BAGS | CLUSTER | RIG
-    assert {room for room, dists in by_room.items() if dists & BAGS} == {"rig", "formats"}
-    assert {room for room, dists in by_room.items() if dists & CLUSTER} == {"studies"}
-    assert {room for room, dists in by_room.items() if dists & RIG} == {"rig"}
-    assert CORE - used == {"pycollada"}  # by it trimesh reads COLLADA
-
-
-def test_all_the_features_are_in_all_and_what_tests_need_is_in_test():
-    assert BAGS | CLUSTER | RIG | set(names(EXTRAS["robots"])) == ALL
-    assert set(names(EXTRAS["test"])) >= BAGS | CLUSTER | RIG
-
+from ..support.rooms import ROOT
 
 WITHOUT = """
-import sys
+import contextlib, io, json, sys
 for name in ("dask", "distributed", "cryptography", "serial", "rtde_control", "rtde_receive",
              "rosbags", "lz4", "backports"):
     sys.modules[name] = None  # as if it were not installed
-sys.argv = ["place-rings", *sys.argv[1:]]
-from place_rings.cli.entry import main
-main()
+from place_rings.cli.app import main
+if any(words.startswith("report") for words in sys.argv):
+    from place_rings.reporting import comparison
+    comparison.PAPER_SETUPS, comparison.PAPER_TARGETS = ("n1_4_0",), ()
+told = []
+for words in sys.argv[1:]:
+    sys.argv = ["place-rings", *words.split()]
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+    told.append((code, out.getvalue(), err.getvalue()))
+print(json.dumps(told))
 """
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (
-            "study convergence --workers 2 --out made",
-            "--workers: needs dask, distributed, cryptography, not installed:"
-            " pip install 'place-rings[cluster]'",
-        ),
-        (
-            "study paper --scheduler tcp://127.0.0.1:9 --out made",
-            "--scheduler: needs dask, distributed, cryptography, not installed:"
-            " pip install 'place-rings[cluster]'",
-        ),
-        (
-            f"check {PROPOSAL} --rig sim --out made",
-            "check: needs rtde_receive, rtde_control, serial, not installed:"
-            " pip install 'place-rings[rig]' on Python 3.11 or 3.12",
-        ),
-        (
-            f"check {PROPOSAL} --joints rig.mcap --out made",
-            "--joints rig.mcap: needs rosbags, not installed: pip install 'place-rings[bags]'",
-        ),
-        (
-            "check --replay recording-1.rig --bag --out made",
-            "--bag: needs rosbags, not installed: pip install 'place-rings[bags]'",
-        ),
-    ],
+CLUSTER, RIG = "dask, distributed, cryptography", "rtde_receive, rtde_control, serial"
+NEEDS = {
+    "study convergence --workers 2": ("--workers", CLUSTER, "[cluster]"),
+    "study paper --scheduler tcp://127.0.0.1:9": ("--scheduler", CLUSTER, "[cluster]"),
+    "check n1_8_0 --rig sim": ("check", RIG, "[rig]"),
+    "check n1_8_0 --joints rig.mcap": ("--joints rig.mcap", "rosbags", "[bags]"),
+    "check --replay recording-1.rig --bag": ("--bag", "rosbags", "[bags]"),
+}
+ENOUGH = (
+    "verify n1_8_0 --target V_S:0.5 --voxel 0.1",
+    "--target V_S:0.5 --sensors 8 --time 1 --voxel 0.1 --out made",
+    "report n1_4_0 --target V_S:0.5 --voxel 0.1 --draws 1 --out made",
 )
-def test_a_command_without_its_extra_says_what_to_install(arguments, line, tmp_path):
+
+
+def without_extras(commands, folder):
+    """Exit code, stdout and stderr of commands in one process without the extras."""
     done = subprocess.run(
-        [sys.executable, "-c", WITHOUT, *arguments.split()],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
+        [sys.executable, "-c", WITHOUT, *commands], cwd=folder, capture_output=True, text=True
     )
-    assert (done.returncode, done.stdout, list(tmp_path.iterdir())) == (2, "", [])
-    assert done.stderr.removeprefix("place-rings: ").strip() == line
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        "--target V_S --radius 0.5 --sensors 16 --time 2 --voxel 0.05",
-        "report n1_8_0 --target V_S --radius 0.5 --voxel 0.05",
-        "verify n1_8_0 --target V_S --radius 0.5 --voxel 0.05",
-    ],
-)
-def test_the_core_is_enough(arguments, tmp_path):
-    subprocess.run(
-        [sys.executable, "-c", WITHOUT, *arguments.split()],
-        cwd=tmp_path,
-        check=True,
-        capture_output=True,
-        timeout=300,
-    )
+def test_a_command_without_its_extra_says_what_to_install(tmp_path):
+    told = without_extras([f"{words} --out none" for words in NEEDS], tmp_path)
+    for parts, (code, out, err) in zip(NEEDS.values(), told, strict=True):
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert [part for part in parts if part not in err] == [], err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow  # imports all that a report needs
+def test_the_core_is_enough(tmp_path):
+    told = without_extras(ENOUGH, tmp_path)
+    assert [code for code, _, _ in told] == [0] * len(ENOUGH), told
+    made = {path.name for path in (tmp_path / "made").iterdir()}
+    assert made >= {"proposal.toml", "report.html"}
 
 
 def test_pytest_starts_beside_a_plugin_of_dash_that_warns(tmp_path):
@@ -146,11 +79,11 @@ def test_pytest_starts_beside_a_plugin_of_dash_that_warns(tmp_path):
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: dash\nVersion: 0.0\n")
     (info / "entry_points.txt").write_text("[pytest11]\ndash = dash_plugin_that_warns\n")
     (tmp_path / "dash_plugin_that_warns.py").write_text("raise DeprecationWarning('old')\n")
-    options = ["-n0", "--noconftest", "--collect-only", "tests/test_sensor_lists.py"]
-    code = f"import sys, pytest; sys.exit(pytest.main({options}))"
+    (tmp_path / "test_one.py").write_text("def test_one(): pass\n")
+    options = ["-n0", "--noconftest", "-c", str(ROOT / "pyproject.toml"), "test_one.py"]
     done = subprocess.run(
-        [sys.executable, "-P", "-c", code],
-        cwd=ROOT,
+        [sys.executable, "-P", "-m", "pytest", *options],
+        cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(tmp_path)},
         capture_output=True,
         text=True,

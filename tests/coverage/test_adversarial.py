@@ -6,16 +6,18 @@ import math
 import re
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.coverage.pytrees import mapped
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.soft.estimator import soft_zeta
-from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
+from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
@@ -27,6 +29,7 @@ from place_rings.coverage.voxels.voxel_set import FURTHEST
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier, check_beams
 
+from ..strategies.solids import padded
 from ..support import drawing
 from .test_certified_bounds import one_cone
 from .test_octree import dense, lattice
@@ -68,22 +71,15 @@ SCENES = {
         drawn_cones(RNG, 20, 1.5, 0.5),
         0.1,
     ),
-    "coincident cones": (
-        BALL,
-        Cones(
-            *(
-                np.repeat(a, 5, axis=0)
-                for a in (TWINS.apex, TWINS.axis, TWINS.half_angle, TWINS.range_m)
-            )
-        ),
-        0.07,
-    ),
+    "coincident cones": (BALL, mapped(lambda a: np.repeat(a, 5, axis=0), TWINS), 0.07),
     "wholly covered": (BALL, one_cone((0, 0, -9), (0, 0, 1), 0.5, 20), 0.07),
     "wholly uncovered": (BALL, one_cone((0, 0, 9), (0, 0, 1), 0.5, 7), 0.07),
 }
 
 
-@pytest.mark.long
+compiled = jax.jit(soft_zeta)
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_count_interval_and_estimate_hold(name):
     """The octree is the dense count; the interval holds the share of points; the soft estimate is
@@ -98,31 +94,19 @@ def test_count_interval_and_estimate_hold(name):
     assert (
         count(cones, voxel, within=found) == (wanted & dense(cones, centres, voxel, "centre")).sum()
     )
-    p = np.random.default_rng(1).uniform(low, high, (150_000, 3))
+    p = np.random.default_rng(1).uniform(low, high, (40_000, 3))
     p = p[target(p) <= 0]
-    share = float((cones(p) <= 0).mean())
+    held = cones(p) <= 0
     noise = math.sqrt(math.log(2e7) / (2 * len(p)))
     b = bracket(target, cones, 5e-3)
     assert b.reached
-    assert b.low - noise <= share <= b.high + noise
-    parts = (
-        jnp.asarray(a, jnp.float32)
-        for a in (cones.apex, cones.axis, cones.half_angle, cones.range_m)
-    )
-    size = float(np.ptp([low, high]))
-    soft = soft_zeta(Cones(*parts), cloud(p[:20_000]), jnp.float32(1e-3 * size))
-    assert float(soft.zeta) == pytest.approx(share, abs=0.03)
+    assert b.low - noise <= held.mean() <= b.high + noise
+    parts = (jnp.asarray(a, jnp.float32) for a in vars(padded(cones, 5)).values())
+    size, n = float(np.ptp([low, high])), 4096  # of one shape, so that JAX compiles once
+    soft = compiled(Cones(*parts), cloud(p[:n]), jnp.float32(1e-3 * size))
+    assert float(soft.zeta) == pytest.approx(held[:n].mean(), abs=0.03)
     assert np.isfinite(soft.by_apex).all()
     assert np.isfinite(soft.by_axis).all()
-
-
-def test_an_empty_target_is_a_clear_error():
-    nothing = Difference(sphere(np.zeros(3), 0.3), sphere(np.zeros(3), 0.6))
-    assert len(voxels(nothing, 0.05)) == 0
-    with pytest.raises(ValueError, match="empty"):
-        bracket(nothing, BALL, 0.01)
-    with pytest.raises(EmptySolidError, match="empty"):
-        sample(nothing, 10, 0)
 
 
 @given(st.floats(1, 179.9999), st.floats(0.01, 100), st.none() | st.floats(1, 179.9999))

@@ -21,6 +21,7 @@ from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
 
 from ..strategies.singles import DOMES, FANS, SENSORS, singles
 from ..strategies.units import GENERATORS, failures, metres, points_mm
+from ..support.refusals import refused
 
 Q, WIDTH = np.zeros(6), 0.05
 SETS = st.lists(singles(("base",)), min_size=1, max_size=4)
@@ -84,19 +85,17 @@ def test_bounds_hold_all_parts_and_samples_lie_inside(cones, rng):
         )
 
 
-@settings(max_examples=30)
 @given(singles(("base",)), GENERATORS)
 def test_the_volume_is_that_of_many_points(one, rng):
     beams = special([one])
     low, high = beams.bounds()
-    points, box = rng.uniform(low, high, (40_000, 3)), float(np.prod(high - low))
+    points, box = rng.uniform(low, high, (20_000, 3)), float(np.prod(high - low))
     share = one.sensor.volume / box
     assert (beams.part(points, 0) <= 0).mean() == pytest.approx(
-        share, abs=5.5 * math.sqrt(share / 40_000) + 1e-4
+        share, abs=5.5 * math.sqrt(share / 20_000) + 1e-4
     )
 
 
-@settings(max_examples=30)
 @given(SETS, st.lists(points_mm(900), min_size=1, max_size=12), st.integers(5, 300))
 def test_shares_of_cubes_are_within_their_bounds(cones, centres_mm, side_mm):
     """Of 8000 points on a lattice in each cube; a surface moves the share by at most its layers."""
@@ -147,7 +146,7 @@ def share_and_slopes(beams, places):
     return jax.value_and_grad(share, (0, 1, 2))(beams.apex, beams.axis, beams.up)
 
 
-@settings(max_examples=10)
+@settings(max_examples=8)
 @given(FOUR, GENERATORS)
 def test_the_soft_estimate_and_its_slopes_are_those_of_the_functions(cones, rng):
     """Against JAX's own derivative of the product over the functions themselves, in 64 bit."""
@@ -177,19 +176,19 @@ def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"),
+    ("wrong", "parts"),
     [
-        ({"shape": "dome", "fov": 3.2}, "fov: found 3.2, allowed: rad, above 0 and at most pi"),
-        ({"shape": "fan", "fov": 3.2}, "thickness: found None, allowed: m, above 0, for a fan"),
-        ({"shape": "fan", "thickness": 0.1, "fov": 6.4}, "fov: found 6.4"),
-        ({"thickness": 0.1}, "thickness: found 0.1"),
-        ({"near_m": 1.5}, "near_m: found 1.5"),
-        ({"shape": "dome", "near_m": 0.1}, "near_m: found 0.1"),
-        ({"shape": "dome", "fov_up": 0.5}, "fov_up: found 0.5, allowed: None for a dome"),
+        ({"shape": "dome", "fov": 3.2}, "fov 3.2"),
+        ({"shape": "fan", "fov": 3.2}, "thickness None"),
+        ({"shape": "fan", "thickness": 0.1, "fov": 6.4}, "fov 6.4"),
+        ({"thickness": 0.1}, "thickness 0.1"),
+        ({"near_m": 1.5}, "near_m 1.5"),
+        ({"shape": "dome", "near_m": 0.1}, "near_m 0.1"),
+        ({"shape": "dome", "fov_up": 0.5}, "fov_up 0.5"),
     ],
 )
-def test_a_shape_that_cannot_be_is_refused(wrong, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_shape_that_cannot_be_is_refused(wrong, parts):
+    with refused(parts, ValueError):
         Sensor(**wrong)
 
 

@@ -3,8 +3,6 @@
 import math
 from itertools import pairwise
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,8 +10,11 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.pose_curve import pose_curve
+from place_rings.coverage.soft.sampling import EmptySolidError, sample
 from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.pyramids import Pyramids
 from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.solids.volume_fraction import VolumeFraction
 from place_rings.coverage.targets import Target, target_solid
@@ -26,7 +27,7 @@ from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import scenes
-from ..strategies.units import GENERATORS, uniform_directions
+from ..strategies.units import GENERATORS
 
 
 def one_cone(apex, axis, half, range_m):
@@ -38,51 +39,41 @@ def one_cone(apex, axis, half, range_m):
     )
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(scenes(), GENERATORS)
 def test_holds_the_share_of_many_points(scene, rng):
-    """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
+    """Hoeffding: n points are off by more than the noise once in 10^7."""
     solid, cones = scene.solid, scene.cones
     low, high = solid.bounds()
-    p = rng.uniform(low, high, (100_000, 3)).astype(np.float64)
+    n = 20_000
+    p = rng.uniform(low, high, (n, 3))
     p = p[solid(p) <= 0]
     share = float((cones(p) <= 0).mean())
-    noise = math.sqrt(math.log(2e7) / (2 * len(p)))
+    noise, noise_of_box = (math.sqrt(math.log(2e7) / (2 * number)) for number in (len(p), n))
     box = float(np.prod(high - low))
-    wide, narrow = bracket(solid, cones, voxel=0.15), bracket(solid, cones, width=0.01)
+    wide, narrow = bracket(solid, cones, voxel=0.15), bracket(solid, cones, width=0.02)
     assert narrow.reached
-    assert narrow.width <= 0.01
+    assert narrow.width <= 0.02
     for b in (wide, narrow):
         assert b.low - noise <= share <= b.high + noise
-        assert b.volume_low <= len(p) / 100_000 * box + noise * box
-        assert b.volume_high >= len(p) / 100_000 * box - noise * box
+        assert b.volume_low <= (len(p) / n + noise_of_box) * box
+        assert b.volume_high >= (len(p) / n - noise_of_box) * box
     assert max(wide.low, narrow.low) <= min(wide.high, narrow.high)
 
 
-def test_holds_the_share_of_a_million_points(reference_pose):
-    """The reference scene, by an independent evaluation of every point against every cone and
-    slab.
+def test_holds_the_share_of_points_and_voxels_of_the_reference_scene(reference_pose):
+    """Every point is evaluated against every cone and slab; the voxels are finer than the
+    interval.
     """
     target = target_solid(Target("V_S", 0.5), UR10, reference_pose)
     cones = sensor_cones(UR10, named_setup("n3_16_55"), reference_pose)
     low, high = target.bounds()
-    points = jax.random.uniform(jax.random.key(0), (1_000_000, 3), float, low, high).reshape(
-        -1, 1000, 3
-    )
-
-    @jax.jit
-    def tally(target, cones, points):
-        def block(p):
-            inside = target(p) <= 0
-            return inside.sum(), (inside & (cones(p) <= 0)).sum()
-
-        return jax.lax.map(block, points)
-
-    inside, seen = (int(v.sum()) for v in tally(target, jax.tree.map(jnp.asarray, cones), points))
-    noise = math.sqrt(math.log(2e7) / (2 * inside))
-    b = bracket(target, cones, width=1e-3)
+    points = np.random.default_rng(0).uniform(low, high, (30_000, 3))
+    points = points[target(points) <= 0]
+    share, noise = (cones(points) <= 0).mean(), math.sqrt(math.log(2e7) / (2 * len(points)))
+    b = bracket(target, cones, width=2e-3)
     assert b.reached
-    assert b.low - noise <= seen / inside <= b.high + noise
+    assert b.low - noise <= share <= b.high + noise
     ball = voxels(target, 0.015)
     assert count(cones, 0.015, within=ball) / len(ball) == pytest.approx(
         (b.low + b.high) / 2, abs=2e-3
@@ -95,6 +86,7 @@ def closed_forms():
     ball = 4 / 3 * math.pi
     lens = math.pi / 12 * (1 + r - 0.9) ** 2 * (0.9**2 + 2 * 0.9 * (1 + r) - 3 * (1 - r) ** 2) / 0.9
     disc = np.array([0.0, 0.6, 0.8])
+    ends = np.array([[-0.2, 0.1, 0.0], [0.3, -0.1, 0.2]])
     tube = pose_curve(np.array([[0.0, 0, 0], disc])).tube(0.3, 20)
     narrow = pose_curve(np.array([[0.0, 0, 0], disc])).tube(0.1, 20)
     return {
@@ -117,6 +109,25 @@ def closed_forms():
             (0.8**3 - 0.5**3) / (1 - 0.5**3),
             ball * (1 - 0.5**3),
         ),
+        "a capsule in a ball": (
+            sphere(np.zeros(3), 0.6),
+            Capsules(ends[:1], ends[1:], np.array([0.15])),
+            (math.pi * 0.15**2 * math.dist(*ends) + ball * 0.15**3) / (ball * 0.6**3),
+            ball * 0.6**3,
+        ),
+        "a pyramid from the centre of a ball": (
+            sphere(np.zeros(3), 1.0),
+            Pyramids(
+                np.zeros((1, 3)),
+                np.array([[0.6, 0, 0.8]]),
+                np.array([0.3]),
+                np.array([0.7]),
+                np.array([[0.48, 0.8, -0.36]]),
+                np.array([0.5]),
+            ),
+            4 / 3 * 0.7**3 * math.tan(0.3) * math.tan(0.5) / ball,
+            ball,
+        ),
         "two tubes": (tube, narrow, 1 / 9, math.pi * 0.09),
         "the same ball twice": (
             sphere(np.zeros(3), 1.0),
@@ -127,10 +138,14 @@ def closed_forms():
     }
 
 
+CHEAP = ("two balls", "a cone with its base in a ball")
+
+
 @pytest.mark.parametrize("name", closed_forms())
-def test_holds_closed_forms_to_a_hundredth_of_a_point(name):
+def test_holds_closed_forms(name):
+    """To a tenth of a point, and to a hundredth where few cells reach it."""
     target, seen, share, volume = closed_forms()[name]
-    for width in (1e-2, 1e-3, 1e-4):
+    for width in (1e-2, 1e-3, 1e-4) if name in CHEAP else (1e-2, 1e-3):
         b = bracket(target, seen, width)
         assert b.reached
         assert b.low <= share <= b.high
@@ -143,49 +158,6 @@ def test_cells_of_one_size_are_second_order():
     target, seen, _, _ = closed_forms()["a cone from the centre of a ball"]
     widths = [bracket(target, seen, voxel=voxel).width for voxel in (0.1, 0.05, 0.025, 0.0125)]
     assert all(a / b > 3 for a, b in pairwise(widths))
-
-
-def test_meets_the_bracket_of_mesh_booleans():
-    """Polygons within and around cones and ball bound the same share (manifold3d): the intervals
-    share a point.
-    """
-    from manifold3d import Manifold, OpType
-
-    rng = np.random.default_rng(5)
-    cones = Cones(
-        1.4 * (away := uniform_directions(rng, 30)),
-        -away,
-        np.full(30, math.radians(14)),
-        np.full(30, 1.2),
-    )
-    sides = 64
-
-    def mesh(grow, ball):
-        """Union of the cones with their radius grown, and ``ball`` (a Manifold)."""
-        each = []
-        for apex, axis in zip(cones.apex, cones.axis, strict=True):
-            across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-            across /= np.linalg.norm(across)
-            frame = np.column_stack([across, np.cross(axis, across), axis, apex])
-            radius = 1.2 * math.tan(math.radians(14)) * grow
-            each.append(Manifold.cylinder(1.2, 0.0, radius, sides).transform(frame))
-        return Manifold.batch_boolean(each, OpType.Add) ^ ball
-
-    inner = Manifold.sphere(1.0, 128)
-    corners = np.asarray(inner.to_mesh().vert_properties)[:, :3][
-        np.asarray(inner.to_mesh().tri_verts)
-    ]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).astype(float)
-    inscribed = (corners[:, 0] * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
-    outer = inner.scale([1 / float(inscribed.min()) + 1e-6] * 3)
-    ball = 4 / 3 * math.pi
-    low = mesh(1.0, inner).volume() / ball
-    high = mesh(1 / math.cos(math.pi / sides), outer).volume() / ball
-    b = bracket(sphere(np.zeros(3), 1.0), cones, width=1e-3)
-    assert low < high
-    assert b.low <= high + 1e-5
-    assert b.high >= low - 1e-5
-    assert b.high - b.low < high - low
 
 
 def test_wholly_seen_and_wholly_unseen():
@@ -211,15 +183,13 @@ def test_without_cones_nothing_is_seen():
 
 
 def test_an_empty_target_is_refused():
-    nothing = Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 2.0))
-    with pytest.raises(ValueError, match="empty"):
-        bracket(nothing, sphere([0.0, 0, 0], 1.0), 0.01)
-    with pytest.raises(ValueError, match="empty"):
-        bracket(
-            Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)),
-            sphere([0.0, 0, 0], 1.0),
-            0.01,
-        )
+    for radius in (0.3, 0.6, 2.0):
+        nothing = Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], radius))
+        assert len(voxels(nothing, 0.05)) == 0
+        with pytest.raises(ValueError, match="empty"):
+            bracket(nothing, sphere([0.0, 0, 0], 1.0), 0.01)
+        with pytest.raises(EmptySolidError):
+            sample(nothing, 10, 0)
     with pytest.raises(ValueError, match="width"):
         bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
 
@@ -265,7 +235,8 @@ def test_ctrl_c_leaves_the_last_interval():
         if len(told) == 2:
             raise KeyboardInterrupt
 
-    b = bracket(target, seen, 1e-7, tell=stop_at_the_second)
+    b = bracket(target, seen, 1e-5, tell=stop_at_the_second)
+    assert len(told) == 2
     assert b == told[-1]
     assert not b.reached
     assert b.low <= share <= b.high

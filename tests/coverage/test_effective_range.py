@@ -163,35 +163,34 @@ def test_the_beam_of_the_catalogue_lies_within_the_stated_one(name):
 
 
 @pytest.mark.parametrize(
-    "use",
+    ("use", "found"),
     [
-        Use("vl53l1x", "300kcps"),
-        Use("vl53l1x", "5klx"),
-        Use("vl53l4cd", "1klx"),
-        Use("vl53l0x", "sunny"),
-        Use("vl53l1x", reflectance=0.0),
-        Use("vl53l1x", reflectance=1.2),
-        Use("vl53l1x", size=(0.0, 1.0)),
-        Use("vl53l1x", size=(math.inf, 1.0)),
-        Use("vl6180x"),
+        (Use("vl53l1x", "300kcps"), "300kcps"),
+        (Use("vl53l1x", "5klx"), "5klx"),
+        (Use("vl53l4cd", "1klx"), "1klx"),
+        (Use("vl53l0x", "sunny"), "sunny"),
+        (Use("vl53l1x", reflectance=0.0), "reflectance"),
+        (Use("vl53l1x", reflectance=1.2), "1.2"),
+        (Use("vl53l1x", size=(0.0, 1.0)), "0 x 1"),
+        (Use("vl53l1x", size=(math.inf, 1.0)), "inf"),
+        (Use("vl6180x"), "vl6180x"),
     ],
 )
-def test_what_is_not_sourced_is_refused(use):
-    with pytest.raises(ValueError, match=r"must be|allowed|known"):
+def test_what_is_not_sourced_is_refused(use, found):
+    with pytest.raises(ValueError, match=found):
         effective(use)
 
 
-def test_a_target_darker_than_any_measured_is_said_to_be():
+def test_a_target_darker_than_any_measured_is_reported():
     (step,) = (
         s for s in effective(Use("vl53l1x", reflectance=0.018)).steps if s.rule == "reflectance"
     )
-    assert "darker than any measured" in step.found
     assert not step.measured
 
 
 @pytest.mark.parametrize("text", ["0.1", "0.1x", "x", "0x1", "-1x1", "1x1x1", "ax1", "nanx1"])
 def test_a_size_that_is_none_is_refused(text):
-    with pytest.raises(ValueError, match="WIDTHxHEIGHT"):
+    with pytest.raises(ValueError, match=repr(text)):
         size_of(text)
 
 

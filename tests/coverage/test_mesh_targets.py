@@ -16,13 +16,13 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.volumes import BoxVolume, MeshVolume
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import CoreScene, Goal
 
 from ..strategies.units import GENERATORS, failures, uniform_directions
 from ..strategies.volumes import BOXES
+from ..support.refusals import refused
 from .test_octree import dense, lattice
 
 
@@ -91,18 +91,17 @@ def test_function_is_lipschitz(mesh, rng):
     assert failures(p, np.abs(solid(p) - solid(q)) <= step + 1e-9) == []
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("rule", ["centre", "touch"])
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(MESHES)
 def test_count_is_the_dense_count(rule, mesh):
     solid = solid_of(mesh)
-    voxel = 0.0531 if rule == "centre" else 0.211
+    voxel = 0.0831 if rule == "centre" else 0.311
     centres = lattice(*solid.bounds(), voxel)
     assert count(solid, voxel, rule) == dense(solid, centres, voxel, rule).sum()
 
 
-@settings(max_examples=10)
+@settings(max_examples=8)
 @given(BOXES)
 def test_a_mesh_of_a_box_is_the_box(volume):
     mesh = trimesh.creation.box(
@@ -110,10 +109,10 @@ def test_a_mesh_of_a_box_is_the_box(volume):
     )
     same = MeshVolume(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
     one, other = (v.solid(lambda *_: None) for v in (volume, same))
-    assert abs(count(one, 0.0231) - count(other, 0.0231)) <= 2  # centres on a face
+    assert abs(count(one, 0.0431) - count(other, 0.0431)) <= 2  # centres on a face
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(MESHES)
 def test_certified_volume_holds_that_of_trimesh(mesh):
     solid = solid_of(mesh)
@@ -123,14 +122,14 @@ def test_certified_volume_holds_that_of_trimesh(mesh):
     assert found.high - found.low <= 0.1
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(MESHES, GENERATORS, st.sampled_from([0.01, 0.05]))
 def test_shares_of_cubes_hold(mesh, rng, side):
     solid, cell = solid_of(mesh), np.arange(20)
     points = trimesh.sample.sample_surface(mesh, 20, seed=int(rng.integers(99)))[0]
     points = points + rng.uniform(-0.5, 0.5, (20, 3)) * side
     found = solid.shares(points, cell, np.zeros(20, int), 20, side, 1e-9)
-    inside = rng.uniform(-0.5, 0.5, (3000, 3)) * side
+    inside = rng.uniform(-0.5, 0.5, (1000, 3)) * side
     share = np.array([solid.holds(p + inside).mean() for p in points])
     noise = math.sqrt(math.log(2 * 20 * 1e7) / (2 * len(inside)))
     assert failures(points, found.low - noise <= share) == []
@@ -159,7 +158,7 @@ def test_files_hold_meshes(tmp_path):
     target = read_target(tmp_path / "zone.toml").target
     box = Target("box", None, BoxVolume((0.4, 0.2, 0.6), (0.5, 0.0, 0.5)))
     one, other = (target_solid(t, UR10, CoreScene.poses[0].q) for t in (target, box))
-    assert abs(count(one, 0.0117) - count(other, 0.0117)) <= 2
+    assert abs(count(one, 0.0217) - count(other, 0.0217)) <= 2
     keys = SceneModel.from_domain(CoreScene(goals=(Goal(target),)))
     assert keys.to_domain().goals[0].target == target
     again = pr.Mesh.load(
@@ -177,28 +176,26 @@ def test_open_meshes_are_refused(tmp_path):
     (tmp_path / "open.toml").write_text(
         "name = 'zone'\nvolume = {kind = 'mesh', file = 'open.stl'}\n"
     )
-    with pytest.raises(UserError, match=r"volume\.file: .*not closed: 3 of its 18 edges"):
+    with refused("open.toml volume.file 3 18"):  # 3 of its 18 edges belong to one face
         read_target(tmp_path / "open.toml")
-    with pytest.raises(pr.InputError, match="not closed"):
+    with refused("3 18", pr.InputError):
         pr.Mesh.load(tmp_path / "open.stl")
 
 
 BAD = {
-    "{kind = 'mesh'}": "the key file, or the keys vertices and faces",
-    "{kind = 'mesh', file = 'none.stl'}": "target.toml: volume.file: none.stl: cannot be read",
-    "{kind = 'mesh', file = '../a.stl'}": "allowed: a file in the folder",
-    "{kind = 'mesh', file = 'a.txt'}": "allowed: a mesh, .stl",
-    "{kind = 'mesh', file = 'text.stl'}": "text.stl",
-    "{kind = 'mesh', file = 'text.stl', vertices = [[0.0,0.0,0.0]]}": "volume.vertices: found",
+    "{kind = 'mesh'}": "volume file vertices faces",
+    "{kind = 'mesh', file = 'none.stl'}": "volume.file none.stl",
+    "{kind = 'mesh', file = '../a.stl'}": "volume.file ../a.stl",
+    "{kind = 'mesh', file = 'a.txt'}": "volume.file a.txt .stl",
+    "{kind = 'mesh', file = 'text.stl'}": "volume.file text.stl",
+    "{kind = 'mesh', file = 'text.stl', vertices = [[0.0,0.0,0.0]]}": "volume.vertices",
 }
 
 
 @pytest.mark.parametrize("volume", BAD)
-def test_bad_meshes_say_what_is_wrong(volume, tmp_path):
+def test_bad_meshes_are_refused(volume, tmp_path):
     (tmp_path / "a.txt").write_text("hello")
     (tmp_path / "text.stl").write_text("hello")
     (tmp_path / "target.toml").write_text(f"name = 'zone'\nvolume = {volume}\n")
-    with pytest.raises(UserError) as error:
+    with refused(f"target.toml {BAD[volume]}"):
         read_target(tmp_path / "target.toml")
-    assert BAD[volume] in str(error.value)
-    assert "\n" not in str(error.value)

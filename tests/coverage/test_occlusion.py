@@ -100,22 +100,22 @@ def test_a_shadow_grows_at_the_pace_of_distance():
     scene = drawn_capsules(rng, 400)
     # a frame of its own
     turning = np.linalg.norm(np.cross(scene[1] - scene[0], scene[2] - scene[0]), axis=1) > 1e-3
-    scene = [jnp.asarray(a[turning]) for a in scene]
-    points = jnp.asarray(rng.uniform(-1.5, 1.5, scene[0].shape))
+    apex, *bodies = (a[turning] for a in scene)
+    places = rng.uniform(-1.5, 1.5, apex.shape)
 
     def total(p, apex):
-        return behind(p, capsule_shadow(apex, *scene[1:])).sum()
+        return shadow_value(p, apex, *bodies).sum()
 
-    by_point, by_apex = jax.grad(total, (0, 1))(points, scene[0])
+    by_point, by_apex = jax.jit(jax.grad(total, (0, 1)))(places, apex)
     assert np.allclose(np.linalg.norm(by_point, axis=1), 1, atol=1e-9)
 
     def each(apex):
-        return np.asarray(behind(points, capsule_shadow(apex, *scene[1:])))
+        return behind(places, capsule_shadow(apex, *bodies))
 
     h = 1e-6
     for i in range(3):
-        step = jnp.zeros(3).at[i].set(h)[None]
-        slope = (each(scene[0] + step) - each(scene[0] - step)) / (2 * h)
+        step = h * np.eye(3)[i]
+        slope = (each(apex + step) - each(apex - step)) / (2 * h)
         off = np.abs(slope - np.asarray(by_apex)[:, i])
         assert np.quantile(off, 0.98) < 1e-5  # a few lie on a crease
 
@@ -248,11 +248,8 @@ def test_no_ray_of_a_dense_fan_meets_a_body_sooner():
     met = 0
     for _ in range(25):
         beam, (_, (start, *_), (end, *_), (radius, *_)) = one_beam(rng), drawn_capsules(rng, 30)
-        if (
-            start is end
-            or gap_to_capsules(beam.apex, start[None], end[None], radius[None]) < 1e-3
-            or np.all(start == end)
-        ):
+        gap = gap_to_capsules(beam.apex, start[None], end[None], radius[None])
+        if gap < 1e-3 or np.all(start == end):
             continue
         way, reach = fan(rng, beam, 40_000)
         t = first_on_capsule(beam.apex, way, start, end, radius)
@@ -308,7 +305,7 @@ def test_the_gap_of_a_cone_is_a_distance():
     """Its sign is the cone's, it is 1-Lipschitz, and no sampled point of the cone is nearer."""
     rng = np.random.default_rng(1)
     beam = one_beam(rng)
-    points = rng.uniform(-2, 2, (3000, 3))
+    points = rng.uniform(-2, 2, (800, 3))
     gap = cone_gap(beam, points)
     value = cone(
         points,
@@ -336,33 +333,33 @@ def test_the_blinded_distance_has_its_gradient():
     axis = towards / np.linalg.norm(towards, axis=1, keepdims=True)
     half, reach = rng.uniform(0.05, 0.4, n), np.full(n, 3.0)
 
-    @jax.jit
     def distance(apex, axis):
         return capsule_in_beam(Beam(apex, axis, half, reach), start, end, radius)[0]
 
-    at = jnp.asarray(apex), jnp.asarray(axis)
+    at = apex, axis
     met = np.isfinite(distance(*at))
     assert met.mean() > 0.5
-    assert np.allclose(
-        distance(*at)[met],
-        capsule_in_beam(Beam(apex, axis, half, reach), start, end, radius)[0][met],
-        atol=1e-9,
-    )
-    slopes = jax.grad(lambda *a: jnp.where(met, distance(*a), 0.0).sum(), (0, 1))(*at)
+
+    def total(*at):
+        found = distance(*at)
+        return jnp.where(met, found, 0.0).sum(), found
+
+    slopes, found = jax.jit(jax.grad(total, (0, 1), has_aux=True))(*at)
+    assert np.allclose(found[met], distance(*at)[met], atol=1e-9)
     for which, slope in enumerate(slopes):
         for i in range(3):
-            step = jnp.zeros(3).at[i].set(1e-6)[None]
+            step = 1e-6 * np.eye(3)[i]
             ends = [
                 distance(*(a + sign * step if j == which else a for j, a in enumerate(at)))
                 for sign in (1, -1)
             ]
-            central = np.asarray(ends[0] - ends[1])[met] / 2e-6
+            central = (ends[0][met] - ends[1][met]) / 2e-6
             assert np.quantile(np.abs(central - np.asarray(slope)[met, i]), 0.95) < 1e-4
 
 
 def test_what_spans_no_volume_is_refused():
     with pytest.raises(ValueError, match="volume"):
         hull(np.zeros((5, 3)))
-    with pytest.raises(ValueError, match="must be positive"):
+    with pytest.raises(ValueError, match="box"):
         box((0, 0, 0), (1, 0, 1))
     assert len(hull(np.concatenate([np.eye(3), -np.eye(3)])).offset) == 8

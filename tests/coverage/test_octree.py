@@ -24,7 +24,7 @@ from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.target_voxels import target_voxels
 
 from ..strategies.scenes import scenes
-from ..strategies.solids import some_balls, some_cones
+from ..strategies.solids import some_balls, some_beams, some_capsules, some_cones
 
 RULES = ("centre", "touch")
 
@@ -66,18 +66,17 @@ def agree(scene, beams, rule):
 
 
 @pytest.mark.parametrize("rule", RULES)
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(scenes())
 def test_count_is_the_dense_count(rule, scene):
     agree(scene, scene.cones, rule)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rule", RULES)
-@settings(max_examples=180)
-@given(scenes())
-def test_count_is_the_dense_count_in_many_scenes(rule, scene):
-    agree(scene, scene.cones, rule)
+@given(some_capsules(1, 4, 400, (50, 300)) | some_beams(2, 2))
+def test_count_of_capsules_and_of_beams_of_two_shapes_is_the_dense_count(solid):
+    centres = lattice(*solid.bounds(), 0.05)
+    assert count(solid, 0.05) == dense(solid, centres, 0.05, "centre").sum()
+    assert voxels(solid, 0.05) - voxels(solid, 0.05, "touch") == VoxelSet.empty(0.05)
 
 
 @settings(max_examples=12)
@@ -95,7 +94,7 @@ def test_both_forms_of_zeta_agree(scene, rule):
     assert both == voxels(cones, voxel, rule, target)
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(scenes(), st.lists(some_balls(), min_size=1, max_size=5), st.sampled_from(RULES))
 def test_one_descent_counts_in_many_sets(scene, parts, rule):
     """Sets may overlap, contain each other, lie away from the solid, or be empty."""
@@ -109,11 +108,11 @@ def test_one_descent_counts_in_many_sets(scene, parts, rule):
 def test_more_sets_than_a_mark_holds_are_refused():
     empty = [VoxelSet.empty(0.1)]
     assert count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * MOST_SETS) == [0] * MOST_SETS
-    with pytest.raises(ValueError, match="at most 31"):
+    with pytest.raises(ValueError, match=str(MOST_SETS)):
         count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * (MOST_SETS + 1))
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(scenes())
 def test_found_voxels_are_the_dense_ones(scene):
     solid, voxel = scene.solid, scene.voxel("centre")
@@ -122,7 +121,6 @@ def test_found_voxels_are_the_dense_ones(scene):
     assert set(map(tuple, mine.tolist())) == set(map(tuple, centres[solid(centres) <= 0].tolist()))
 
 
-@settings(max_examples=12)
 @given(some_cones(), st.integers(1, 20))
 def test_moving_by_whole_voxels_moves_the_set(cones, steps):
     voxel = 0.0625
@@ -163,11 +161,11 @@ def test_nothing_is_found_where_nothing_is(reference_pose):
 
 
 def test_voxels_beyond_the_lattice_are_refused():
-    with pytest.raises(ValueError, match="too small"):
+    with pytest.raises(ValueError, match="1e-07"):
         count(sphere([0.0, 0, 0], 1.0), 1e-7)
 
 
-@settings(max_examples=5)
+@settings(max_examples=4)
 @given(scenes(), st.sampled_from(RULES), st.sampled_from([4, 16]))
 def test_regions_hold_every_voxel_once(scene, rule, most):
     """What is counted region by region is what is counted at once."""

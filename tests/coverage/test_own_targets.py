@@ -35,15 +35,15 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
-from place_rings.objectives.verify_targets import verify_targets
 
 from ..strategies.scenes import CELLS, scenes
 from ..strategies.units import GENERATORS, failures, uniform_directions
 from ..strategies.volumes import BOXES, CYLINDERS, OWN_TARGETS, VOLUMES
+from ..support.refusals import refused
 from .test_octree import agree, dense, lattice
 
 NEAR = NamedVolume("V_S", 0.5)
-FINE = 0.0937  # m: no centre of a voxel lies on a surface of whole millimetres
+FINE = 0.1337  # m: no centre of a voxel lies on a surface of whole millimetres
 SETUP = named_setup("n2_16_25")
 FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free"))
 
@@ -66,14 +66,13 @@ def scene_of(*targets, **fields):
 
 
 @pytest.mark.parametrize("rule", ["centre", "touch"])
-@settings(max_examples=20)
+@settings(max_examples=7)
 @given(scenes(OWN_TARGETS, CELLS))
 def test_count_is_the_dense_count(rule, scene):
     assume((np.ptp(scene.solid.bounds(), axis=0) > 0.1).all())
     agree(scene, scene.cones, rule)
 
 
-@settings(max_examples=20)
 @given(VOLUMES, GENERATORS)
 def test_function_is_lipschitz(volume, rng):
     solid = solid_of(volume)
@@ -84,7 +83,6 @@ def test_function_is_lipschitz(volume, rng):
     assert failures(p, change <= step[:, 0] * (1 + 1e-9) + 1e-9) == []
 
 
-@settings(max_examples=20)
 @given(st.one_of(BOXES, CYLINDERS), GENERATORS)
 def test_shares_of_cubes_hold(volume, rng):
     """The bounds of a cube's share hold the share of many points in it."""
@@ -93,26 +91,23 @@ def test_shares_of_cubes_hold(volume, rng):
     points, side = rng.uniform(low - 0.1, high + 0.1, (30, 3)), 0.2
     cell = np.arange(30)
     found = parts.shares(points, cell, np.zeros(30, int), 30, side, 1e-12)
-    inside = rng.uniform(-0.5, 0.5, (20_000, 3)) * side
+    inside = rng.uniform(-0.5, 0.5, (8000, 3)) * side
     share = np.array([(parts(p + inside) <= 0).mean() for p in points])
     noise = math.sqrt(math.log(2 * 30 * 1e7) / (2 * len(inside)))
     assert failures(points, found.low - noise <= share) == []
     assert failures(points, found.high + noise >= share) == []
 
 
-@given(BOXES)
-def test_count_of_a_box_is_its_volume(volume):
+@given(BOXES | CYLINDERS)
+def test_count_of_a_box_and_of_a_cylinder_is_its_volume(volume):
     found = voxels(volume.solid(lambda *_: None), 0.02)
-    surface = 2 * sum(volume.size[i] * volume.size[i - 1] for i in range(3))
-    assert abs(found.volume - math.prod(volume.size)) <= 0.02 * surface
-
-
-@given(CYLINDERS)
-def test_count_of_a_cylinder_is_its_volume(volume):
-    found = voxels(volume.solid(lambda *_: None), 0.02)
-    r, h = volume.radius, volume.height
-    surface = 2 * math.pi * r * (r + h)
-    assert abs(found.volume - math.pi * r**2 * h) <= 0.02 * surface
+    if isinstance(volume, BoxVolume):
+        a, b, c = volume.size
+        surface, inside = 2 * (a * b + b * c + c * a), a * b * c
+    else:
+        r, h = volume.radius, volume.height
+        surface, inside = 2 * math.pi * r * (r + h), math.pi * r**2 * h
+    assert abs(found.volume - inside) <= 0.02 * surface
     low, high = volume.solid(lambda *_: None).bounds()
     assert (found.centres() >= low - 1e-9).all()
     assert (found.centres() <= high + 1e-9).all()
@@ -132,7 +127,7 @@ def test_a_certified_volume_is_the_closed_form():
     assert b.volume_high - b.volume_low < 0.05
 
 
-@settings(max_examples=6)
+@settings(max_examples=5)
 @given(scenes(OWN_TARGETS))
 def test_certified_interval_holds_the_dense_share(scene):
     solid = scene.solid
@@ -148,7 +143,7 @@ def test_certified_interval_holds_the_dense_share(scene):
     assert found.low - surface <= share <= found.high + surface
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(VOLUMES, VOLUMES)
 def test_identities_of_sets(a, b):
     """A less B is A less (A and B); A or B less B is A less B; the parts of A make up A."""
@@ -183,21 +178,6 @@ def test_protective_volume_in_a_tree_leaves_the_robot_out():
     assert (found.target_voxels, found.zeta) == (whole.target_voxels, whole.zeta)
 
 
-@settings(max_examples=6)
-@given(OWN_TARGETS, GENERATORS)
-def test_zeta_is_that_of_independent_points(target, rng):
-    """Monte Carlo with nothing of ours but the functions of the target's and the beams' solids."""
-    scene = scene_of(target)
-    solid = scene.solid(target, 0)
-    low, high = solid.bounds()
-    points = rng.uniform(low, high, (40_000, 3))
-    inside = points[solid(points) <= 0]
-    assume(len(inside) > 2000)
-    verifier = Verifier(scene, 0.02)
-    share = float((verifier.seen(SETUP, 0)(inside) <= 0).mean())
-    assert abs(verifier.verify(SETUP, target).zeta - share) <= 5 / math.sqrt(len(inside)) + 0.01
-
-
 def test_obstacles_bound_a_target():
     wall = Obstacle("wall", box([0.5, 0.0, 0.5], [0.2, 4.0, 4.0]))
     zone = own(BoxVolume((1.0, 1.0, 1.0), (0.5, 0.0, 3.0)))
@@ -206,14 +186,6 @@ def test_obstacles_bound_a_target():
     zone = own(BoxVolume((1.0, 1.0, 1.0), (0.5, 0.0, 2.0)))
     found = Verifier(scene_of(zone, obstacles=(wall,)), 0.02).verify(SETUP, zone)
     assert found.target_voxels == 50**3 - 10 * 50 * 50
-
-
-def test_targets_counted_together_are_those_counted_alone():
-    zones = [own(BoxVolume((0.5, 0.5, 0.5), (0.4, 0.0, h)), f"zone {h}") for h in (0.3, 1.0)]
-    scene = scene_of(*zones, Target("V_S", 0.5))
-    verifier, targets = Verifier(scene, 0.02), [g.target for g in scene.goals]
-    together = verify_targets(verifier, SETUP, targets)
-    assert [v.zeta for v in together] == [verifier.verify(SETUP, t).zeta for t in targets]
 
 
 def test_a_function_counts_as_the_solid_it_describes():
@@ -237,12 +209,12 @@ def test_a_function_counts_as_the_solid_it_describes():
 
 
 @pytest.mark.parametrize(
-    ("function", "text"),
+    ("function", "found"),
     [(lambda p: p, "shape"), (lambda p: np.full(len(p), np.nan), "NaN")],
 )
-def test_a_function_that_returns_nonsense_is_refused(function, text):
+def test_a_function_that_returns_nonsense_is_refused(function, found):
     scene = pr.Scene(targets=pr.Implicit(function, ((0, 0, 0), (1, 1, 1))), occlusion="ignore")
-    with pytest.raises(ValueError, match=text):
+    with pytest.raises(ValueError, match=found):
         pr.verify("n2_16_25", scene, voxel=0.05)
 
 
@@ -251,7 +223,7 @@ def test_what_is_empty_is_refused():
         "intersection", (BoxVolume((1.0, 1.0, 1.0)), BoxVolume((1.0, 1.0, 1.0), (5.0, 0.0, 0.0)))
     )
     scene = scene_of(own(apart))
-    with pytest.raises(ValueError, match="contains no voxel"):
+    with pytest.raises(ValueError, match="my own"):
         Verifier(scene, 0.05).verify(SETUP, own(apart))
     with pytest.raises(ValueError, match="empty"):
         Verifier(scene, None, "certified", 0.1).verify(SETUP, own(apart))
@@ -259,6 +231,7 @@ def test_what_is_empty_is_refused():
         sample(scene.solid(own(apart), 0), 10, 0)
 
 
+@settings(max_examples=8)
 @given(st.lists(VOLUMES, min_size=1, max_size=3))
 def test_there_and_back_through_files(volumes):
     goals = tuple(Goal(own(v, f"zone {i}"), 1.0 + i, 0.25) for i, v in enumerate(volumes))
@@ -295,37 +268,35 @@ def test_there_and_back_through_python():
 
 
 BAD = {
-    "name = 'a'": 'name: found "a", allowed: V_O, V_T, V_OT, V_S, V_P, or any name with a volume',
-    "name = 'V_S'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name: found "V_S"',
-    "name = 'a=b'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name: found "a=b"',
-    "name = 'a'\nvolume = {kind = 'box'}": "volume: found nothing, allowed: the key size",
-    "name = 'a'\nvolume = {kind = 'sphere', radius = 1.0, height = 2.0}": "volume: found",
-    "name = 'a'\nvolume = {kind = 'box', size = [1.0, 1.0, 0.0]}": "volume.size[2]: found 0.0",
-    "name = 'a'\nvolume = {kind = 'cone'}": 'volume.kind: found "cone", allowed: box, cylinder',
-    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 1.0]}": "a volume with an end",
-    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 0.0]}": "a direction",
-    "name = 'a'\nradius = 1.0\nvolume = {kind = 'V_O'}": "radius: found 1.0",
-    "name = 'a'\nvolume = {kind = 'V_O', radius = 1.0}": "volume: found",
-    "name = 'a'\nvolume = {kind = 'union', of = [{kind = 'V_O'}]}": "volume.of: found a list of 1",
-    "name = 'a'\ncolour = 'red'\nvolume = {kind = 'V_O'}": "colour: found an unknown key",
+    "name = 'a'": 'name "a" V_O V_P',
+    "name = 'V_S'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name "V_S"',
+    "name = 'a=b'\nvolume = {kind = 'box', size = [1.0, 1.0, 1.0]}": 'name "a=b"',
+    "name = 'a'\nvolume = {kind = 'box'}": "volume size",
+    "name = 'a'\nvolume = {kind = 'sphere', radius = 1.0, height = 2.0}": "volume",
+    "name = 'a'\nvolume = {kind = 'box', size = [1.0, 1.0, 0.0]}": "volume.size[2] 0.0",
+    "name = 'a'\nvolume = {kind = 'cone'}": 'volume.kind "cone" box cylinder',
+    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 1.0]}": "volume",
+    "name = 'a'\nvolume = {kind = 'half_space', normal = [0.0, 0.0, 0.0]}": "volume",
+    "name = 'a'\nradius = 1.0\nvolume = {kind = 'V_O'}": "radius 1.0",
+    "name = 'a'\nvolume = {kind = 'V_O', radius = 1.0}": "volume",
+    "name = 'a'\nvolume = {kind = 'union', of = [{kind = 'V_O'}]}": "volume.of 1",
+    "name = 'a'\ncolour = 'red'\nvolume = {kind = 'V_O'}": "colour",
 }
 
 
 @pytest.mark.parametrize("text", BAD)
-def test_bad_files_say_what_is_wrong(text, tmp_path):
+def test_bad_files_are_refused(text, tmp_path):
     file = tmp_path / "target.toml"
     file.write_text(text)
-    with pytest.raises(UserError) as error:
+    with refused(f"target.toml {BAD[text]}"):
         read_target(file)
-    assert str(error.value).startswith(f"{file}: {BAD[text]}") or BAD[text] in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_scene_names_its_targets_apart(tmp_path):
     file = tmp_path / "scene.toml"
     table = "[[targets]]\nname = 'a'\nvolume = {kind = 'box', size = [1.0, 1.0, %s]}\n"
     file.write_text(table % 1.0 + table % 2.0)
-    with pytest.raises(UserError, match=r"targets\[1\]\.name: found \"a\", allowed: another name"):
+    with refused('scene.toml targets[1].name "a"'):
         read_scene(file)
     file.write_text(table % 1.0 + table % 1.0)
     assert len(read_scene(file).goals) == 2
@@ -334,7 +305,7 @@ def test_a_scene_names_its_targets_apart(tmp_path):
 def test_functions_stay_out_of_files():
     function = pr.Implicit(lambda p: np.linalg.norm(p, axis=1) - 1, ((-1, -1, -1), (1, 1, 1)))
     scene = pr.Scene(targets=pr.UnionOf([function, pr.Shell(0.5)], name="round"))
-    with pytest.raises(UserError, match="cannot be written to a file"):
+    with pytest.raises(UserError):
         SceneModel.from_domain(scene.core)
     assert isinstance(scene.targets[0], pr.UnionOf)
 

@@ -22,9 +22,10 @@ from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
+from scipy.spatial.transform import Rotation
 
-from ..support import drawing
 from ..strategies.rings import poses
+from ..support import drawing
 from ..support.urdf_text import Peer, chain_text
 
 FK = 1e-9  # m, and of rotation matrices
@@ -86,26 +87,10 @@ FRANKA = [
 ]
 
 
-def turn_z(t):
-    return np.array(
-        [
-            [math.cos(t), -math.sin(t), 0, 0],
-            [math.sin(t), math.cos(t), 0, 0],
-            [0, 0, 1, 0],
-            [0, 0, 0, 1],
-        ]
-    )
-
-
-def turn_x(t):
-    return np.array(
-        [
-            [1, 0, 0, 0],
-            [0, math.cos(t), -math.sin(t), 0],
-            [0, math.sin(t), math.cos(t), 0],
-            [0, 0, 0, 1],
-        ]
-    )
+def turn(axis, angle):
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_euler(axis, angle).as_matrix()
+    return T
 
 
 def shift(x, z):
@@ -117,7 +102,7 @@ def shift(x, z):
 def by_table(q, table):
     T = np.eye(4)
     for theta, (d, a, alpha) in zip(q, table, strict=True):
-        T = T @ turn_z(theta) @ shift(a, d) @ turn_x(math.radians(alpha))
+        T = T @ turn("z", theta) @ shift(a, d) @ turn("x", math.radians(alpha))
     return T
 
 
@@ -145,11 +130,11 @@ def test_universal_robots_are_their_published_tables(q, name):
         q, [(d1, 0, 90), (0, a2, 0), (0, a3, 0), (d4, 0, 90), (d5, 0, -90), (d6, 0, 0)]
     )
     found = forward(ROBOTS[name].chain, q)[-1]
-    assert np.abs(found[:3, 3] - (turn_z(math.pi) @ wanted)[:3, 3]).max() < (
+    assert np.abs(found[:3, 3] - (turn("z", math.pi) @ wanted)[:3, 3]).max() < (
         1e-4 if name == "ur10" else FK
     )
     outward = ROBOTS[name].mounts[-1].axis
-    assert np.abs(found[:3, :3] @ outward - (turn_z(math.pi) @ wanted)[:3, 2]).max() < FK
+    assert np.abs(found[:3, :3] @ outward - (turn("z", math.pi) @ wanted)[:3, 2]).max() < FK
 
 
 @settings(max_examples=20)
@@ -157,7 +142,7 @@ def test_universal_robots_are_their_published_tables(q, name):
 def test_arms_of_seven_joints_are_their_published_tables(q):
     T = np.eye(4)
     for theta, (a, d, alpha) in zip(q, FRANKA, strict=True):
-        T = T @ turn_x(math.radians(alpha)) @ shift(a, 0) @ turn_z(theta) @ shift(0, d)
+        T = T @ turn("x", math.radians(alpha)) @ shift(a, 0) @ turn("z", theta) @ shift(0, d)
     for name in ("panda", "fr3"):
         assert np.abs(forward(ROBOTS[name].chain, q)[-1] - T @ shift(0, 0.107)).max() < FK
     assert np.abs(forward(ROBOTS["iiwa14"].chain, q)[-1] - by_table(q, IIWA)).max() < FK
@@ -234,8 +219,6 @@ def test_the_fr3_has_limits_of_the_maker_and_says_which():
         limits(earlier, (-2.7478, -0.4461), (0.8521, 4.2094)),
     ):
         assert np.all((own[:, 0] <= narrow[:, 0]) & (narrow[:, 1] <= own[:, 1]))
-    for figure in ("2.7437", "2.9007", "2.3476", "2.3093"):
-        assert figure in ROBOTS["fr3"].source
 
 
 FRAGMENT = 0.0775  # m: a fragment of 1 mm lies beside the UR10's upper arm in its visual mesh
@@ -352,10 +335,10 @@ def test_a_scene_is_read_for_the_robot_that_is_given(tmp_path):
     scene = resolve_scene(path, "panda")
     assert scene.robot is ROBOTS["panda"]
     assert np.degrees(scene.poses[0].q) == pytest.approx([0, 20, 0, -80, 0, 100, 40])
-    with pytest.raises(UserError, match=r"q_deg: found 7, allowed: 6 angles.* of ur5e"):
+    with pytest.raises(UserError, match=r"cell\.toml: .*q_deg\b.* 7\b.* 6\b.* ur5e"):
         resolve_scene(path, "ur5e")
     path.write_text("[[poses]]\nq_deg = [0.0, 20.0, 0.0, 80.0, 0.0, 100.0, 40.0]\n")
-    with pytest.raises(UserError, match=r"q_deg\[3\]: found 80\.0, .* of panda"):
+    with pytest.raises(UserError, match=r"cell\.toml: .*q_deg\[3\].* 80\.0\b.* panda"):
         resolve_scene(path, "panda")
 
 

@@ -1,4 +1,4 @@
-"""Points drawn in a solid against the candidates that its implicit function puts inside."""
+"""The Sobol sequence against SciPy's, and points drawn in a solid against its implicit function."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -7,6 +7,14 @@ from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.soft.sobol import sobol
 from place_rings.coverage.solids.base import Difference, Intersection, Union
 from place_rings.coverage.solids.spheres import Spheres
+from scipy.stats import qmc
+
+
+@given(st.integers(0, 2**63), st.integers(0, 10), st.integers(1, 5))
+def test_points_are_scipys_bit_for_bit(seed, power, blocks):
+    theirs, ours = qmc.Sobol(3, seed=seed), sobol(2**power, seed)
+    for _ in range(blocks):
+        assert np.array_equal(next(ours), theirs.random(2**power))
 
 
 @settings(max_examples=10)

@@ -67,8 +67,7 @@ def sharp(value):
     return float(min(SHARP, np.abs(value).min() / 40))
 
 
-@pytest.mark.long
-@settings(max_examples=10)
+@settings(max_examples=4)
 @given(drawing.seeds)
 @example(4394)  # a point 0.75 um from a surface
 def test_tends_to_the_exact_share(seed):
@@ -77,24 +76,15 @@ def test_tends_to_the_exact_share(seed):
     share, width = share_and_width(beams(cones, Occluders(bodies, WEDGE), "shadow"), points)
     among = InCell(hidden(cones, bodies, "shadow"), on_device(WEDGE))
     assert float(estimate(among, p, width).zeta) == pytest.approx(share, abs=1e-6)
-    share, width = share_and_width(beams(cones, Occluders(None, WEDGE), "ignore"), points)
-    assert float(
-        estimate(InCell(on_device(cones), on_device(WEDGE)), p, width).zeta
-    ) == pytest.approx(share, abs=1e-6)
 
 
-@pytest.mark.long
 def test_obstacles_go_into_a_search_of_32_bits_without_a_warning():
+    """JAX warns where it traces a 64 bit number in 32 bits; nothing is compiled."""
     cones, bodies, points = drawn(1)
     with jax.enable_x64(False):
         seen = Hidden(*(jax.tree.map(jnp.float32, x) for x in (cones, bodies)), "blind")
-        assert (
-            0
-            <= float(
-                soft_zeta(InCell(seen, BOX), on_device(cloud(points, dtype=np.float32)), 0.01).zeta
-            )
-            <= 1
-        )
+        found = jax.eval_shape(soft_zeta, InCell(seen, BOX), on_device(cloud(points)), 0.01)
+    assert {part.dtype for part in jax.tree.leaves(found)} == {np.dtype(np.float32)}
 
 
 def stops(cones, bodies, obstacles):
@@ -104,8 +94,7 @@ def stops(cones, bodies, obstacles):
     return np.minimum(at, 1.1 * cones.range_m / np.cos(cones.half_angle))
 
 
-@pytest.mark.long
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(drawing.seeds)
 def test_soft_stops_lie_between_exact_ones(seed):
     """What soft stops less than GRAZE e short of the beam's end lies at most e beside it: so they
@@ -143,7 +132,7 @@ def test_soft_stops_lie_between_exact_ones(seed):
 
 
 @pytest.mark.parametrize("occlusion", ["shadow", "blind"])
-@settings(max_examples=5)
+@settings(max_examples=2)
 @given(seed=drawing.seeds)
 @example(seed=56)  # a stop that moves 75 m per m, by a point: the step must be small
 @example(seed=1466)  # a box that stops a beam at its mantle, whatever the length of the axis

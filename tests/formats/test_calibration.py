@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli.app import app
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import (
     ROBOTS,
@@ -20,7 +19,6 @@ from place_rings.coverage.robots.built_in import (
 )
 from place_rings.coverage.robots.calibration import DhTable, dh_table
 from place_rings.coverage.robots.kinematics import forward, rpy_of
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.robots.calibration_files import calibrated_from
 from place_rings.formats.schema.proposal_models import ProposalFile
@@ -30,6 +28,7 @@ from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.rings import poses
+from ..support.refusals import refused
 
 ARMS = [name for name in ROBOTS if name.startswith("ur")]
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
@@ -71,12 +70,7 @@ def dh_product(table, q):
     ):
         c, s, ca, sa = (f(x) for x in (theta + angle, alpha) for f in (math.cos, math.sin))
         T = T @ np.array(
-            [
-                [c, -s * ca, s * sa, a * c],
-                [s, c * ca, -c * sa, a * s],
-                [0, sa, ca, d],
-                [0, 0, 0, 1],
-            ]
+            [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
         )
     return T
 
@@ -149,43 +143,38 @@ def test_a_calibration_survives_other_links_and_tools(links):
     assert again.nominal.mounts is again.mounts
 
 
+UR3, UR5 = (yaml(dh_table(ROBOTS[name].chain).origin) for name in ("ur3", "ur5"))
+
+
 @pytest.mark.parametrize(
-    ("file", "text", "part"),
+    ("file", "text", "parts"),
     [
-        ("c.conf", "", "found 0 sections with deltas"),
-        ("c.conf", "\0", "no calibration.conf"),
-        ("c.conf", conf(NONE).replace("delta_a", "delta_b"), "delta_a: missing"),
-        ("c.conf", conf(NONE).replace("delta_d = [ 0.0,", "delta_d = ["), "delta_d: found 5"),
-        ("c.conf", conf(NONE).replace("[ 0.0,", "[ nan,"), 'delta_theta[0]: found "nan"'),
-        ("c.conf", conf(NONE).replace("[ 0.0,", "[ one,"), 'delta_theta[0]: found "one"'),
-        ("c.conf", conf(NONE) + "\n[mounting]\n", "already exists"),
-        ("c.yaml", "a: [", "not YAML"),
-        ("c.yaml", "[" * 5000, "not YAML"),
-        ("c.yaml", "- 1", "found a list of 1, wanted: a table"),
-        ("c.yaml", "kinematics:\n  shoulder: 3", "kinematics.shoulder: found 3"),
-        ("c.yaml", "kinematics:\n  shoulder: {x: 0}", "kinematics.shoulder.y: missing"),
-        (
-            "c.yaml",
-            yaml(dh_table(ROBOTS["ur3"].chain).origin).replace("x: 0.0", "x: true", 1),
-            "kinematics.shoulder.x: found true",
-        ),
-        ("c.yaml", yaml(dh_table(ROBOTS["ur5"].chain).origin), "belongs to another robot"),
+        ("c.conf", "", "0"),
+        ("c.conf", "\0", ""),
+        ("c.conf", conf(NONE).replace("delta_a", "delta_b"), "delta_a"),
+        ("c.conf", conf(NONE).replace("delta_d = [ 0.0,", "delta_d = ["), "delta_d 5"),
+        ("c.conf", conf(NONE).replace("[ 0.0,", "[ nan,"), 'delta_theta[0] "nan"'),
+        ("c.conf", conf(NONE).replace("[ 0.0,", "[ one,"), 'delta_theta[0] "one"'),
+        ("c.conf", conf(NONE) + "\n[mounting]\n", "mounting"),
+        ("c.yaml", "a: [", "YAML"),
+        ("c.yaml", "[" * 400, "YAML"),
+        ("c.yaml", "- 1", "1"),
+        ("c.yaml", "kinematics:\n  shoulder: 3", "kinematics.shoulder 3"),
+        ("c.yaml", "kinematics:\n  shoulder: {x: 0}", "kinematics.shoulder.y"),
+        ("c.yaml", UR3.replace("x: 0.0", "x: true", 1), "kinematics.shoulder.x true"),
+        ("c.yaml", UR5, "another robot"),
     ],
 )
-def test_wrong_files_give_one_line(file, text, part):
-    with pytest.raises(UserError) as error:
+def test_wrong_files_give_one_line(file, text, parts):
+    with refused(f"{file} {parts}"):
         calibrated_from(ROBOTS["ur3"], file, text)
-    line = str(error.value)
-    assert line.startswith(f"{file}: ")
-    assert part in line
-    assert "\n" not in line
 
 
 def test_a_calibration_of_another_robot_is_refused():
     assert calibrated_from(ROBOTS["ur3"], "c.conf", conf(REAL)) is not ROBOTS["ur3"]
-    with pytest.raises(UserError, match=r"for ur10: .* belongs to another robot"):
+    with refused("c.conf ur10 another robot"):
         calibrated_from(ROBOTS["ur10"], "c.conf", conf(REAL))
-    with pytest.raises(UserError, match="no arm of Universal Robots"):
+    with refused("panda"):
         calibrated_from(ROBOTS["panda"], "c.conf", conf(NONE))
 
 
@@ -205,10 +194,10 @@ def test_scenes_and_proposals_keep_the_calibration(tmp_path):
     assert again.robot.nominal.chain is ROBOTS["ur3"].chain
     assert read_scene(tmp_path / "scene.toml", ROBOTS["ur5"]).robot.calibration is None
     (tmp_path / "wrong.toml").write_text('calibration = "calibration.conf"\n')
-    with pytest.raises(UserError, match=r"calibration\.conf: for ur10: "):
+    with refused("calibration.conf ur10"):
         read_scene(tmp_path / "wrong.toml")
     (tmp_path / "proposal.toml").write_text(text.replace('"ur3"', '"ur10"'))
-    with pytest.raises(UserError, match=r"scene\.calibration: found "):
+    with refused("proposal.toml scene.calibration"):
         read_proposal(tmp_path / "proposal.toml")
 
 
@@ -223,22 +212,19 @@ def test_the_effect_is_that_of_the_two_robots():
     assert calibration_effect(Verifier(model, 0.05), SETUP) is None
 
 
-def test_verify_states_what_a_calibration_changes(tmp_path, capsys):
+def test_verify_states_what_a_calibration_changes(run, tmp_path):
     file = tmp_path / "calibration.conf"
     file.write_text(conf(REAL))
-    words = ["verify", "n1_8_10", "--robot", "ur3", "--voxel", "0.05"]
-    app([*words, "--json", "--calibration", str(file)], result_action="return_value")
-    result = json.loads(capsys.readouterr().out)
-    app([*words, "--json"], result_action="return_value")
-    model = json.loads(capsys.readouterr().out)
+    words = ["verify", "n1_8_10", "--robot", "ur3", "--voxel", "0.1"]
+    result = json.loads(run(*words, "--json", "--calibration", file)[1])
+    model = json.loads(run(*words, "--json")[1])
     assert result["calibration"]["nominal_percent"] == model["zeta_percent"]
     assert 0.5 < result["calibration"]["largest_move_mm"] < 5
     assert model["calibration"] is None
-    app([*words, "--calibration", str(file)], result_action="return_value")
-    assert "Calibrated kinematics (calibration.conf): they move a sensor" in capsys.readouterr().out
+    assert "calibration.conf" in run(*words, "--calibration", file)[1]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(small, poses(), st.sampled_from(ARMS))
 def test_a_controllers_table_has_the_kinematics_of_its_robot(deltas, q, name):
     """Whatever the table is: nearly parallel axes have any normal, so the rows may differ."""

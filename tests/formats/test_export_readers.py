@@ -6,8 +6,6 @@ import csv
 import io
 import itertools
 import json
-import shutil
-import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,7 +21,7 @@ import yourdfpy
 from manifold3d import Manifold, Mesh
 from mcap.reader import make_reader
 from PIL import Image
-from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -32,13 +30,15 @@ from place_rings.coverage.robots.robot import Body
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.errors import UserError
+from place_rings.formats.export import link_contacts
+from place_rings.formats.export import ring_bodies as rings_as_bodies
 from place_rings.formats.export.link_contacts import link_solids, ring_solid
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.ring_bodies import ring_bodies
 from place_rings.formats.firmware.controllers import controller
+from place_rings.formats.firmware.sketch import sketch
 from place_rings.formats.firmware.wiring import plan_setup
-from place_rings.formats.loader import resolve
+from place_rings.formats.printing.payload import ring_parts
 from place_rings.formats.printing.print_files import print_ring
 from place_rings.formats.robots.urdf import read_urdf as read_urdf_of
 from place_rings.objectives.poses import Pose
@@ -47,41 +47,56 @@ from place_rings.reporting.export_formats import FORMATS
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from ..support.glb import Glb
 from ..rig.cell import BOX, FLOOR
+from ..support.glb import Glb
+from ..support.refusals import refused
 from ..support.simulated_firmware import COMPILER, build
-from .test_exports import STUB
 from ..support.urdf_text import chain_text
+from .test_exports import lua_objects
 
 CLOSE = 1e-6  # m, and of parts of unit vectors
 TEN = ("ur10", "ur3", "ur5", "ur3e", "ur5e", "ur10e", "ur16e", "panda", "fr3", "iiwa14")
-FEW = ("ur10", "panda", "iiwa14")
-SLOW = pytest.mark.slow
+# these depend on the rings, and hardly on the robot
+ON_ONE_ROBOT = {"stl": "panda", "firmware": "iiwa14"}
+
+
+_masses: dict = {}
+
+
+@pytest.fixture(autouse=True)
+def cheaper_exports(monkeypatch):
+    """Pairs of links are sampled at few poses, except where they are what is tested, and the solid
+    of a ring is built once to be weighed."""
+
+    def ring_parts_once(scene, ring, number=0):
+        key = scene.robot.name, ring, number
+        if key not in _masses:
+            _masses[key] = ring_parts(scene, ring, number)
+        return _masses[key]
+
+    monkeypatch.setattr(link_contacts, "_POSES", 50)
+    monkeypatch.setattr(rings_as_bodies, "ring_parts", ring_parts_once)
 
 
 @cache
 def placed(name: str) -> PlacedSetup:
-    """Rings with boards that can be bought on a robot that moves through three poses."""
+    """Two rings with boards that can be bought on a robot that moves through three poses."""
     robot, rng = ROBOTS[name].with_links(True), np.random.default_rng(3)
     low, high = robot.limits.T
     far = [rng.uniform(0.6 * low, 0.6 * high) for _ in range(2)]
-    scene = CoreScene(
-        robot=robot,
-        poses=(Pose(robot.rest), *map(Pose, far)),
-        sensor=effective(Use("vl53l4cd")).sensor,
-        obstacles=(BOX, FLOOR),
-    )
-    setup, scene = resolve("n1_4_0", scene)
-    return PlacedSetup(scene, setup, 1, Path())
+    sensor = effective(Use("vl53l4cd")).sensor
+    poses = (Pose(robot.rest), *map(Pose, far))
+    scene = CoreScene(robot=robot, poses=poses, sensor=sensor, obstacles=(BOX, FLOOR))
+    links = ("forearm", "tool")
+    rings = (Ring(k, 0.5, 3, 0.2, 0.1, scene.radius_of(k), sensor) for k in links)
+    return PlacedSetup(scene, Setup(tuple(rings)), 1, Path())
 
 
-def written(name: str, to: str, folder) -> PlacedSetup:
+def written(what: PlacedSetup, to: str, folder) -> None:
     """The files of one export in a folder."""
-    what = placed(name)
     for file, data in FORMATS[to](what).items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         (folder / file).write_bytes(data)
-    return what
 
 
 def cones(what: PlacedSetup, q=None):
@@ -101,6 +116,8 @@ def read_urdf(what, folder):
     q = what.scene.poses[what.pose].q
     arm.update_cfg(dict(zip(what.joint_names, q, strict=True)))
     as_placed(what, (arm.get_transform(s.name, "base_link") for s in what.sensors), 0)
+    tcp = arm.get_transform("tcp", "base_link")
+    np.testing.assert_allclose(tcp, what.T_base_frame[-1], atol=CLOSE)
     for body, ring in zip(ring_bodies(what), what.setup.rings, strict=True):
         mount, link = what.scene.robot.mount(ring.link), arm.link_map[body.name]
         T = what.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
@@ -206,13 +223,7 @@ def pose(xyz, xyzw) -> np.ndarray:
 
 
 def read_coppeliasim(what, folder):
-    lua = next((path for name in ("lua5.4", "lua5.3", "lua") if (path := shutil.which(name))), None)
-    if lua is None:
-        pytest.skip("no Lua here")
-    (folder / "stub.lua").write_text(STUB)
-    command = [lua, str(folder / "stub.lua"), str(folder / "sensors.lua")]
-    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
-    made = [line.split("|") for line in lines]
+    made = lua_objects(folder)
     links = {str(n + 1): n for n, one in enumerate(made)}
     sensors = [one for one in made if one[0] == "cone"]
     by_link = {what.links[j]: what.T_base_frame[j] for j in range(len(what.links))}
@@ -283,9 +294,10 @@ def read_firmware(what, folder):
         with Image.open(picture) as image:
             image.load()
     for wiring in plan_setup(what.setup, controller(what.board), what.wiring):
-        assert (folder / wiring.name / f"{wiring.name}.ino").is_file()
+        for file, data in sketch(wiring).items():
+            assert (folder / file).read_bytes() == data
         if COMPILER is not None:
-            build(wiring, folder)
+            build(wiring)
 
 
 READERS: dict[str, Callable] = {
@@ -302,20 +314,20 @@ READERS: dict[str, Callable] = {
 }
 
 
-def slow(name: str, to: str) -> bool:
-    return name not in FEW or to == "stl" or (to == "firmware" and name != "iiwa14")
-
-
 EACH = [
-    pytest.param(name, to, marks=[SLOW] * slow(name, to), id=f"{to}-{name}")
+    pytest.param(name, to, id=f"{to}-{name}")
     for name, to in itertools.product(TEN, FORMATS)
+    if ON_ONE_ROBOT.get(to, name) == name
 ]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("name", "to"), EACH)
 def test_an_export_is_read_by_a_reader_of_its_format(tmp_path, name, to):
-    READERS[to](written(name, to, tmp_path), tmp_path)
+    what = placed(name)
+    if to in ON_ONE_ROBOT:
+        what = replace(what, setup=Setup(what.setup.rings[-1:]))
+    written(what, to, tmp_path)
+    READERS[to](what, tmp_path)
 
 
 def test_ten_exports_have_readers():
@@ -338,8 +350,7 @@ def test_bodies_of_almost_no_length_or_width_are_read(tmp_path):
     scene = CoreScene(robot=robot, obstacles=(LEAST,), occlusion="ignore")
     what = PlacedSetup(scene, named_setup("n1_3_0"), 0, tmp_path)
     for to in ("urdf", "mjcf", "glb"):
-        for file, data in FORMATS[to](what).items():
-            (tmp_path / file).write_bytes(data)
+        written(what, to, tmp_path)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     sizes = [model.geom(name).size[0] for name in ("short", "thin")]
     np.testing.assert_allclose(sizes, [0.05, 2e-6], rtol=1e-6)
@@ -351,71 +362,66 @@ def test_bodies_of_almost_no_length_or_width_are_read(tmp_path):
     trimesh.load(tmp_path / "scene.glb")
 
 
-@pytest.mark.parametrize("name", ["ur10", "panda"])
-def test_inertias_of_rings_are_those_of_the_printed_solids(name):
+def test_inertias_of_rings_are_those_of_the_printed_solids():
     """The plastic of a ring, by trimesh from the files that are printed, is most of its mass; the
     rest are boards and bolts within the ring's size."""
-    what = placed(name)
-    for i, (ring, body) in enumerate(zip(what.setup.rings, ring_bodies(what), strict=True)):
-        _, files, _, _ = print_ring(what.scene, i, ring)
-        plastic = sum(trimesh.load(io.BytesIO(f), file_type="stl").volume for f in files) * 1e-9
-        assert 1270 * plastic < body.mass.mass < 3 * 1270 * plastic
-        assert np.linalg.norm(body.mass.centre) < ring.radius
-        moments = np.linalg.eigvalsh(body.mass.inertia)
-        assert moments[0] > 0
-        assert moments[0] + moments[1] >= moments[2]  # of a body that can exist
-        farthest = body.envelope.outer + max(abs(body.envelope.low), body.envelope.high)
-        assert moments[2] < body.mass.mass * farthest**2
+    what = placed("panda")
+    ring, body = what.setup.rings[0], ring_bodies(what)[0]
+    _, files, _, _ = print_ring(what.scene, 0, ring)
+    plastic = sum(trimesh.load(io.BytesIO(f), file_type="stl").volume for f in files) * 1e-9
+    assert 1270 * plastic < body.mass.mass < 3 * 1270 * plastic
+    assert np.linalg.norm(body.mass.centre) < ring.radius
+    moments = np.linalg.eigvalsh(body.mass.inertia)
+    assert moments[0] > 0
+    assert moments[0] + moments[1] >= moments[2]  # of a body that can exist
+    farthest = body.envelope.outer + max(abs(body.envelope.low), body.envelope.high)
+    assert moments[2] < body.mass.mass * farthest**2
 
 
-def solids(what: PlacedSetup, q) -> dict[str, list[Manifold]]:
-    """Links and rings as solids of another library, in the base frame."""
-    frames, made = forward(what.scene.robot.chain, q), {}
+def solids(what: PlacedSetup) -> list[tuple[str, int, Manifold]]:
+    """Links and rings as solids of another library: name, frame that carries it, and its shape in
+    that frame."""
+    made = []
     for body in what.scene.robot.bodies:
-        T = np.eye(4) if body.frame < 0 else frames[body.frame]
-        joint = min(body.frame, len(what.links) - 1)
-        start, end = (T[:3, :3] @ p + T[:3, 3] for p in (body.capsule.start, body.capsule.end))
         ball = Manifold.sphere(float(body.capsule.radius), 48)
-        both = [ball.translate(start), ball.translate(end)]
-        made.setdefault(what.carrier(joint), []).append(Manifold.batch_hull(both))
+        ends = [ball.translate(p) for p in (body.capsule.start, body.capsule.end)]
+        joint = min(body.frame, len(what.links) - 1)
+        made.append((what.carrier(joint), body.frame, Manifold.batch_hull(ends)))
     for ring in ring_bodies(what):
         mesh = trimesh.load(io.BytesIO(ring.stl()), file_type="stl")
-        T = frames[ring.joint] @ ring.T_link_ring
-        parts = [
-            Manifold(Mesh(np.asarray(p.vertices, np.float32), np.asarray(p.faces, np.uint32)))
-            for p in mesh.split()
-        ]
-        made[ring.name] = [p.transform(T[:3]) for p in parts]
+        for p in mesh.split():
+            part = Mesh(np.asarray(p.vertices, np.float32), np.asarray(p.faces, np.uint32))
+            made.append((ring.name, ring.joint, Manifold(part).transform(ring.T_link_ring[:3])))
     return made
 
 
-@pytest.mark.parametrize("name", ["ur10", *(pytest.param(n, marks=SLOW) for n in TEN[1:])])
-def test_pairs_of_an_srdf_are_right_by_the_gaps_of_another_library(name, tmp_path):
+@pytest.mark.parametrize("name", ["ur10", "panda"])
+def test_pairs_of_an_srdf_are_right_by_the_gaps_of_another_library(name, tmp_path, monkeypatch):
     """In poses that nobody sampled: what never touches has a gap, what always touches has none."""
-    what = written(name, "urdf", tmp_path)
+    monkeypatch.setattr(link_contacts, "_POSES", 1000)
+    what = placed(name)
+    written(what, "urdf", tmp_path)
     low, high = what.scene.robot.limits.T
     rng = np.random.default_rng(11)
     pairs = [p.attrib for p in ET.parse(tmp_path / "robot.srdf").iter("disable_collisions")]
     rings = [p for p in pairs if "ring_" in p["link1"] + p["link2"] and p["reason"] != "Adjacent"]
     assert any(p["reason"] == "Never" for p in rings)
+    made = solids(what)
     for _ in range(6):
-        there = solids(what, rng.uniform(np.maximum(low, -np.pi), np.minimum(high, np.pi)))
+        q = rng.uniform(np.maximum(low, -np.pi), np.minimum(high, np.pi))
+        frames, there = forward(what.scene.robot.chain, q), {}
+        for solid, frame, shape in made:
+            T = np.eye(4) if frame < 0 else frames[frame]
+            there.setdefault(solid, []).append(shape.transform(T[:3]))
         for p in rings:
             gap = min(a.min_gap(b, 0.05) for a in there[p["link1"]] for b in there[p["link2"]])
             assert (gap > 0) == (p["reason"] == "Never"), p
-
-
-def test_a_ring_that_a_neighbour_can_reach_is_checked(tmp_path):
-    """A ring on the forearm and the upper arm of a UR10 touch when the elbow folds."""
-    what = written("ur10", "urdf", tmp_path)
-    pairs = {
-        frozenset((p.attrib["link1"], p.attrib["link2"]))
-        for p in ET.parse(tmp_path / "robot.srdf").iter("disable_collisions")
-    }
-    (forearm,) = [r for r in ring_bodies(what) if r.joint == 2]
-    assert frozenset((forearm.name, what.carrier(1))) not in pairs
-    assert ring_solid(forearm).joint == 2
-    assert set(link_solids(what)) >= {0, 1, 2}
+    if name == "ur10":  # a ring on the forearm and the upper arm touch when the elbow folds
+        (forearm,) = [r for r in ring_bodies(what) if r.joint == 2]
+        both = {frozenset((p["link1"], p["link2"])) for p in pairs}
+        assert frozenset((forearm.name, what.carrier(1))) not in both
+        assert ring_solid(forearm).joint == 2
+        assert set(link_solids(what)) >= {0, 1, 2}
 
 
 def test_a_users_own_urdf_gets_the_rings_and_pairs_of_them_alone(tmp_path):
@@ -426,8 +432,7 @@ def test_a_users_own_urdf_gets_the_rings_and_pairs_of_them_alone(tmp_path):
     scene = replace(what.scene, robot=what.scene.robot.with_attached((ball,)))
     own = read_urdf_of(tmp_path / "mine.urdf")
     what = PlacedSetup(scene, what.setup, 0, tmp_path, own)
-    for file, data in FORMATS["urdf"](what).items():
-        (tmp_path / file).write_bytes(data)
+    written(what, "urdf", tmp_path)
     arm = yourdfpy.URDF.load(str(tmp_path / "robot.urdf"))
     root = ET.parse(tmp_path / "robot.srdf").getroot()
     assert root.attrib["name"] == own.name
@@ -436,5 +441,5 @@ def test_a_users_own_urdf_gets_the_rings_and_pairs_of_them_alone(tmp_path):
     assert all("ring_" in p["link1"] + p["link2"] for p in pairs)
     named = {frozenset((p["link1"], p["link2"])): p["reason"] for p in pairs}
     assert "Adjacent" in named.values()
-    with pytest.raises(UserError, match=r'link: found "tof_0_0".*without these sensors and rings'):
+    with refused('robot.urdf link "tof_0_0"'):
         FORMATS["urdf"](replace(what, urdf=read_urdf_of(tmp_path / "robot.urdf")))

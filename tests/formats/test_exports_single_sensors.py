@@ -1,5 +1,5 @@
-"""Exports of single sensors, alone and beside rings: each file is read by its own reader, and the
-poses are those composed here from what the setup states.
+"""Exports of rings and single sensors, alone and together: each file is read by its own reader, and
+the poses of single sensors are those composed here from what the setup states.
 """
 
 import io
@@ -17,14 +17,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.formats.loader import resolve
+from place_rings.formats.sensors.sensor_frames import sensor_frames
 from place_rings.objectives.scene import Pose, paper_scene
 from scipy.spatial.transform import Rotation
 
-from ..support import drawing
 from ..strategies.singles import CELL_SENSORS, mixed, mixed_setups, singles
+from ..support import drawing
 from .test_exports import CLOSE, in_base, turned, written
+from .test_exports import same as same_beams
 
 few = settings(max_examples=5)
 NO_RING = Setup()
@@ -83,7 +86,7 @@ def same(T, there, one, beam="z", up="y") -> None:
 
 @few
 @given(seed=seeds, setup=setups, cell=CELL_SENSORS)
-def test_urdf_and_mjcf_have_single_sensors_where_they_are(tmp_path_factory, seed, setup, cell):
+def test_urdf_and_mjcf_have_all_sensors_where_they_are(tmp_path_factory, seed, setup, cell):
     scene, folder = drawn(seed, cell), tmp_path_factory.mktemp("robot")
     q = scene.poses[-1].q
     written(folder, scene, setup, "urdf", "mjcf")
@@ -93,6 +96,13 @@ def test_urdf_and_mjcf_have_single_sensors_where_they_are(tmp_path_factory, seed
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_kinematics(model, data)
+    np.testing.assert_allclose(data.qpos, q, atol=1e-11)
+    beams = sensor_cones(scene.robot, Setup(setup.rings), q) if setup.rings else None
+    for k, s in enumerate(sensor_frames(scene.robot, Setup(setup.rings))):
+        site = data.site(s.name)
+        np.testing.assert_allclose(site.xpos, beams.apex[k], atol=CLOSE)
+        np.testing.assert_allclose(site.xmat.reshape(3, 3)[:, 2], beams.axis[k], atol=CLOSE)
+        assert model.sensor(s.name).cutoff[0] == pytest.approx(s.unit.range_m)
     for name, (one, there) in expected(scene, setup, q).items():
         same(peer.get_transform(name, "base_link"), there, one, "x", "z")
         site = np.eye(4)
@@ -131,7 +141,7 @@ def test_ros_xacro_and_glb_have_them_too(tmp_path_factory, seed, setup, cell):
 
 @few
 @given(seed=seeds, setup=setups)
-def test_tables_of_single_sensors_come_back(tmp_path_factory, seed, setup):
+def test_tables_come_back(tmp_path_factory, seed, setup):
     scene, folder = drawn(seed), tmp_path_factory.mktemp("tables")
     written(folder, scene, setup, "csv", "json")
     q = scene.poses[-1].q
@@ -142,6 +152,9 @@ def test_tables_of_single_sensors_come_back(tmp_path_factory, seed, setup):
         np.testing.assert_allclose(turned(one["base_xyzw"], [0, 0, 1]), there[:3, 2], atol=CLOSE)
     for file in ("sensors.csv", "sensors.json"):
         back = resolve(str(folder / file), scene)[0]
+        if setup.rings:
+            same_beams(scene, Setup(setup.rings), Setup(back.rings))
+            assert [r.link for r in back.rings] == [r.link for r in setup.rings]
         assert len(back.singles) == len(setup.singles)
         for one, again in zip(setup.singles, back.singles, strict=True):
             wanted = link_frame(scene.robot, one.link, q) @ own_frame(one)

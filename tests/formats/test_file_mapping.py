@@ -245,7 +245,7 @@ def plain(value: object) -> object:
     return [plain(inner) for inner in value] if isinstance(value, tuple | list) else value
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(SCENES)
 def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     scene = made(scene)
@@ -260,7 +260,7 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     assert SceneModel.from_domain(again) == table
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(st.lists(RINGS, max_size=3), st.lists(SINGLES, min_size=1, max_size=3), SENSORS)
 def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sensor):
     setup, sensor = Setup(tuple(made(rings)), tuple(made(singles))), made(sensor)
@@ -289,8 +289,13 @@ def test_a_robot_is_what_its_file_says(tmp_path, name):
     for a, b in ((robot.chain.origin, ROBOTS[name].chain.origin), (robot.home, ROBOTS[name].home)):
         if b is not None:
             np.testing.assert_allclose(a, b, atol=1e-11)
-    assert [m.frame for m in robot.mounts] == [m.frame for m in ROBOTS[name].mounts]
-    assert [b.frame for b in robot.bodies] == [b.frame for b in ROBOTS[name].bodies]
+    assert robot.links == ROBOTS[name].links
+    np.testing.assert_allclose(robot.limits, ROBOTS[name].limits, atol=1e-11)
+    for of in (lambda r: r.mounts, lambda r: r.bodies):
+        for a, b in zip(of(robot), of(ROBOTS[name]), strict=True):
+            assert a.frame == b.frame
+            x, y = (getattr(one, "capsule", one) for one in (a, b))
+            np.testing.assert_allclose(x.start, y.start, atol=1e-11)
 
 
 @given(st.tuples(angles(-180, 180), angles(-90, 90), angles(-180, 180)))
@@ -304,5 +309,5 @@ def test_a_key_of_a_field_that_does_not_exist_is_refused():
         pace: float = 1.0
         walk: Annotated[float, Of("wlak", DEGREES)] = 1.0
 
-    with pytest.raises(TypeError, match=r"Wrong\.walk: Safety has no wlak"):
+    with pytest.raises(TypeError, match="wlak"):
         Wrong.from_domain(Safety())

@@ -6,115 +6,95 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
-from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.coverage.targets import Shape, Target
 from place_rings.formats import writing
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene, resolve
-from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
-from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.named_layouts import layout_in
-from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 
 from ..support import drawing
+from ..support.refusals import refused
 
 RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
+POSE = "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]"
 BAD_SCENES = {
-    "version = 3": "version: found 3, allowed: 1 to 2; update place-rings",
-    "version = 3\nrobot = 'absent.toml'\nnew = 1": "version: found 3, allowed: 1 to 2; update",
-    "version = 0": "version: found 0, allowed: an integer from 1 to 2",
-    "version = '1'": 'version: found "1", allowed: an integer from 1 to 2',
-    "version = true": "version: found true, allowed: an integer from 1 to 2",
-    "[sensor]\nversion = 1": "sensor.version: found an unknown key",
-    "robto = 'ur10'": "robto: found an unknown key",
-    "robot = 'ur11'": 'robot: found "ur11", allowed: ur10, ur10_dh',
-    "robot = 10": "robot: found 10",
-    "ring_radius = nan": "ring_radius: found nan",
-    "ring_radius = inf": "ring_radius: found inf",
-    "ring_radius = -0.1": "ring_radius: found -0.1",
-    "ring_radius = '8 cm'": 'ring_radius: found "8 cm", allowed: a number',
-    "ring_radius = true": "ring_radius: found true",
-    "occlusion = 'magic'": "occlusion: found",
-    "poses = []": "poses: found a list of 0",
-    "[[poses]]\nq_deg = [0, 1]": "poses[0].q_deg: found 2, allowed: 6 angles",
-    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, nan]": "poses[0].q_deg[5]: found nan",
-    "[[poses]]\nweight = 2": "poses[0].q_deg: found nothing, allowed: joint angles",
-    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nweight = 0": "poses[0].weight: found 0",
-    "[[targets]]\nname = 'V_X'": 'targets[0].name: found "V_X", allowed: V_O, V_T, V_OT, V_S, V_P',
-    "[[targets]]\nname = 'V_S'": "targets[0].radius: found nothing",
-    "[[targets]]\nname = 'V_S'\nradius = -1": "targets[0].radius: found -1",
-    "[[targets]]\nname = 'V_S'\nradius = 0.15": (
-        "targets[0].radius: found 0.15, allowed: above 0.15"
-    ),
-    "[[targets]]\nname = 'V_O'\nradius = 0.5": "targets[0].radius: found 0.5, allowed: no radius",
-    "[sensor]\nfov_deg = 180": "sensor.fov_deg: found 180",
-    "[sensor]\nrange = 1.5": "sensor.range: found an unknown key (did you mean range_m?)",
-    "[sensor]\nmodel = 'vl53l9'": 'sensor.model: found "vl53l9", allowed: vl53l0x',
-    "[sensor]\nmodel = 'vl53l1x'\nambient = '9klx'": (
-        "sensor: found ambient light '9klx', allowed for vl53l1x: dark, or a number of kcps up to"
-    ),
-    "[sensor]\nmodel = 'vl53l1x'\nrange_m = 3.9": "sensor.range_m: found 3.9, allowed: 3.",
-    "[sensor]\nambient = 'dark'": (
-        'sensor.ambient: found "dark", allowed: only together with a model'
-    ),
-    "[safety]\nreaction = 0.1": "safety.reaction: found an unknown key",
-    "[safety]\nhuman_speed = 0": "safety.human_speed: found 0",
-    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nrate_deg_s = [1]": (
-        "poses[0].rate_deg_s: found 1, allowed: 6 speeds"
-    ),
-    "[curve]\nblend = 0": "curve.blend: found 0",
-    "[curve]\npoints_per_bend = 2.5": "curve.points_per_bend: found 2.5",
-    "[mounts.tail]": "mounts.tail: found",
-    "[mounts.tool]\ntilt_deg = [5, -5]": "mounts.tool.tilt_deg: found",
-    "[mounts.tool]\nposition = [0, 1.5]": "mounts.tool.position[1]: found 1.5",
-    "a = [": "not TOML",
-    "ring_radius = " + "9" * 6000: "not TOML",
+    "version = 3": "version 3 1 2",
+    "version = 3\nrobot = 'absent.toml'\nnew = 1": "version 3 1 2",
+    "version = 0": "version 0 1 2",
+    "version = '1'": 'version "1" 1 2',
+    "version = true": "version true 1 2",
+    "[sensor]\nversion = 1": "sensor.version",
+    "robto = 'ur10'": "robto",
+    "robot = 'ur11'": 'robot "ur11" ur10, ur10_dh',
+    "robot = 10": "robot 10",
+    "ring_radius = nan": "ring_radius nan",
+    "ring_radius = inf": "ring_radius inf",
+    "ring_radius = -0.1": "ring_radius -0.1",
+    "ring_radius = '8 cm'": 'ring_radius "8 cm"',
+    "ring_radius = true": "ring_radius true",
+    "occlusion = 'magic'": 'occlusion "magic"',
+    "poses = []": "poses 0",
+    "[[poses]]\nq_deg = [0, 1]": "poses[0].q_deg 2 6",
+    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, nan]": "poses[0].q_deg[5] nan",
+    "[[poses]]\nweight = 2": "poses[0].q_deg nothing",
+    POSE + "\nweight = 0": "poses[0].weight 0",
+    POSE + "\nrate_deg_s = [1]": "poses[0].rate_deg_s 1 6",
+    "[[targets]]\nname = 'V_X'": 'targets[0].name "V_X" V_O, V_T, V_OT, V_S, V_P',
+    "[[targets]]\nname = 'V_S'": "targets[0].radius nothing",
+    "[[targets]]\nname = 'V_S'\nradius = -1": "targets[0].radius -1",
+    "[[targets]]\nname = 'V_S'\nradius = 0.15": "targets[0].radius 0.15 0.15",
+    "[[targets]]\nname = 'V_O'\nradius = 0.5": "targets[0].radius 0.5",
+    "[sensor]\nfov_deg = 180": "sensor.fov_deg 180",
+    "[sensor]\nrange = 1.5": "sensor.range range_m",
+    "[sensor]\nmodel = 'vl53l9'": 'sensor.model "vl53l9" vl53l0x',
+    "[sensor]\nmodel = 'vl53l1x'\nambient = '9klx'": "sensor '9klx' vl53l1x dark kcps",
+    "[sensor]\nmodel = 'vl53l1x'\nrange_m = 3.9": "sensor.range_m 3.9",
+    "[sensor]\nambient = 'dark'": 'sensor.ambient "dark" model',
+    "[safety]\nreaction = 0.1": "safety.reaction",
+    "[safety]\nhuman_speed = 0": "safety.human_speed 0",
+    "[curve]\nblend = 0": "curve.blend 0",
+    "[curve]\npoints_per_bend = 2.5": "curve.points_per_bend 2.5",
+    "[mounts.tail]": "mounts.tail",
+    "[mounts.tool]\ntilt_deg = [5, -5]": "mounts.tool.tilt_deg",
+    "[mounts.tool]\nposition = [0, 1.5]": "mounts.tool.position[1] 1.5",
+    "a = [": "TOML",
+    "ring_radius = " + "9" * 6000: "TOML",
 }
 BAD_PROPOSALS = {
-    "version = 99\nnew = 1": "version: found 99, allowed: 1 to 2; update place-rings",
-    "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version: found an unknown key",
-    "": "rings: found nothing, allowed: one ring or single sensor, or more",
-    "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
-    "[[rings]]\nlink = 'tool'\ncount = 0": (
-        "rings[0].count: found 0, allowed: an integer from 1 to 1000"
-    ),
-    "[[rings]]\nlink = 'tool'\ncount = -3": "rings[0].count: found -3",
-    "[[rings]]\nlink = 'tool'": "rings[0].count: missing; give an integer",
-    RING + "tilt_deg = 90": "rings[0].tilt_deg: found 90",
-    RING + "tilt = 1": "rings[0].tilt: found an unknown key",
-    RING + "position = 1.1": "rings[0].position: found 1.1",
-    RING + "[scene]\nrobot = 'x'": "scene.robot: found",
+    "version = 99\nnew = 1": "version 99 1 2",
+    "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version",
+    "": "rings nothing",
+    "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link "tail" ur10',
+    "[[rings]]\nlink = 'tool'\ncount = 0": "rings[0].count 0 1 1000",
+    "[[rings]]\nlink = 'tool'\ncount = -3": "rings[0].count -3",
+    "[[rings]]\nlink = 'tool'": "rings[0].count",
+    RING + "tilt_deg = 90": "rings[0].tilt_deg 90",
+    RING + "tilt = 1": "rings[0].tilt",
+    RING + "position = 1.1": "rings[0].position 1.1",
+    RING + "[scene]\nrobot = 'x'": 'scene.robot "x"',
 }
 
 
-@pytest.mark.parametrize(("text", "line"), BAD_SCENES.items())
-def test_a_bad_scene_is_one_line(tmp_path, text, line):
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
-    with pytest.raises(UserError) as caught:
-        read_scene(path)
-    assert line in str(caught.value)
-    assert "scene.toml" in str(caught.value)
-    assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(("text", "parts"), BAD_SCENES.items())
+def test_a_bad_scene_is_one_line(tmp_path, text, parts):
+    (tmp_path / "scene.toml").write_text(text)
+    with refused(f"scene.toml {parts}"):
+        read_scene(tmp_path / "scene.toml")
 
 
-@pytest.mark.parametrize(("text", "line"), BAD_PROPOSALS.items())
-def test_a_bad_proposal_is_one_line(tmp_path, text, line):
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    with pytest.raises(UserError) as caught:
-        read_proposal(path)
-    assert line in str(caught.value)
-    assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(("text", "parts"), BAD_PROPOSALS.items())
+def test_a_bad_proposal_is_one_line(tmp_path, text, parts):
+    (tmp_path / "mine.toml").write_text(text)
+    with refused(f"mine.toml {parts}"):
+        read_proposal(tmp_path / "mine.toml")
 
 
 def test_what_is_no_file_is_one_line(tmp_path):
@@ -129,45 +109,8 @@ def test_what_is_no_file_is_one_line(tmp_path):
 def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
-    assert (
-        SceneModel.from_domain(read_scene(path))
-        == SceneModel.from_domain(CoreScene())
-        == SceneModel()
-    )
-
-
-def drawn_scene(rng):
-    goals = (
-        Goal(Target("V_S", float(rng.uniform(0.2, 2))), float(rng.uniform(0.1, 2))),
-        Goal(Target("V_T")),
-    )
-    poses = tuple(
-        Pose(np.radians(rng.uniform(-180, 180, 6).round(3)), float(rng.uniform(0.1, 2)))
-        for _ in range(3)
-    )
-    limits = {"forearm": Limits((0.25, 0.75), (math.radians(-20), math.radians(30)))}
-    return CoreScene(
-        ROBOTS["ur10_dh"], poses, goals, ring_radius=0.1, shape=Shape(blend=0.3), limits=limits
-    )
-
-
-@settings(max_examples=30)
-@given(drawing.seeds)
-def test_what_is_written_reads_back(tmp_path_factory, seed):
-    rng = np.random.default_rng(seed)
-    scene, setup = drawn_scene(rng), drawing.setup(rng)
-    file = ProposalFile.of(setup, scene)
-    path = tmp_path_factory.mktemp("files") / "proposal.toml"
-    write_text(path, to_toml(file, "two\nlines"))
-    again, its_scene, read = read_proposal(path)
-    assert read == file
-    assert again == rounded(setup, scene.sensor) == rounded(again, scene.sensor)
-    assert (
-        SceneModel.from_domain(its_scene)
-        == SceneModel.from_domain(scene)
-        == SceneModel.from_domain(SceneModel.from_domain(scene).to_domain())
-    )
-    assert path.read_text().startswith("# two\n# lines\nversion = 2\n\n[[rings]]\n")
+    assert SceneModel.from_domain(read_scene(path)) == SceneModel()
+    assert SceneModel.from_domain(CoreScene()) == SceneModel()
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
@@ -178,7 +121,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(writing.os, "fsync", full)
-    with pytest.raises(UserError, match="No space left"):
+    with refused("proposal.toml"):
         write_text(path, "new")
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["proposal.toml"]
@@ -208,7 +151,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
     (tmp_path / "n2_16_25").mkdir()
     assert resolve("n2_16_25", None)[0] == layout_in(CoreScene(), "n2_16_25")
     for name, key in (("n2_16_90", "tilt_deg"), ("n2_5000_25", "count")):
-        with pytest.raises(UserError, match=f"{name}: {key}: found .*, allowed: "):
+        with refused(f"{name} {key}"):
             resolve(name, None)
 
 
@@ -223,12 +166,8 @@ def test_names_and_files_resolve(tmp_path):
     path.write_text(RING + "[scene]\nring_radius = 0.2\n[scene.sensor]\nrange_m = 1.1\n")
     ring = resolve(str(path), None)[0].rings[0]
     assert (ring.radius, ring.sensor.range_m) == (0.2, 1.1)
-    for name, line in (
-        ("n9_1_1", "unknown setup"),
-        ("nothing", "cannot be read"),
-        ("../nothing.toml", "cannot be read"),
-    ):
-        with pytest.raises(UserError, match=line):
+    for name in ("n9_1_1", "nothing", "../nothing.toml"):
+        with refused(name):
             resolve(name, None)
 
 
@@ -253,9 +192,8 @@ def test_rounded_rings_are_those_that_a_file_gives_back(seed):
         )
         for _ in range(5)
     )
-    assert rounded(Setup(rings), scene.sensor) == setup_of(
-        ring_models(Setup(rings), scene.sensor), scene.sensor
-    )
+    tables = ring_models(Setup(rings), scene.sensor)
+    assert rounded(Setup(rings), scene.sensor) == setup_of(tables, scene.sensor)
 
 
 def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_path):
@@ -266,5 +204,5 @@ def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_pa
     text = to_toml(SceneModel.from_domain(read_scene(path)))
     assert "max_rings_per_link = 5" in text
     path.write_text("[rules]\nrings_per_link = 5\nmax_rings_per_link = 4\n")
-    with pytest.raises(UserError, match=r"rules\.rings_per_link"):
+    with refused("scene.toml rules.rings_per_link"):
         read_scene(path)

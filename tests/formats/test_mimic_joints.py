@@ -2,7 +2,6 @@
 and URDFs whose arms share a root, or that have wheels only."""
 
 import math
-import re
 import xml.etree.ElementTree as ET
 
 import mujoco
@@ -13,7 +12,6 @@ from place_rings.cli.options.reading import ReadingOptions
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.joint_values import named, ordered
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.robots.robot_fit import fit_robot
 from place_rings.formats.robots.urdf import read_urdf
@@ -22,47 +20,44 @@ from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import CoreScene, Pose
 
+from ..support.refusals import refused
 from .test_exports import written as exported
 from .test_urdf_arms import arm, joint, link, mimic, options_of, pose, written
 
 Z = (0.0, 0.0, 1.0)
 
 
-def parallel(folder, factor=-1.0, offset=0.2):
-    """An arm of five joints whose third keeps the angle of the second, and the file's reading."""
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    """An arm of five joints whose third follows the second."""
     rng = np.random.default_rng(3)
-    robot = ET.Element("robot", name="parallel")
-    link(robot, "base", '<cylinder radius="0.1" length="0.3"/>')
-    arm(robot, rng, "base", 5)
-    for element in robot.findall("link")[1:]:
-        shape = '<cylinder radius="0.05" length="0.2"/>'
-        geometry = ET.SubElement(ET.SubElement(element, "collision"), "geometry")
-        geometry.append(ET.fromstring(shape))
-    mimic(robot, "joint2", "joint1", factor, offset)
-    path = written(folder, robot)
+    root = ET.Element("robot", name="parallel")
+    link(root, "base", '<cylinder radius="0.1" length="0.3"/>')
+    arm(root, rng, "base", 5)
+    geometry = ET.SubElement(ET.SubElement(root.findall("link")[2], "collision"), "geometry")
+    geometry.append(ET.fromstring('<cylinder radius="0.05" length="0.2"/>'))
+    mimic(root, "joint2", "joint1", -1.0, 0.2)
     options = ReadingOptions().resolve()
-    picked = options.pick(read_urdf(path))
-    return picked, fit_robot(picked, options.meshes(picked.urdf), "parallel", 1).robot
+    picked = options.pick(read_urdf(written(tmp_path_factory.mktemp("parallel"), root)))
+    return fit_robot(picked, options.meshes(picked.urdf), "parallel", 1).robot
 
 
-def test_a_robot_file_keeps_what_follows(tmp_path):
-    picked, robot = parallel(tmp_path)
-    (follows,) = picked.chain.mimics
+def test_a_robot_file_keeps_what_follows(robot, tmp_path):
+    (follows,) = robot.chain.mimics
     assert (follows.joint, follows.leader) == (2, 1)
     file = tmp_path / "robot.toml"
-    file.write_text(to_toml(RobotFile.from_domain(robot)))
+    text = to_toml(RobotFile.from_domain(robot))
+    file.write_text(text)
     again = read_robot(file)
     assert again.chain.mimics == robot.chain.mimics
     assert again.rest[2] == pytest.approx(-again.rest[1] + 0.2)
     for wrong in ("joint2", "joint9"):
-        file.write_text(file.read_text().replace('joint = "joint1"', f'joint = "{wrong}"', 1))
-        with pytest.raises(UserError, match=r"joints\[2\]\.mimic\.joint: found .* a joint without"):
+        file.write_text(text.replace('joint = "joint1"', f'joint = "{wrong}"', 1))
+        with refused(f'robot.toml joints[2].mimic.joint "{wrong}"'):
             read_robot(file)
-        file.write_text(file.read_text().replace(f'joint = "{wrong}"', 'joint = "joint1"', 1))
 
 
-def test_poses_state_the_leader_and_may_state_what_follows(tmp_path):
-    _, robot = parallel(tmp_path)
+def test_poses_state_the_leader_and_may_state_what_follows(robot, tmp_path):
     (tmp_path / "robot.toml").write_text(to_toml(RobotFile.from_domain(robot)))
     follows = -30 + math.degrees(0.2)
     scene = tmp_path / "scene.toml"
@@ -74,8 +69,9 @@ def test_poses_state_the_leader_and_may_state_what_follows(tmp_path):
         q = read_scene(scene).poses[0].q
         np.testing.assert_allclose(np.degrees(q), [10, 30, follows, 0, 5], atol=1e-9)
     scene.write_text('robot = "robot.toml"\n[[poses]]\nq_deg = [10, 30, 0, 0, 5]\n')
-    with pytest.raises(UserError, match=r"q_deg\[2\]: found 0\.0.*-18\.54.*joint2 follows joint1"):
+    with refused("scene.toml poses[0].q_deg[2] 0.0 joint2 joint1") as told:
         read_scene(scene)
+    assert "-18.54" in str(told.value)
     chain = robot.chain
     q = np.array([0.1, 0.2, 9.0, 0.3, 0.4])
     assert CoreScene(robot=robot, poses=(Pose(q),)).poses[0].q[2] == pytest.approx(0.0)
@@ -86,8 +82,7 @@ def test_poses_state_the_leader_and_may_state_what_follows(tmp_path):
     np.testing.assert_allclose(ordered(chain, given), chain.settled(q), atol=1e-8)
 
 
-def test_an_exported_joint_follows_in_other_programs(tmp_path):
-    _, robot = parallel(tmp_path, 0.5, 0.1)
+def test_an_exported_joint_follows_in_other_programs(robot, tmp_path):
     q = np.array([0.3, 0.8, 0.0, -0.4, 0.2])
     scene = CoreScene(robot=robot, poses=(Pose(q),))
     exported(tmp_path, scene, Setup(), "urdf", "mjcf")
@@ -124,7 +119,7 @@ def two_arms(folder, own: bool):
 
 def test_two_arms_on_one_root_offer_their_own_bases(tmp_path):
     path = two_arms(tmp_path, own=True)
-    with pytest.raises(UserError, match="several chains are equally long") as told:
+    with refused("--tip left_link3 --tip right_link3") as told:
         pick_chain(read_urdf(path))
     tips, bases = str(told.value).rpartition("; ")[::2]
     assert [option.tip for option in options_of(tips)] == ["left_link3", "right_link3"]
@@ -132,7 +127,7 @@ def test_two_arms_on_one_root_offer_their_own_bases(tmp_path):
         picked = option.pick(read_urdf(path))
         assert (picked.base, picked.tip, len(picked.chain)) == (f"{side}base", f"{side}link3", 4)
         assert len(picked.held) == 4  # the other arm stands as a body
-    with pytest.raises(UserError) as told:
+    with refused() as told:
         pick_chain(read_urdf(two_arms(tmp_path, own=False)))
     assert "--base" not in str(told.value)
 
@@ -144,9 +139,8 @@ def test_wheels_are_no_arm_unless_they_are_chosen(tmp_path):
         link(robot, name)
         joint(robot, f"{name}_joint", "continuous", "base", name, pose(rng), Z)
     path = written(tmp_path, robot)
-    with pytest.raises(UserError, match="found wheels only, left_wheel, right_wheel") as told:
+    with refused("left_wheel, right_wheel") as told:
         pick_chain(read_urdf(path))
     assert [option.tip for option in options_of(str(told.value))] == ["left_wheel", "right_wheel"]
-    assert re.search("allowed: an arm", str(told.value))
     last = arm(robot, rng, "base", 1)
     assert pick_chain(read_urdf(written(tmp_path, robot))).tip == last

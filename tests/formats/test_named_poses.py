@@ -15,7 +15,6 @@ from place_rings.cli.runs.robot import scene_text
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.formats.errors import UserError
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.loader import read_robot, read_scene
@@ -36,6 +35,7 @@ from place_rings.reporting.lines.motion import record_line, worst_line
 from place_rings.rig.check.preconditions import require_revolute
 
 from ..support.rails import RAIL, carried, rail_ur10
+from ..support.refusals import refused
 
 ON_RAIL = rail_ur10()
 JOINTS = ON_RAIL.chain.joints
@@ -106,51 +106,43 @@ def without(key):
 
 
 REFUSED = {
-    "q_deg = [0, 0, 0, 0, 0, 0, 0]": "poses[0].q_deg: found 7, allowed: q with rail_m, ",
-    "weight = 1.0": "poses[0].q_deg: found nothing, allowed: joint angles in degrees, or q",
-    f"q = {table(without('rail_m'))}": "poses[0].q.rail_m: found nothing, allowed: rail_m, ",
-    f"q = {table({**without('rail_m'), 'rail_deg': 1})}": "poses[0].q.rail_deg: found 1",
-    f"q = {table({**POSE, 'lift_m': 1})}": "poses[0].q.lift_m: found 1",
-    f"q = {table({**POSE, 'rail_m': 9})}": "poses[0].q.rail_m: found 9.0, allowed: -1.5 to 2, the",
-    f"q = {table(POSE)}\nq_deg = [0]": 'poses[0].q: found "both", allowed: either q_deg or q',
-    f"q = {table({**POSE, 'rail_m': 'nan'})}": "poses[0].q.rail_m: found nan",
-    f"q = {table(POSE)}\nrate_deg_s = [0, 0, 0, 0, 0, 0, 0]": "allowed: rate with rail_m_s, ",
-    f"q = {table(POSE)}\nrate = {table({'rail_m': 1})}": "poses[0].rate.rail_m: found 1",
+    "q_deg = [0, 0, 0, 0, 0, 0, 0]": "q_deg 7 rail_m",
+    "weight = 1.0": "q_deg nothing",
+    f"q = {table(without('rail_m'))}": "q.rail_m nothing rail_m",
+    f"q = {table({**without('rail_m'), 'rail_deg': 1})}": "q.rail_deg 1.0",
+    f"q = {table({**POSE, 'lift_m': 1})}": "q.lift_m 1.0",
+    f"q = {table({**POSE, 'rail_m': 9})}": "q.rail_m 9.0 -1.5 2",
+    f"q = {table(POSE)}\nq_deg = [0]": "q q_deg",
+    f"q = {table({**POSE, 'rail_m': 'nan'})}": "q.rail_m nan",
+    f"q = {table(POSE)}\nrate_deg_s = [0, 0, 0, 0, 0, 0, 0]": "rate_deg_s rail_m_s",
+    f"q = {table(POSE)}\nrate = {table({'rail_m': 1})}": "rate.rail_m 1.0",
 }
 
 
-@pytest.mark.parametrize(("keys", "line"), REFUSED.items())
-def test_a_pose_that_does_not_fit_is_one_line(folder, keys, line):
-    with pytest.raises(UserError) as caught:
+@pytest.mark.parametrize(("keys", "parts"), REFUSED.items())
+def test_a_pose_that_does_not_fit_is_one_line(folder, keys, parts):
+    with refused(f"scene.toml poses[0].{parts}"):
         scene_of(folder, f"[[poses]]\n{keys}")
-    assert line in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "line"),
-    [
-        ("type", "screw", "joints[0].type: found"),
-        ("limits_deg", [-1.0, 1.0], "joints[0].limits_deg: found"),
-        ("limits_m", [1.0, -1.0], "joints[0].limits_m: found"),
-    ],
+    ("key", "value"), [("type", "screw"), ("limits_deg", [-1.0, 1.0]), ("limits_m", [1.0, -1.0])]
 )
-def test_a_bad_prismatic_joint_is_one_line(folder, key, value, line):
+def test_a_bad_prismatic_joint_is_one_line(folder, key, value):
     keys = RobotModel.from_domain(ON_RAIL).model_dump(exclude_none=True)
     keys["joints"][0][key] = value
     (folder / "robot.toml").write_text(tomli_w.dumps(keys))
-    with pytest.raises(UserError) as caught:
+    with refused(f"robot.toml joints[0].{key}"):
         read_robot(folder / "robot.toml")
-    assert line in str(caught.value)
 
 
 def test_a_default_pose_names_joints_as_well(folder):
     text = (folder / "robot.toml").read_text()
     (folder / "robot.toml").write_text(text.replace("rail_m = 0.0", "rail_m = 5.0"))
-    with pytest.raises(UserError, match=r"home\.rail_m: found 5\.0, allowed: -1\.5 to 2"):
+    with refused("robot.toml home.rail_m 5.0 -1.5 2"):
         read_robot(folder / "robot.toml")
     (folder / "robot.toml").write_text("home_deg = [0, 0, 0, 0, 0, 0, 0]\n" + text)
-    with pytest.raises(UserError, match='home: found "both"'):
+    with refused("robot.toml home"):
         read_robot(folder / "robot.toml")
 
 
@@ -195,21 +187,21 @@ def test_a_recorded_motion_names_joints(tmp_path, unit):
 def test_a_motion_of_a_rail_without_names_is_refused(tmp_path):
     path = tmp_path / "motion.csv"
     path.write_text(record_text([f"q{j}" for j in range(7)], a_motion()))
-    with pytest.raises(UserError, match=r"one column for each joint, named rail … "):
+    with refused("motion.csv rail"):
         read_record(path, ON_RAIL)
     rows = a_motion()
     rows[20, 1] = 1000.0
     path.write_text(record_text(JOINTS, rows))
-    with pytest.raises(UserError, match=r"column rail: found 1000\.0, allowed: -100 to 100 m$"):
+    with refused("motion.csv column rail 1000.0 -100 100 m"):
         read_record(path, ON_RAIL)
     rows[20, 1] = 50.0
     path.write_text(record_text(JOINTS, rows))
     scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
-    with pytest.raises(UserError, match=r"rail at 2 s: found a jump of 50\.05 m in 0\.1 s"):
+    with refused("motion.csv rail 2 s 50.05 m 0.1 s"):
         with_record(scene, path)
     rows[:, 1] = np.linspace(-1, 3, 41)
     path.write_text(record_text(JOINTS, rows))
-    with pytest.raises(UserError, match=r"rail at .* m, allowed: -1\.5 to 2, its limits"):
+    with refused("motion.csv rail m -1.5 2"):
         with_record(scene, path)
 
 
@@ -233,7 +225,7 @@ def test_what_is_printed_names_joints(tmp_path):
     path.write_text(record_text(JOINTS, a_motion()))
     scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     scene = with_record(scene, path, Thinning(3))
-    assert "(prismatic joints: " in record_line(scene)
+    assert "prismatic" in record_line(scene)
     setup = Setup.named("n1_3_0")
     verified = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
     result = VerifyResult.of("n1_3_0", verified, scene)
@@ -250,10 +242,10 @@ def test_sensor_poses_name_joints(folder):
     back = setup_of_poses("sensors.json", text, scene)
     assert [r.count for r in back.rings] == [r.count for r in setup.rings]
     for change, line in (
-        ({"q": None, "q_deg": [0.0] * 7}, "q_deg: found 7 angles, allowed: q with rail_m"),
-        ({"q": {**json.loads(text)["q"], "other_m": 1.0}}, "q.other_m: found 1.0"),
+        ({"q": None, "q_deg": [0.0] * 7}, "q_deg 7 rail_m"),
+        ({"q": {**json.loads(text)["q"], "other_m": 1.0}}, "q.other_m 1.0"),
     ):
-        with pytest.raises(UserError, match=line):
+        with refused(f"sensors.json {line}"):
             setup_of_poses("sensors.json", json.dumps(json.loads(text) | change), scene)
 
 
@@ -263,15 +255,13 @@ def test_python_names_joints():
     np.testing.assert_array_equal(scene.poses[0].q, scene.poses[1].q)
     assert scene.poses[0].q[0] == 0.3
     assert scene.poses[1].weight == 2.0
-    assert math.degrees(
-        pr.Scene(ON_RAIL, poses=POSE, rules=FREE, occlusion="ignore").poses[0].q[2]
-    ) == pytest.approx(5)
-    for poses, line in (
-        ({**POSE, "lift_m": 1.0}, "lift_m is unknown"),
-        (without("rail_m"), "rail_m is missing"),
-        ({**POSE, "rail_m": "far"}, "a number in the unit of its name"),
+    assert math.degrees(scene.poses[0].q[2]) == pytest.approx(5)
+    for poses, key in (
+        ({**POSE, "lift_m": 1.0}, "lift_m"),
+        (without("rail_m"), "rail_m"),
+        ({**POSE, "rail_m": "far"}, "rail_m"),
     ):
-        with pytest.raises(pr.InputError, match=line):
+        with refused(key, pr.InputError):
             pr.Scene(ON_RAIL, poses=poses, rules=FREE, occlusion="ignore")
 
 
@@ -289,7 +279,7 @@ def test_a_urdf_export_has_the_rail_as_a_prismatic_joint(tmp_path, name):
 
 
 def test_a_rig_refuses_a_rail():
-    with pytest.raises(UserError, match="joint rail of ur10_on_a_rail is prismatic; a rig has"):
+    with refused("rail ur10_on_a_rail"):
         require_revolute(ON_RAIL)
     require_revolute(UR10)
 
@@ -299,5 +289,5 @@ def test_a_robot_whose_rail_carries_nothing_is_refused():
     keys["joints"] = [{"name": "rail", "type": "prismatic"}, {"name": "turn"}]
     keys["mounts"] = [{**keys["mounts"][0], "frame": "turn"}]
     keys |= {"bodies": [], "home_deg": None, "tcp": {}}
-    with pytest.raises(ValueError, match="a chain of length 0 beyond rail"):
+    with pytest.raises(ValueError, match="length 0 beyond rail"):
         RobotModel(**keys)

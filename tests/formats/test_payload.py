@@ -70,9 +70,8 @@ def test_two_halves_of_a_box_are_the_box(a, b):
     same(joined([one, two]), both)
 
 
-@pytest.mark.parametrize("name", ["ur5e"])
-def test_the_plastic_is_that_of_the_exported_files_by_trimesh(name):
-    scene = scene_of(name)
+def test_the_plastic_is_that_of_the_exported_files_by_trimesh():
+    scene = scene_of("ur5e")
     setup = mounted(scene, "forearm")
     records, files = ring_files(setup, scene, lambda *_: {})
     meshes = []
@@ -96,9 +95,8 @@ def test_boards_weigh_their_outline_and_their_parts():
     holes = len(board.holes) * np.pi * board.hole**2 / 4 * board.thickness
     boards = ring_parts(scene, ring)["boards"]
     each = boards.mass / ring.count - PARTS
-    assert (
-        BOARD * (volume - holes) * 0.98 < each < BOARD * volume * 1.2
-    )  # with the sensor's package
+    # with the sensor's package
+    assert BOARD * (volume - holes) * 0.98 < each < BOARD * volume * 1.2
 
 
 @pytest.mark.parametrize("name", ["ur10", "ur10_dh", "ur3e", "ur16e"])

@@ -2,8 +2,6 @@
 free.
 """
 
-import io
-import json
 import math
 from dataclasses import replace
 
@@ -19,10 +17,8 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.board_packing import Printing, best_pocket, most_boards
 from place_rings.coverage.sensors.boards import VL53L4CD, VL53L5CX, Board
-from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.lids import lid_fault
-from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.formats.errors import UserError
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.loader import read_scene
 from place_rings.formats.printing.lids import flat_lid, lid_solid, mounted_lids, screw_heads
 from place_rings.formats.printing.mounted_boards import beam
@@ -38,37 +34,30 @@ from place_rings.objectives.feasibility.board_fit import most_sensors
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.printed_parts import printed_parts
 
 from ..support import drawing
 from ..support.assembly import judge, part
-from .test_assembly import drawn_proposal
+from ..support.refusals import refused
+from .test_assembly import drawn_proposal, holds
+from .test_printing import BOARDED, sensor_of
 
 COVERED = Printing(cover=True)
-MODELS = ("vl53l0x", "vl53l1x", "vl53l4cd", "vl53l5cx")
-
-
-def sensor_of(model: str) -> Sensor:
-    return effective(Use(model)).sensor
 
 
 def covered_ring(seed: int) -> tuple[CoreScene, Ring]:
-    """A ring with lids of any built-in board on any link, with at most as many sensors as fit."""
+    """A ring with lids of any built-in board on any link, with up to six sensors if they fit."""
     rng = np.random.default_rng(seed)
-    robot, sensor = ROBOTS[str(rng.choice(list(ROBOTS)))], sensor_of(str(rng.choice(MODELS)))
+    robot, sensor = ROBOTS[str(rng.choice(list(ROBOTS)))], sensor_of(str(rng.choice(BOARDED)))
     printing = replace(COVERED, bolt=float(rng.choice([0.003, 0.004, 0.005])))
     scene = CoreScene(
-        robot=robot,
-        poses=(Pose(robot.rest),),
-        occlusion="shadow",
-        sensor=sensor,
-        printing=printing,
+        robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=sensor, printing=printing
     )
     link, more = str(rng.choice(robot.links)), float(rng.choice([0.0, 0.01, 0.04]))
     tilt, phase = float(rng.uniform(-1.2, 1.2)), float(rng.uniform(0, 6))
     ring = Ring(link, 0.5, 1, tilt, phase, scene.radius_of(link) + more, sensor)
-    return scene, replace(ring, count=int(rng.integers(1, most_sensors(scene, ring) + 1)))
+    most = min(most_sensors(scene, ring), 6)
+    return scene, replace(ring, count=int(rng.integers(1, most + 1)))
 
 
 def placed_lids(record, data: bytes) -> list[Manifold]:
@@ -118,55 +107,54 @@ def board_box(board: Board, frame: np.ndarray) -> Manifold:
     return solid.transform(frame[:3])
 
 
-@given(drawing.seeds)
-@settings(max_examples=5)
-def test_lids_overlap_neither_ring_nor_boards_nor_each_other(seed):
+@pytest.mark.parametrize("seed", range(4))
+def test_lids_overlap_nothing_leave_the_beams_free_and_lie_in_the_envelope(seed):
+    """Measured from the written files. Rays start anywhere on a sensor's package, and run anywhere
+    within its beam."""
     scene, ring = covered_ring(seed)
     record, files, plan, made = print_ring(scene, 0, ring)
-    lids = placed_lids(record, files[-1])
-    assert len(lids) == record.lids.copies == ring.count
-    whole = Manifold.batch_boolean(lids, OpType.Add)
-    assert whole.volume() == pytest.approx(ring.count * part(files[-1])[0].volume(), rel=1e-5)
-    for data, T in zip(files[:-1], record.T_link_print.values(), strict=True):
-        there = np.array(T)
-        there[:3, 3] *= 1000
-        assert (part(data)[0].transform(there[:3]) ^ whole).volume() < 0.05
-    frames = sensor_frames(scene, ring)
-    for lid, frame in zip(lids, frames, strict=True):
-        assert (board_box(plan.pocket.board, frame) ^ lid).volume() < 0.05
-    if ring.count > 1:
-        assert lids[0].min_gap(lids[1], 5.0) >= 1000 * scene.printing.clearance - 1e-3
+    lids, frames = placed_lids(record, files[-1]), sensor_frames(scene, ring)
+    overlap_nothing(scene, record, files, plan, lids, frames)
     # a lid comes off along its beam, and the heads of its screws with it
     ring_solid = Manifold.batch_boolean([*made.parts, made.bolts], OpType.Add)
     ahead = plan.frame(0)[:, 2]
     for far in (0.5, 2.0, 4.0, 6.0):
         moved = made.lids[0] + made.heads[0]
         assert (moved.translate(tuple(far * ahead)) ^ ring_solid).volume() < 0.01
+    leave_beams_free(ring.sensor, lids, frames, np.random.default_rng(seed))
+    lie_in_envelope(scene, ring, lids)
 
 
-@pytest.mark.long
-@given(drawing.seeds)
-@settings(max_examples=5)
-def test_no_ray_of_a_beam_meets_a_lid(seed):
-    """Rays start anywhere on a sensor's package, and run anywhere within its beam."""
-    scene, ring = covered_ring(seed)
-    record, files, *_ = print_ring(scene, 0, ring)
-    lids = placed_lids(record, files[-1])
-    rng, sensor = np.random.default_rng(seed), ring.sensor
+def overlap_nothing(scene, record, files, plan, lids, frames) -> None:
+    """Neither ring, nor boards, nor each other."""
+    assert len(lids) == record.lids.copies == len(frames)
+    whole = Manifold.batch_boolean(lids, OpType.Add)
+    assert whole.volume() == pytest.approx(len(lids) * part(files[-1])[0].volume(), rel=1e-5)
+    for data, T in zip(files[:-1], record.T_link_print.values(), strict=True):
+        there = np.array(T)
+        there[:3, 3] *= 1000
+        assert (part(data)[0].transform(there[:3]) ^ whole).volume() < 0.05
+    for lid, frame in zip(lids, frames, strict=True):
+        assert (board_box(plan.pocket.board, frame) ^ lid).volume() < 0.05
+    if len(lids) > 1:
+        assert lids[0].min_gap(lids[1], 5.0) >= 1000 * scene.printing.clearance - 1e-3
+
+
+def leave_beams_free(sensor: Sensor, lids, frames, rng) -> None:
     meshes = [lid.to_mesh() for lid in lids]
     mesh = trimesh.util.concatenate(
         [trimesh.Trimesh(m.vert_properties[:, :3], m.tri_verts) for m in meshes]
     )
-    for frame in sensor_frames(scene, ring)[:4]:
-        starts = rng.uniform(-1, 1, (2000, 3)) * (3.2, 3.2, 0)
+    for frame in frames[:2]:
+        starts = rng.uniform(-1, 1, (1000, 3)) * (3.2, 3.2, 0)
         wide = math.tan(sensor.half_angle)
         if sensor.square:
             high = math.tan(sensor.half_angle_up)
-            ways = rng.uniform(-1, 1, (2000, 2)) * (wide, high)
+            ways = rng.uniform(-1, 1, (1000, 2)) * (wide, high)
         else:
-            turn, out = rng.uniform(0, 2 * math.pi, 2000), wide * np.sqrt(rng.uniform(0, 1, 2000))
+            turn, out = rng.uniform(0, 2 * math.pi, 1000), wide * np.sqrt(rng.uniform(0, 1, 1000))
             ways = np.stack([out * np.cos(turn), out * np.sin(turn)], axis=1)
-        ways = np.column_stack([ways, np.ones(2000)])
+        ways = np.column_stack([ways, np.ones(1000)])
         starts = starts @ frame[:3, :3].T + frame[:3, 3]
         assert not mesh.ray.intersects_any(starts, ways @ frame[:3, :3].T).any()
         # a ray beside the window does meet the lid
@@ -174,14 +162,10 @@ def test_no_ray_of_a_beam_meets_a_lid(seed):
         assert mesh.ray.intersects_any([beside], [frame[:3, 2]]).all()
 
 
-@given(drawing.seeds)
-@settings(max_examples=5)
-def test_lids_lie_in_the_envelope_of_their_ring(seed):
-    scene, ring = covered_ring(seed)
-    record, files, *_ = print_ring(scene, 0, ring)
+def lie_in_envelope(scene: CoreScene, ring: Ring, lids) -> None:
     mount, around = scene.robot.mount(ring.link), envelope(scene, ring)
     T_ring_link = np.linalg.inv(mount.T_link_ring(ring.position))
-    for lid in placed_lids(record, files[-1]):
+    for lid in lids:
         points = lid.to_mesh().vert_properties[:, :3] / 1000
         inside = points @ T_ring_link[:3, :3].T + T_ring_link[:3, 3]
         assert np.all(around(inside[:, [2, 0, 1]]) <= 1e-6)
@@ -191,56 +175,15 @@ def test_lids_lie_in_the_envelope_of_their_ring(seed):
     assert plain.outer <= around.outer + 1e-12
 
 
-@pytest.mark.parametrize("name", ["ur10", "panda"])
-def test_rings_with_lids_that_a_search_draws_overlap_nothing_on_the_robot(name):
-    rng = np.random.default_rng([ord(c) for c in name])
-    draws = (drawn_proposal(rng, name, cover=True) for _ in range(50))
+def test_rings_with_lids_that_a_search_draws_overlap_nothing_on_the_robot():
+    rng = np.random.default_rng(3)
+    draws = (drawn_proposal(rng, "panda", cover=True, most=6) for _ in range(50))
     scene, setup = next(drawn for drawn in draws if drawn and len(drawn[1].rings) > 1)
     _, data = ring_files(setup, scene, lambda *_: {})
-    verdict = judge(scene, setup, data)
+    verdict = judge(scene, setup, data, points=1000, near=10.0)
     assert verdict.parts >= 2 * len(setup.rings) + setup.sensors
-    assert verdict.watertight
-    assert verdict.within == 0
     assert verdict.beams >= 0.5
-    assert verdict.wall >= 1000 * scene.printing.least_wall - 1e-3
-    assert verdict.overlap < 1.0, verdict.names
-    assert min(verdict.rings, verdict.bodies) >= 1000 * scene.rules.clearance - 0.1
-
-
-@pytest.mark.parametrize("bed", [None, (0.16, 0.16, 0.2)])
-def test_plates_hold_a_lid_for_each_board(bed):
-    scene = CoreScene(
-        occlusion="shadow", sensor=sensor_of("vl53l4cd"), printing=replace(COVERED, bed=bed)
-    )
-    rings = [
-        Ring(link, 0.5, n, 0.4, 0.2, scene.radius_of(link), scene.sensor)
-        for link, n in (("upper_arm", 7), ("forearm", 3))
-    ]
-    result, data = ring_files(Setup(tuple(rings)), scene, lambda *_: {})
-    assert (len(result.plates) > 1) == (bed is not None)
-    count, boxes = dict[str, int](), []
-    for plate in result.plates:
-        read = trimesh.load_scene(io.BytesIO(data[plate]), file_type="3mf")
-        boxes.append([])
-        for node in read.graph.nodes_geometry:
-            T, name = read.graph[node]
-            mesh = read.geometry[name].copy().apply_transform(T)
-            assert mesh.is_watertight
-            count[name] = count.get(name, 0) + 1
-            boxes[-1].append(mesh.bounds)
-            if bed:
-                assert np.all(mesh.bounds[1] <= 1000 * np.array(bed) + 1e-3)
-    files = {file: 1 for ring in result.rings for file in ring.T_link_print}
-    files |= {ring.lids.file: ring.count for ring in result.rings}
-    assert count == {file.removesuffix(".stl"): n for file, n in files.items()}
-    for some in boxes:
-        for i, one in enumerate(some):
-            for other in some[:i]:
-                assert np.maximum(one[0] - other[1], other[0] - one[1])[:2].max() >= 5 - 1e-3
-    written = json.loads(data["printing.json"])
-    for ring, record in zip(rings, written["rings"], strict=True):
-        assert record["lids"]["copies"] == len(record["lids"]["T_link_print"]) == ring.count
-        assert record["lids"]["file"] in data
+    holds(scene, verdict)
 
 
 @given(
@@ -268,11 +211,11 @@ def test_lids_of_the_largest_count_keep_their_clearance(radius, tilt, width, hei
     assert apart >= 1000 * clearance - 1e-3
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", BOARDED)
 def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
     sensor = sensor_of(model)
     scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
-    ring = Ring("forearm", 0.5, 3, 0.5, 0.1, scene.radius_of("forearm"), sensor)
+    ring = Ring("forearm", 0.5, 2, 0.5, 0.1, scene.radius_of("forearm"), sensor)
     record, _, plan, made = print_ring(scene, 0, ring)
     size, longest = (float(text.split(" mm")[0].split()[-1].strip("M,")) for text in (
         record.screws.split(" × ")[1].split(",")[0], record.screws.rsplit("at most ")[1]
@@ -286,7 +229,7 @@ def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
         assert (bored.translate(at).transform(frame) ^ made.parts[0]).volume() < 0.01
         assert (bored.translate(at).transform(frame) ^ made.parts[1]).volume() < 0.01
     plain = board_screws(plan_ring(replace(scene, printing=Printing()), ring))
-    assert record.screws.startswith(f"{plain[0]} × {plain[1]} behind ")
+    assert record.screws.startswith(f"{plain[0]} × {plain[1]}")
 
 
 def test_a_lid_clears_the_plugs_and_rests_on_its_board():
@@ -304,33 +247,19 @@ def test_a_lid_clears_the_plugs_and_rests_on_its_board():
     assert (under.translate((0, 0, 0.31)) ^ lid).volume() == pytest.approx(0.25)
 
 
-def test_lids_add_to_mass_filament_and_pictures():
+def test_lids_add_to_mass_and_filament():
     sensor = sensor_of("vl53l4cd")
     scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
-    ring = Ring("forearm", 0.5, 5, -0.4, 0.0, scene.radius_of("forearm"), sensor)
+    ring = Ring("forearm", 0.5, 2, -0.4, 0.0, scene.radius_of("forearm"), sensor)
     plan = plan_ring(scene, ring)
     volume = sum(lid.volume() for lid in mounted_lids(plan))  # mm³
-    assert volume == pytest.approx(5 * lid_solid(plan).volume())
-    _, _, _, made = print_ring(scene, 0, ring)
-    whole = sum(one.volume() for one in made.parts) + volume
+    assert volume == pytest.approx(2 * lid_solid(plan).volume())
+    whole = sum(one.volume() for one in print_ring(scene, 0, ring)[3].parts) + volume
     assert ring_parts(scene, ring)["plastic"].mass == pytest.approx(1270e-9 * whole, rel=1e-4)
     bought = printed_parts(scene, Setup((ring,)))
     assert bought.grams == pytest.approx(1.27e-3 * whole, rel=1e-4)
-    assert bought.lids == 5
-    page = "\n".join(materials(scene, Setup((ring,)), lambda _: 1))
-    assert "for 1 ring and 5 lids, printed solid" in page
-    assert any("of lid and board" in text for text in bought.hardware)
-
-
-def test_without_lids_nothing_is_written_of_them():
-    sensor = sensor_of("vl53l4cd")
-    scene = CoreScene(occlusion="shadow", sensor=sensor)
-    ring = Ring("forearm", 0.5, 3, 0.2, 0.0, scene.radius_of("forearm"), sensor)
-    result, data = ring_files(Setup((ring,)), scene, lambda *_: {})
-    assert b"lid" not in data["printing.json"]
-    assert not any("lid" in name for name in data)
-    assert result.rings[0].lids is None
-    assert "cover" not in to_toml(SceneModel.from_domain(scene))
+    assert (bought.rings, bought.lids) == (1, 2)
+    assert any("lid" in text for text in bought.hardware)
 
 
 def test_cover_in_a_scenes_file(tmp_path):
@@ -339,30 +268,24 @@ def test_cover_in_a_scenes_file(tmp_path):
     path.write_text(to_toml(SceneModel.from_domain(scene)))
     assert read_scene(path).printing == COVERED
     board = "[sensor.board]\nwidth = 0.02\nheight = 0.02\n"
-    for text, says in (
-        (board, "board has no holes for screws and is glued"),
-        (
-            f"{board}holes = [[0.0, 0.008]]\nplugs = [0.0, 0.005]",
-            "plugs stand where the screws of a lid would",
-        ),
-        (
-            f"[sensor]\nfov_deg = 120\n{board}holes = [[0.0, 0.008]]",
-            r"a window of .* mm for the beam",
-        ),
+    for text in (
+        board,  # no holes for screws: it is glued
+        f"{board}holes = [[0.0, 0.008]]\nplugs = [0.0, 0.005]",  # plugs where its screws would be
+        f"[sensor]\nfov_deg = 120\n{board}holes = [[0.0, 0.008]]",  # no room for the window
     ):
         path.write_text(f"[printing]\ncover = true\n{text}")
-        with pytest.raises(UserError, match=rf"printing\.cover: found true, .*{says}") as refused:
+        with refused("scene.toml printing.cover true"):
             read_scene(path)
-        assert "\n" not in str(refused.value)
         path.write_text(text)
-        read_scene(path)
+        assert not read_scene(path).printing.cover
+    assert "cover" not in to_toml(SceneModel.from_domain(CoreScene()))
 
 
 def test_a_glued_board_has_no_lid_and_its_ring_is_refused_in_one_line():
     sensor = replace(sensor_of("vl53l4cd"), board=replace(VL53L4CD, holes=()))
     scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
     ring = Ring("forearm", 0.5, 3, 0.2, 0.0, scene.radius_of("forearm"), sensor)
-    with pytest.raises(UserError, match=r"^ring 0 \(forearm\): .*glued$"):
+    with refused("ring 0 (forearm)"):
         ring_files(Setup((ring,)), scene, lambda *_: {})
 
 
@@ -385,22 +308,22 @@ def drawn_board(rng: np.random.Generator) -> Board:
     )
 
 
-@pytest.mark.long
 @given(drawing.seeds, st.sampled_from([0.0, 0.0003, 0.001]))
+@settings(max_examples=6)
 def test_the_lid_of_any_board_that_allows_one_keeps_its_walls(seed, clearance):
     rng = np.random.default_rng(seed)
-    sensor = replace(sensor_of(str(rng.choice(MODELS))), board=drawn_board(rng))
+    sensor = replace(sensor_of(str(rng.choice(BOARDED))), board=drawn_board(rng))
     assume(lid_fault(sensor.board, sensor, clearance, 0.0012) is None)
     printing = replace(COVERED, clearance=clearance)
     scene = CoreScene(occlusion="shadow", sensor=sensor, printing=printing)
-    plan = plan_ring(scene, Ring("forearm", 0.5, 3, float(rng.uniform(-1, 1)), 0.0, 0.2, sensor))
+    plan = plan_ring(scene, Ring("forearm", 0.5, 2, float(rng.uniform(-1, 1)), 0.0, 0.2, sensor))
     lid = lid_solid(plan)
     assert len(lid.decompose()) == 1
     assert least_wall(lid, seed % 7) >= 1.2
     assert read_stl(stl(flat_lid(plan))).is_watertight
     whole = union([*assemble(plan).boards, *assemble(plan).plugs, *screw_heads(plan)])
     assert (union(mounted_lids(plan)) ^ whole).volume() < 0.01
-    assert (union([beam(plan, k) for k in range(3)]) ^ union(screw_heads(plan))).volume() == 0
+    assert (union([beam(plan, k) for k in range(2)]) ^ union(screw_heads(plan))).volume() == 0
 
 
 @given(st.floats(1, 89))

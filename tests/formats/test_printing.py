@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from manifold3d import Manifold
 from place_rings.coverage.rings.ring import Ring, Setup
@@ -27,7 +27,6 @@ from place_rings.coverage.sensors.boards import VL53L4CD, VL53L5CX, Board
 from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.printing.blocks import thread
 from place_rings.formats.printing.primitives import FACETS, union
@@ -49,8 +48,17 @@ from place_rings.placement.search.moves import fresh, vary
 from place_rings.reporting.ring_pictures import ring_pictures
 
 from ..support import drawing
+from ..support.refusals import has_parts, refused
 
-L4CD = effective(Use("vl53l4cd")).sensor
+BOARDED = ("vl53l0x", "vl53l1x", "vl53l4cd", "vl53l5cx")
+
+
+def sensor_of(model: str) -> Sensor:
+    """A sensor of the catalogue with its nominal range."""
+    return effective(Use(model)).sensor
+
+
+L4CD = sensor_of("vl53l4cd")
 TIGHT = Printing(wall=0.0, clearance=0.0, relief=0.0, gap=0.0)
 
 
@@ -151,20 +159,18 @@ def test_a_lens_looks_where_its_sensor_looks(seed, name):
 
 
 @pytest.mark.parametrize("name", ["ur10", "panda", "iiwa14"])
-def test_drawn_rings_are_closed_and_keep_all_checks(name):
-    rng = np.random.default_rng(["ur10", "panda", "iiwa14"].index(name))
-    for number in range(2):
-        scene, ring = drawn_ring(rng, name)
-        record, files, plan, _ = print_ring(scene, number, ring)
-        for data in files:
-            mesh = read_stl(data)
-            assert mesh.is_watertight
-            assert mesh.is_winding_consistent
-            assert mesh.volume > 0
-            assert mesh.bounds[0, 2] == pytest.approx(0, abs=1e-5)  # on the bed
-        assert all(check.holds for check in record.checks), (ring, record.checks)
-        assert record.flipped == (ring.tilt < 0)
-        assert plan.tilt == pytest.approx(abs(ring.tilt))
+def test_a_drawn_ring_is_closed_and_keeps_all_checks(name):
+    scene, ring = drawn_ring(np.random.default_rng(len(name)), name)
+    record, files, plan, _ = print_ring(scene, 0, ring)
+    for data in files:
+        mesh = read_stl(data)
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert mesh.volume > 0
+        assert mesh.bounds[0, 2] == pytest.approx(0, abs=1e-5)  # on the bed
+    assert all(check.holds for check in record.checks), (ring, record.checks)
+    assert record.flipped == (ring.tilt < 0)
+    assert plan.tilt == pytest.approx(abs(ring.tilt))
 
 
 # Rings of a search whose links stand beside where the ring parts: the band alone was 0.3 mm and
@@ -174,63 +180,39 @@ def test_drawn_rings_are_closed_and_keep_all_checks(name):
     [(6, 63.163, 22.8933), (4, 44.9135, 71.6007), (24, 31.175334044213997, 10.83020960215625)],
 )
 def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase_deg):
-    scene = CoreScene(occlusion="blind", sensor=L4CD)
-    ring = Ring(
-        "upper_arm",
-        0.2,
-        count,
-        math.radians(tilt_deg),
-        math.radians(phase_deg),
-        0.113,
-        L4CD,
-    )
+    scene, turned = CoreScene(occlusion="blind", sensor=L4CD), (tilt_deg, phase_deg)
+    ring = Ring("upper_arm", 0.2, count, *map(math.radians, turned), 0.113, L4CD)
     record, _, _, made = print_ring(scene, 0, ring)
     assert min(least_wall(half, seed) for half in made.parts for seed in range(4)) >= 1.2
     assert all(check.holds for check in record.checks)
     for half, way in zip(made.parts, (1, -1), strict=True):  # laid on from its side
-        assert all(
-            (half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01
-            for d in (0, 5, 20, 60, 120)
-        )
+        for d in (0, 5, 20, 60, 120):
+            assert (half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01
+
+
+def iiwa_ring(link: str, at: float, count: int, degrees: tuple[float, float], radius: float):
+    """A scene and a ring by its tilt and phase, degrees."""
+    robot = ROBOTS["iiwa14"]
+    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    return scene, Ring(link, at, count, *map(math.radians, degrees), radius, L4CD)
 
 
 def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
     """Facets of the collar lie within its radius: an ear's foot that ended at the radius left 0.5
     mm below the cables.
     """
-    robot = ROBOTS["iiwa14"]
-    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
-    ring = Ring(
-        "forearm",
-        0.188,
-        4,
-        math.radians(31.42932851904606),
-        math.radians(18.958014003393565),
-        0.08,
-        L4CD,
-    )
-    assert (
-        min(
-            least_wall(half, seed)
-            for half in assemble(plan_ring(scene, ring)).parts
-            for seed in range(8)
-        )
-        >= 1.2
-    )
+    turned = (31.42932851904606, 18.958014003393565)
+    made = assemble(plan_ring(*iiwa_ring("forearm", 0.188, 4, turned, 0.08)))
+    assert min(least_wall(half, seed) for half in made.parts for seed in range(8)) >= 1.2
 
 
 def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
-    robot = ROBOTS["iiwa14"]
-    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
-    ring = Ring("upper_arm", 0.5, 15, math.radians(67.254), math.radians(20.074), 0.131, L4CD)
-    plan = plan_ring(scene, ring)
-    made = assemble(plan)
+    scene, ring = iiwa_ring("upper_arm", 0.5, 15, (67.254, 20.074), 0.131)
+    made = assemble(plan_ring(scene, ring))
     # 0.35 mm beside a bolt's hole
     assert min(least_wall(half, seed) for half in made.parts for seed in range(2)) >= 1.2
-    assert (
-        plan_ring(scene, replace(ring, radius=0.15)).lug[0]
-        == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
-    )
+    near, far = (plan_ring(scene, replace(ring, radius=r)).lug[0] for r in (0.15, 0.16))
+    assert near == far
 
 
 @pytest.mark.parametrize("model", ["vl53l1x", "vl53l5cx"])
@@ -239,7 +221,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
     """A steep board's screws go down, and were bored through the bottom or to less than a
     millimetre above it.
     """
-    ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
+    ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, sensor_of(model))
     plan = plan_ring(paper_scene(), ring)
     radius = 0.4 * 1000 * plan.pocket.board.hole
     for x, y in plan.pocket.board.holes:
@@ -253,16 +235,13 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
-    scene, ring = (
-        paper_scene(),
-        Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor),
-    )
-    with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
+    scene, ring = paper_scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, sensor_of("vl53l5cx"))
+    with refused("20", UnbuildableError) as full:
         plan_ring(scene, replace(ring, count=20))
-    most = int(str(refused.value).split("at most ")[1].split()[0])
+    most = max(n for n in range(1, 20) if has_parts(str(full.value), f"most {n}"))
     record, *_ = print_ring(scene, 0, replace(ring, count=most))
     assert all(check.holds for check in record.checks)
-    with pytest.raises(UnbuildableError, match=f"at most {most} do"):
+    with refused(f"{most}", UnbuildableError):
         plan_ring(scene, replace(ring, count=most + 1))
 
 
@@ -273,44 +252,32 @@ def test_plugs_of_a_board_narrower_than_they_are_stay_in_the_envelope(plugs):
     sensor = replace(L4CD, board=board)
     scene = CoreScene(occlusion="shadow", sensor=sensor)
     for tilt_deg in (0, -40, 73):
-        ring = Ring(
-            "upper_arm",
-            0.5,
-            4,
-            math.radians(tilt_deg),
-            0.3,
-            scene.radius_of("upper_arm") + 0.005,
-            sensor,
-        )
+        radius = scene.radius_of("upper_arm") + 0.005
+        ring = Ring("upper_arm", 0.5, 4, math.radians(tilt_deg), 0.3, radius, sensor)
         plan = plan_ring(scene, ring)
         outside = union(assemble(plan).plugs) - envelope_solid(plan, envelope(scene, ring))
         assert outside.volume() < 0.01
 
 
 @pytest.mark.parametrize(
-    ("ring", "says"),
+    "ring",
     [
-        (Ring("forearm", 0.5, 4), "no board is known"),
-        (
-            Ring("forearm", 0.5, 4, radius=0.05, sensor=L4CD),
-            "larger radius.*search without --paper",
-        ),
-        (Ring("forearm", 0.5, 30, radius=0.08, sensor=L4CD), "at most"),
+        Ring("forearm", 0.5, 4),  # no board is known
+        Ring("forearm", 0.5, 4, radius=0.05, sensor=L4CD),
+        Ring("forearm", 0.5, 30, radius=0.08, sensor=L4CD),
     ],
 )
-def test_what_cannot_be_printed_is_refused(ring, says):
-    with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
+def test_what_cannot_be_printed_is_refused(ring):
+    with refused("ring 0 (forearm)"):
         ring_files(Setup((ring,)), paper_scene(), ring_pictures)
 
 
 def test_a_check_can_fail():
-    scene, ring = (
-        paper_scene(),
-        Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172))),
-    )
-    with pytest.raises(UnbuildableError, match="overlap of beams"):
+    wide = replace(L4CD, fov=math.radians(172))
+    scene, ring = paper_scene(), Ring("forearm", 0.5, 2, 1.2, 0.0, 0.07, wide)
+    with refused("beams", UnbuildableError):
         print_ring(scene, 0, ring)
-    with pytest.raises(UnbuildableError, match="overhang"):
+    with refused("overhang", UnbuildableError):
         print_ring(scene, 0, replace(ring, sensor=L4CD), Printing(overhang=0.0))
 
 
@@ -322,59 +289,42 @@ def test_overhang_and_least_wall_of_a_table():
 
 
 def test_files_and_pictures_of_a_proposal():
+    """With a link whose name is a formula, and without lids."""
     ur10 = ROBOTS["ur10"]
-    named = replace(
-        ur10,
-        mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts),
-    )
-    result, data = ring_files(
-        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)),
-        paper_scene(robot=named),
-        ring_pictures,
-    )
-    names = {
-        "ring0___frac__a.stl",
-        "ring0___frac__b.stl",
-        "ring0___frac_.png",
-        "mounted.png",
-        "plate0.3mf",
-        "printing.json",
-    }
-    assert data.keys() == names
+    mounts = (replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts)
+    ring = Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD)
+    scene = paper_scene(robot=replace(ur10, mounts=tuple(mounts)))
+    result, data = ring_files(Setup((ring,)), scene, ring_pictures)
+    files = ["ring0___frac__a.stl", "ring0___frac__b.stl", "ring0___frac_.png"]
+    assert data.keys() == {*files, "mounted.png", "plate0.3mf", "printing.json"}
     assert result.rings[0].flipped
+    assert result.rings[0].lids is None
     assert data["printing.json"].decode() == result.model_dump_json(indent=2) + "\n"
+    assert b"lid" not in data["printing.json"]
 
 
-@given(drawing.seeds, st.integers(12, 60))
-@settings(max_examples=5)
+@pytest.mark.parametrize(("seed", "sensors"), [(0, 12), (1, 40)])
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
-    rng = np.random.default_rng(seed)
-    scene = CoreScene(
-        sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.085, radius_stated=True
-    )
+    rng, sensor = np.random.default_rng(seed), sensor_of("vl53l5cx")
+    scene = CoreScene(sensor=sensor, ring_radius=0.085, radius_stated=True)
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
     for _ in range(5):
         assert space.holds(c)
         for ring in space.setup(c).rings:
-            assert (
-                ring.count
-                <= most_boards(VL53L5CX, scene.printing, ring.radius, np.array([ring.tilt]))[0]
-            )
+            tilt = np.array([ring.tilt])
+            assert ring.count <= most_boards(VL53L5CX, scene.printing, ring.radius, tilt)[0]
         assert not mount_faults(scene, space.setup(c))
         c = vary(space, c, rng)
 
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
-    scene = CoreScene(sensor=effective(Use("vl53l5cx")).sensor)
-    with pytest.raises(
-        InfeasibleError,
-        match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do",
-    ):
+    scene = CoreScene(sensor=sensor_of("vl53l5cx"))
+    with refused("20 forearm 15", InfeasibleError):
         Space(scene, ring_layout(scene, 2, 20))
     tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))
-    assert "at most" in mount_faults(scene, tool)[0].text
-    with pytest.raises(InfeasibleError, match="there is room for 16 rings of at most 15"):
+    assert mount_faults(scene, tool)
+    with refused("16 15", InfeasibleError):  # rings, each of at most 15 boards
         Space(scene, sensors=2000)
     free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
     assert Space(free, ring_layout(free, 2, 20)).sensors == 100
@@ -400,11 +350,12 @@ def test_boards_and_printing_in_a_scenes_file(tmp_path):
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
     named = SceneModel.from_domain(paper_scene(sensor=L4CD)).to_domain()
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
-    for text, says in (
-        ("[printing]\nwall = 0.002", "printing.wall: found 0.002, allowed: at least 0.0024"),
-        ('[printing]\nbolt = "M2"', "printing.bolt: found"),
-        ("[sensor.board]\nwidth = 0.02\nheight = 0.02\nholes = [[0.01, 0]]", "within the outline"),
+    holes = "width = 0.02\nheight = 0.02\nholes = [[0.01, 0]]"
+    for text, parts in (
+        ("[printing]\nwall = 0.002", "printing.wall 0.002 0.0024"),
+        ('[printing]\nbolt = "M2"', 'printing.bolt "M2"'),
+        (f"[sensor.board]\n{holes}", "sensor.board.holes[0]"),  # the hole is cut by the edge
     ):
         path.write_text(text)
-        with pytest.raises(UserError, match=says):
+        with refused(f"scene.toml {parts}"):
             read_scene(path)

@@ -2,19 +2,17 @@
 files read back.
 """
 
+import json
 import math
-import sys
 
 import numpy as np
 import pytest
+import tomli_w
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
-from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
@@ -29,6 +27,7 @@ from place_rings.objectives.scene import CoreScene
 from scipy.spatial.transform import Rotation
 
 from ..support import drawing
+from ..support.refusals import has_parts, refused
 
 
 def turned(mesh, rng):
@@ -56,7 +55,7 @@ def link(rng, sections=32):
     return trimesh.util.concatenate([tube, *ends]), radius, length - 2 * house
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(drawing.seeds, st.integers(1, 4))
 def test_capsules_contain_the_surface(seed, most):
     """Every vertex, and every point of every triangle between."""
@@ -71,7 +70,7 @@ def test_capsules_contain_the_surface(seed, most):
     assert np.max([-c.distance(points) for c in capsules], axis=0).min() > -1e-9
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(drawing.seeds)
 def test_points_on_a_capsule_get_it_back(seed):
     rng = np.random.default_rng(seed)
@@ -108,7 +107,7 @@ def test_volume_of_a_union():
     assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(drawing.seeds)
 def test_the_tube_of_a_link_is_found(seed):
     """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it
@@ -151,7 +150,7 @@ def test_a_stretch_ends_where_the_housings_begin(radius, thicker, apart):
     assert confidence(found, "primitive shape")[0] == "medium"
 
 
-@pytest.mark.parametrize("flat", [0.6, 0.8, 0.92, 0.96, 1.0])
+@pytest.mark.parametrize("flat", [0.6, 0.92, 0.96])
 def test_an_oval_tube_has_a_low_confidence(flat):
     """A tube is round if its widths differ by 6 % at most."""
     tube = trimesh.creation.cylinder(0.04, 0.3, sections=256)
@@ -162,7 +161,7 @@ def test_an_oval_tube_has_a_low_confidence(flat):
     assert found.round == float(flat >= 0.94)
     level, basis = confidence(found, "mesh")
     assert level == ("high" if found.round else "low")
-    assert f"on {100 * found.round:.0f} % of the stretch" in basis
+    assert f"{100 * found.round:.0f} %" in basis
 
 
 def test_a_ball_and_a_disc_are_no_tubes():
@@ -192,28 +191,6 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
     assert depth(outside) < 0
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_every_robot_reads_back_from_its_file(tmp_path, name):
-    robot = ROBOTS[name]
-    (tmp_path / "r.toml").write_text(to_toml(RobotModel.from_domain(robot)))
-    again = read_robot(tmp_path / "r.toml")
-    q = drawing.pose(np.random.default_rng(0), len(robot.chain))
-    assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
-    assert again.links == robot.links
-    assert np.allclose(again.limits, robot.limits)
-    for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
-        assert a.frame == b.frame
-    for a, b in zip(
-        (*again.mounts, *(b.capsule for b in again.bodies)),
-        (*robot.mounts, *(b.capsule for b in robot.bodies)),
-        strict=True,
-    ):
-        assert np.allclose(a.start, b.start, atol=1e-11)
-    assert RobotModel.from_domain(
-        robot_of(RobotModel.from_domain(robot))
-    ) == RobotModel.from_domain(again)
-
-
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
     scene = CoreScene(robot=mine, poses=(Pose(mine.rest),))
@@ -224,81 +201,56 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
         "version = 2\n[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
-    assert (
-        SceneModel.from_domain(inline)
-        == SceneModel.from_domain(named)
-        == SceneModel.from_domain(scene)
-    )
-    assert SceneModel.from_domain(
-        read_proposal(tmp_path / "proposal.toml")[1]
-    ) == SceneModel.from_domain(scene)
+    proposed = read_proposal(tmp_path / "proposal.toml")[1]
+    wanted = SceneModel.from_domain(scene)
+    assert all(SceneModel.from_domain(one) == wanted for one in (inline, named, proposed))
     assert len(named.poses[0].q) == 7
     assert SceneModel.from_domain(SceneModel(robot="panda").to_domain()).robot == "panda"
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    ("text", "parts"),
     [
-        ("robot = '../mine.toml'", "allowed: a file in the folder of"),
-        ("robot = '/etc/mine.toml'", "allowed: a file in the folder of"),
-        ("robot = 'nothing.toml'", "nothing.toml: cannot be read"),
-        ("robot = 'arm.urdf'", "allowed: a robot file (.toml)"),
-        ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
-        ("[robot]\nname = 'x'", "robot.reach: missing; give a number"),
+        ("robot = '../mine.toml'", 'robot "../mine.toml"'),
+        ("robot = '/etc/mine.toml'", 'robot "/etc/mine.toml"'),
+        ("robot = 'nothing.toml'", "nothing.toml"),
+        ("robot = 'arm.urdf'", 'robot "arm.urdf"'),
+        ("[robot]\nname = 'x'", "robot.reach"),
+        ("[robot]\nname = 'x'\nreach = 1\njoints = 3", "robot.joints 3"),
+        ("robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]", "poses[0].q_deg 6 7 panda"),
         (
-            "[robot]\nname = 'x'\nreach = 1\njoints = 3",
-            "robot.joints: found 3, allowed: a list of 1 to 20",
+            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 9, 0]",
+            "poses[0].q_deg[3] 0.0 panda",
         ),
-        (
-            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]",
-            "allowed: 7 angles, one for each joint of panda",
-        ),
-        (
-            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 90, 0]",
-            "poses[0].q_deg[3]: found 0.0, allowed: -176.0",
-        ),
-        (
-            "[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]",
-            "allowed: -180 to 180, the limits of elbow of ur10",
-        ),
+        ("[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]", "poses[0].q_deg[2] -180 180 elbow ur10"),
     ],
 )
-def test_a_scene_with_a_bad_robot_is_one_line(tmp_path, text, line):
+def test_a_scene_with_a_bad_robot_is_one_line(tmp_path, text, parts):
     (tmp_path / "scene.toml").write_text(text)
-    with pytest.raises(UserError) as caught:
+    with refused(parts):
         read_scene(tmp_path / "scene.toml")
-    assert line in str(caught.value)
 
 
+AXIS = "axis = [0.0, 0.0, 1.0]"
 BAD_FILES = {
-    ("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, 2.0]"): "joints[0].axis[2]: found 2.0",
-    (
-        "axis = [0.0, 0.0, 1.0]",
-        "axis = [0.0, 0.5, 0.5]",
-    ): 'joints[0].axis: found "[0.0, 0.5, 0.5]", allowed: a vector of length 1',
-    ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame: found "knee", allowed: shoulder_pan',
-    ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg: found",
-    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius: found -1.0",
-    ("reach = 1.3", "reach = nan"): "reach: found nan",
-    ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name: found",
+    (AXIS, "axis = [0.0, 0.0, 2.0]"): "joints[0].axis[2] 2.0",
+    (AXIS, "axis = [0.0, 0.5, 0.5]"): "joints[0].axis [0.0, 0.5, 0.5]",
+    ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame "knee" shoulder_pan',
+    ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg",
+    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius -1.0",
+    ("reach = 1.3", "reach = nan"): "reach nan",
+    ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name",
 }
 
 
-@pytest.mark.parametrize(("change", "line"), BAD_FILES.items())
-def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
-    import tomli_w
-
-    text = (
-        tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
-        .replace("\n    ", " ")
-        .replace(",\n]", "]")
-    )
-    text = text.replace("[ ", "[")
+@pytest.mark.parametrize(("change", "parts"), BAD_FILES.items())
+def test_a_bad_robot_file_is_one_line(tmp_path, change, parts):
+    text = tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
+    text = text.replace("\n    ", " ").replace(",\n]", "]").replace("[ ", "[")
     assert change[0] in text
-    (tmp_path / "r.toml").write_text(text.replace(change[0], change[1], 1))
-    with pytest.raises(UserError) as caught:
+    (tmp_path / "r.toml").write_text(text.replace(*change, 1))
+    with refused(f"r.toml {parts}"):
         read_robot(tmp_path / "r.toml")
-    assert line in str(caught.value)
 
 
 def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
@@ -310,72 +262,57 @@ def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
         if aside == "0.0":
             assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0.0547
             continue
-        with pytest.raises(UserError) as caught:
+        with refused("r.toml mounts[0].aside 0.046"):
             read_robot(tmp_path / "r.toml")
-        line = "found 0.046, allowed: a mount whose axis is the axis of the link's own tube"
-        assert str(caught.value).endswith(f"mounts[0].aside: {line}")
 
 
-def run(monkeypatch, *command):
-    """The exit code of a command."""
-    monkeypatch.setattr(sys, "argv", ["place-rings", *command])
-    with pytest.raises(SystemExit) as left:
-        command_line.main()
-    return left.value.code
-
-
-def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
+def test_from_a_urdf_to_a_scene(run, tmp_path):
     """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a
     scene that counts.
     """
-    mesh, radius, _ = link(np.random.default_rng(3), 16)
+    mesh, radius, _ = link(np.random.default_rng(3), 12)
     mesh.apply_translation([0, 0, 0.25])
     mesh.export(tmp_path / "link.stl")
     body = "<collision><geometry><mesh filename='link.stl'/></geometry></collision>"
     text = "<robot name='two'><link name='base'/>"
-    for i, parent in enumerate(("base", "link_0")):
-        text += (
-            f"<link name='link_{i}'>{body}</link><joint name='j{i}' type='continuous'><parent"
-            f" link='{parent}'/>"
-        )
-        text += (
-            f"<child link='link_{i}'/><origin xyz='0 0 {0.1 + 0.5 * i}'/><axis xyz='0 1"
-            " 0'/></joint>"
-        )
-    text += (
-        "<link name='tip'/><joint name='f' type='fixed'><parent link='link_1'/><child"
-        " link='tip'/><origin xyz='0 0 0.5'/>"
-    )
-    (tmp_path / "two.urdf").write_text(text + "</joint></robot>")
+    for kind, parent, child, at, shape in (
+        ("continuous", "base", "link_0", 0.1, body),
+        ("continuous", "link_0", "link_1", 0.6, body),
+        ("fixed", "link_1", "tip", 0.5, ""),
+    ):
+        text += f"<link name='{child}'>{shape}</link><joint name='to_{child}' type='{kind}'>"
+        text += f"<parent link='{parent}'/><child link='{child}'/><axis xyz='0 1 0'/>"
+        text += f"<origin xyz='0 0 {at}'/></joint>"
+    (tmp_path / "two.urdf").write_text(f"{text}</robot>")
     out = tmp_path / "out"
-    assert run(monkeypatch, "robot", str(tmp_path / "two.urdf"), "--out", str(out)) == 0
-    assert "link_0" in capsys.readouterr().out
-    scene = read_scene(out / "scene.toml")
-    robot = scene.robot
+    code, printed, _ = run("robot", "two.urdf", "--out", out)
+    assert code == 0
+    assert "link_0" in printed
+    robot = read_scene(out / "scene.toml").robot
     assert robot.links == ("link_0", "link_1", "tool")
-    assert all(
-        abs(m.axis[2]) > 0.999 and m.section == pytest.approx(radius, rel=0.1)
-        for m in robot.mounts[:2]
-    )
-    assert scene.ring_radius > max(m.section for m in robot.mounts)
+    for mount in robot.mounts[:2]:
+        assert abs(mount.axis[2]) > 0.999
+        assert mount.section == pytest.approx(radius, rel=0.1)
+    assert read_scene(out / "scene.toml").ring_radius > max(m.section for m in robot.mounts)
     # the meshes are stated for collision only
     assert [m.confidence for m in robot.mounts] == ["medium", "medium", "low"]
-    assert "collision mesh" in robot.mounts[0].basis
     assert (out / "robot.png").stat().st_size > 10_000
-    vertices = mesh.vertices
     for frame in (0, 1):
         capsules = [b.capsule for b in robot.bodies if b.frame == frame]
-        assert np.max([-c.distance(vertices) for c in capsules], axis=0).min() > -1e-9
-    monkeypatch.chdir(tmp_path)
+        assert np.max([-c.distance(mesh.vertices) for c in capsules], axis=0).min() > -1e-9
     ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
     (tmp_path / "p.toml").write_text(ring)
     # the reference scene's robot has no such link
-    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1") == 2
-    assert "allowed: a link of ur10" in capsys.readouterr().err
+    code, _, err = run("verify", "p.toml", "--voxel", "0.1")
+    assert code == 2
+    assert has_parts(err, 'p.toml rings[0].link "link_1" ur10')
     (tmp_path / "p.toml").write_text(ring + "[scene]\nrobot = 'out/robot.toml'\n")
-    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1", "--json") == 0
-    assert '"zeta_percent"' in capsys.readouterr().out
-    assert run(monkeypatch, "cones", "p.toml", "--robot", str(out / "robot.toml")) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 9
-    assert run(monkeypatch, "verify", "n1_8_0", "--robot", str(tmp_path / "two.urdf")) == 2
-    assert "allowed: a link of two: link_0, link_1, tool" in capsys.readouterr().err
+    code, printed, _ = run("verify", "p.toml", "--voxel", "0.1", "--json")
+    assert code == 0
+    assert "zeta_percent" in json.loads(printed)
+    code, printed, _ = run("cones", "p.toml", "--robot", out / "robot.toml")
+    assert code == 0
+    assert len(printed.splitlines()) == 9
+    code, _, err = run("verify", "n1_8_0", "--robot", out / "robot.toml")
+    assert code == 2
+    assert has_parts(err, "two link_0, link_1, tool")

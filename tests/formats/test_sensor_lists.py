@@ -3,14 +3,12 @@
 import contextlib
 import io
 import math
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.cli import app as command_line
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
@@ -27,6 +25,7 @@ from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.reporting.terminal import say_lines
 
 from ..support import drawing
+from ..support.refusals import has_parts
 
 PRINTED = 5e-10  # m, and of unit vectors: half the last decimal of a list
 
@@ -73,26 +72,19 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
 
 def test_a_setup_of_the_paper_comes_back_to_a_billionth():
     setup, scene = named_setup("n3_16_55"), paper_scene()
-    for before, after in zip(
-        setup.rings, mounted_setup("list", listed(setup, scene), scene).rings, strict=True
-    ):
-        assert (after.link, after.count, after.sensor, after.radius) == (
-            before.link,
-            before.count,
-            before.sensor,
-            0.08,
-        )
-        assert (after.position, after.tilt) == pytest.approx(
-            (before.position, before.tilt), abs=1e-9
-        )
+    again = mounted_setup("list", listed(setup, scene), scene)
+    for before, after in zip(setup.rings, again.rings, strict=True):
+        assert (after.link, after.count, after.radius) == (before.link, before.count, 0.08)
+        assert after.sensor == before.sensor
+        places = [(ring.position, ring.tilt) for ring in (after, before)]
+        assert places[0] == pytest.approx(places[1], abs=1e-9)
         assert abs(math.remainder(after.phase, 2 * math.pi)) < 1e-8
 
 
 def test_a_phase_just_short_of_a_turn_is_no_turn():
     text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), paper_scene())
-    assert mounted_setup("list", text, paper_scene()).rings[0].phase == pytest.approx(
-        -2e-8, abs=2e-8
-    )
+    (ring,) = mounted_setup("list", text, paper_scene()).rings
+    assert ring.phase == pytest.approx(-2e-8, abs=2e-8)
 
 
 @given(drawing.seeds)
@@ -130,10 +122,8 @@ def test_square_beams_are_read_back(seed):
     """Rings of square beams among those of cones, also where a list turns ``up`` over, which is the
     same beam.
     """
-    rng, scene = (
-        np.random.default_rng(seed),
-        paper_scene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),)),
-    )
+    rng, q = np.random.default_rng(seed), np.radians([10.0, -70, 60, -105, -90, 5])
+    scene = paper_scene(poses=(Pose(q),))
     rings = [replace(ring, count=ring.count + 1) for ring in drawing.setup(rng).rings]
     rings[0] = replace(rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
     text = listed(Setup(tuple(rings)), scene)
@@ -148,10 +138,8 @@ def test_square_beams_are_read_back(seed):
     for row in rows[1:]:
         for i in up:
             row[i] = str(-float(row[i]))
-    assert (
-        mounted_setup("list", "\n".join(map(",".join, rows)), scene).rings[0].sensor.fov_up
-        is not None
-    )
+    over = mounted_setup("list", "\n".join(map(",".join, rows)), scene)
+    assert over.rings[0].sensor.fov_up is not None
     axis = [SQUARE_COLUMNS.index(f"axis_{x}") for x in "xyz"]
     for row in rows[1:]:  # rolled about its axis by 45 degrees, which no ring does
         a, u = (np.array([float(row[i]) for i in which]) for which in (axis, up))
@@ -172,49 +160,42 @@ def put(line: int, column: str, value: str):
     return lambda rows: rows[line - 1].__setitem__(COLUMNS.index(column), value)
 
 
+def cut(start, stop=None):
+    return lambda rows: rows.__delitem__(slice(start, stop))
+
+
 MALFORMED = {
-    "empty": (lambda rows: rows.clear(), "the columns"),
-    "header alone": (lambda rows: rows.__delitem__(slice(1, None)), "found no sensor"),
-    "another header": (put(1, "axis_x", "direction_x"), "the columns"),
+    "empty": (cut(0), "columns"),
+    "header alone": (cut(1), "no sensor"),
+    "another header": (put(1, "axis_x", "direction_x"), "columns"),
     "a field too few": (lambda rows: rows[4].pop(), "line 5"),
     "a field too many": (lambda rows: rows[4].append("0"), "line 5"),
-    "no number": (put(5, "apex_y", "abc"), "line 5: apex_y"),
-    "not finite": (put(5, "apex_y", "nan"), "line 5: apex_y"),
-    "too wide": (put(5, "fov_deg", "180"), "line 5: fov_deg"),
-    "unknown pose": (put(5, "pose", "1"), "line 5: pose"),
-    "negative index": (put(5, "sensor", "-1"), "line 5: sensor"),
-    "a sensor twice": (put(4, "sensor", "1"), "ring 0: sensor 1"),
-    "a sensor missing": (lambda rows: rows.pop(2), "ring 0: sensor 1"),
-    "a ring missing": (lambda rows: rows.__delitem__(slice(4, 7)), "ring 1"),
+    "no number": (put(5, "apex_y", "abc"), "line 5 apex_y"),
+    "not finite": (put(5, "apex_y", "nan"), "line 5 apex_y"),
+    "too wide": (put(5, "fov_deg", "180"), "line 5 fov_deg"),
+    "unknown pose": (put(5, "pose", "1"), "line 5 pose"),
+    "negative index": (put(5, "sensor", "-1"), "line 5 sensor"),
+    "a sensor twice": (put(4, "sensor", "1"), "ring 0 sensor 1"),
+    "a sensor missing": (cut(2, 3), "ring 0 sensor 1"),
+    "a ring missing": (cut(4, 7), "ring 1"),
     "two kinds of sensors": (put(3, "range_m", "1.4"), "ring 0"),
-    "an axis too long": (
-        lambda rows: rows[2].__setitem__(slice(6, 9), ["0.8", "0.8", "0.8"]),
-        "length",
-    ),
-    "quotes": (lambda rows: rows[1].__setitem__(0, '"0'), "mounted.csv"),
+    "an axis too long": (lambda rows: rows[2].__setitem__(slice(6, 9), ["0.8"] * 3), "length"),
+    "quotes": (lambda rows: rows[1].__setitem__(0, '"0'), ""),
 }
 
 
-@pytest.mark.parametrize(("change", "says"), MALFORMED.values(), ids=MALFORMED.keys())
-def test_a_malformed_list_is_one_line_and_exit_code_2(change, says, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.parametrize(("change", "parts"), MALFORMED.values(), ids=MALFORMED.keys())
+def test_a_malformed_list_is_one_line_and_exit_code_2(run, change, parts, tmp_path):
     (tmp_path / "mounted.csv").write_text(edited(change))
-    monkeypatch.setattr(sys, "argv", ["place-rings", "improve", "mounted.csv", "--out", "better"])
-    monkeypatch.setattr("signal.signal", lambda *_: None)
-    with pytest.raises(SystemExit) as stop:
-        command_line.main()
-    out, err = capsys.readouterr()
-    assert (stop.value.code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith("place-rings: mounted.csv: ")
-    assert says in err
+    code, out, err = run("improve", "mounted.csv", "--out", "better")
+    assert (code, out) == (2, "")
+    assert has_parts(err, f"mounted.csv {parts}"), err
     assert [path.name for path in tmp_path.iterdir()] == ["mounted.csv"]
 
 
 def test_a_list_of_another_pose_is_of_single_sensors():
-    text = listed(
-        named_setup("n2_16_25"),
-        paper_scene(poses=(Pose(np.radians([0.0, -80, 60, -105, -90, 0])),)),
-    )
+    other = Pose(np.radians([0.0, -80, 60, -105, -90, 0]))
+    text = listed(named_setup("n2_16_25"), paper_scene(poses=(other,)))
     found = mounted_setup("list", text, paper_scene())
     assert found.sensors == 80
     assert len(found.singles) > 30

@@ -22,6 +22,7 @@ from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 from ..support import drawing
+from ..support.refusals import refused
 
 HEADER = "t,q0,q1,q2,q3,q4,q5"
 STILL = "0,0,0,0,0,0"
@@ -163,61 +164,44 @@ def test_what_is_recorded_is_read(tmp_path, names, separator):
 
 
 def test_other_columns_are_passed_over_and_blank_lines_too(tmp_path):
+    order = range(5, -1, -1)
+    head = ["timestamp", *(f"actual_qd_{i}" for i in range(6)), *(f"actual_q_{i}" for i in order)]
     rows = [
-        [f"{0.1 * k:.1f}", *["9"] * 6, *[f"{0.01 * k * i}" for i in range(5, -1, -1)], "x"]
-        for k in range(4)
+        [f"{0.1 * k:.1f}", *"9" * 6, *(f"{0.01 * k * i}" for i in order), "x"] for k in range(4)
     ]
-    head = [
-        "timestamp",
-        *(f"actual_qd_{i}" for i in range(6)),
-        *(f"actual_q_{i}" for i in range(5, -1, -1)),
-        "note",
-    ]
-    (tmp_path / "r.csv").write_text(
-        "\n\n".join(" ".join(row) for row in [head, *rows]).replace("\n\n", "\n", 1)
-    )
+    lines = [" ".join(row) for row in [[*head, "note"], *rows]]
+    (tmp_path / "r.csv").write_text("\n\n".join(lines).replace("\n\n", "\n", 1))
     assert read_record(tmp_path / "r.csv", UR10).q[3] == pytest.approx([0.03 * i for i in range(6)])
 
 
+START = f"{HEADER}\n0,{STILL}"
 BAD_RECORDS = {
-    "": "line 1: found 0 columns of times among nothing, allowed: one of t, time",
-    "0,0,0": "line 1: found 0 columns of times among 0, 0, 0",
-    "t,q0,q1,q2,q3,q4": "line 1, column q5: found 0 columns of that name among t, q0",
-    "t,q0,q1,q2,q3,q4,q5,q5": "line 1, column q5: found 2 columns of that name",
-    "t,time,q0,q1,q2,q3,q4,q5": "found 2 columns of times",
-    HEADER: "found 0 rows of data, allowed: at least 2",
-    f"{HEADER}\n0,{STILL}": "found 1 rows of data",
-    f"{HEADER}\n0,{STILL}\n1,0,0,0,0,nan,0": (
-        "line 3, column q4: found nan, allowed: a finite number"
-    ),
-    f"{HEADER}\n0,{STILL}\ninf,{STILL}": "line 3, column t: found inf, allowed: a finite number",
-    f"{HEADER}\n0,{STILL}\n\n1,0,x,0,0,0,0": 'line 4, column q1: found "x", allowed: a number',
-    f"{HEADER}\n0,{STILL}\n1,0,0": "line 3: found 3 columns, allowed: 7, as line 1 names",
-    f"{HEADER}\n0,{STILL}\n1,{STILL}\n1,{STILL}": (
-        "line 4, column t: found 1.0, allowed: above 1.0, the time of the row before"
-    ),
-    f"{HEADER}\n0,{STILL}\n-1,{STILL}": "line 3, column t: found -1.0, allowed: above 0",
-    f"{HEADER}\n0,{STILL}\n1,0,0,13,0,0,0": (
-        "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; if the angles are"
-    ),
-    f"{HEADER}\n0,{STILL}\n1e7,{STILL}": (
-        "found 1e+07 s from first to last, allowed: 0.001 to 1e+06"
-    ),
-    f"{HEADER}\n" + "0" * 70_000: "line 2: found more than 65536 characters",
-    f'{HEADER}\n0,{STILL}\n1,"0\n2,0': "line",
+    "": "line 1 0 nothing t, time",
+    "0,0,0": "line 1 0 0, 0, 0",
+    "t,q0,q1,q2,q3,q4": "line 1, column q5 0",
+    "t,q0,q1,q2,q3,q4,q5,q5": "line 1, column q5 2",
+    "t,time,q0,q1,q2,q3,q4,q5": "line 1 2",
+    HEADER: "0 2",
+    START: "1 2",
+    f"{START}\n1,0,0,0,0,nan,0": "line 3, column q4 nan",
+    f"{START}\ninf,{STILL}": "line 3, column t inf",
+    f"{START}\n\n1,0,x,0,0,0,0": 'line 4, column q1 "x"',
+    f"{START}\n1,0,0": "line 3 3 7 1",
+    f"{START}\n1,{STILL}\n1,{STILL}": "line 4, column t 1.0 1.0",
+    f"{START}\n-1,{STILL}": "line 3, column t -1.0 0.0",
+    f"{START}\n1,0,0,13,0,0,0": "line 3, column q2 13.0 -12.566 12.566 rad",
+    f"{START}\n1e7,{STILL}": "1e+07 s 0.001 1e+06",
+    f"{HEADER}\n" + "0" * 70_000: "line 2 65536",
+    f'{START}\n1,"0\n2,0': "line",
     "t\0\n": "line 1",
 }
 
 
-@pytest.mark.parametrize(("text", "line"), BAD_RECORDS.items(), ids=range(len(BAD_RECORDS)))
-def test_a_bad_record_is_one_line(tmp_path, text, line):
-    path = tmp_path / "r.csv"
-    path.write_text(text)
-    with pytest.raises(UserError) as caught:
-        read_record(path, UR10)
-    assert line in str(caught.value)
-    assert "r.csv" in str(caught.value)
-    assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(("text", "parts"), BAD_RECORDS.items(), ids=range(len(BAD_RECORDS)))
+def test_a_bad_record_is_one_line(tmp_path, text, parts):
+    (tmp_path / "r.csv").write_text(text)
+    with refused(f"r.csv {parts}"):
+        read_record(tmp_path / "r.csv", UR10)
 
 
 def test_a_record_is_refused_past_the_most_rows_and_in_any_chunk(tmp_path, monkeypatch):
@@ -226,11 +210,11 @@ def test_a_record_is_refused_past_the_most_rows_and_in_any_chunk(tmp_path, monke
     monkeypatch.setattr(reading, "_CHUNK", 3)
     assert len(read_record(path, UR10).time_s) == 10
     monkeypatch.setattr(reading, "MOST_ROWS", 9)
-    with pytest.raises(UserError, match="line 11: found more than 9 rows"):
+    with refused("r.csv line 11 9"):
         read_record(path, UR10)
     monkeypatch.setattr(reading, "MOST_ROWS", 99)
     path.write_text("\n".join([HEADER, *(f"{t % 6},{STILL}" for t in range(10))]))
-    with pytest.raises(UserError, match=r"line 8, column t: found 0\.0, allowed: above 5"):
+    with refused("r.csv line 8, column t 0.0 5.0"):
         read_record(path, UR10)
 
 
@@ -248,10 +232,7 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
     cut = q.copy()
     cut[:, 5] = (whole + math.pi) % (2 * math.pi) - math.pi
     write(tmp_path / "cut.csv", MotionRecord(t, cut), HEADER.split(","))
-    with pytest.raises(
-        UserError,
-        match=r"cut.csv: wrist_3 at .* s: found a jump of -359.* degrees in 0.008 s, allowed",
-    ):
+    with refused("cut.csv wrist_3 0.008 s"):
         with_record(paper_scene(), tmp_path / "cut.csv")
     write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
     scene = with_record(paper_scene(), tmp_path / "whole.csv")
@@ -284,17 +265,11 @@ def cell(tmp_path):
 
 def test_a_scene_takes_its_poses_from_a_record(cell):
     (cell / "a.toml").write_text("trajectory = 'r.csv'")
-    (cell / "b.toml").write_text(
-        "over_poses = 'worst'\n[trajectory]\nfile = 'r.csv'\nposes = 7\nspeed_weight = 0\nunit ="
-        " 'rad'"
-    )
+    table = "file = 'r.csv'\nposes = 7\nspeed_weight = 0\nunit = 'rad'"
+    (cell / "b.toml").write_text(f"over_poses = 'worst'\n[trajectory]\n{table}")
     a, b = read_scene(cell / "a.toml"), read_scene(cell / "b.toml")
-    assert (len(b.poses), b.over_poses, b.recorded.file, b.recorded.rows) == (
-        7,
-        "worst",
-        "r.csv",
-        501,
-    )
+    assert (len(b.poses), b.over_poses) == (7, "worst")
+    assert (b.recorded.file, b.recorded.rows) == ("r.csv", 501)
     assert len(a.poses) > 7
     assert a.recorded.within < b.recorded.within
     again = SceneModel.from_domain(b).to_domain()
@@ -302,42 +277,33 @@ def test_a_scene_takes_its_poses_from_a_record(cell):
     assert [(p.weight, p.time_s) for p in again.poses] == [(p.weight, p.time_s) for p in b.poses]
 
 
+TABLE = "[trajectory]\nfile = 'r.csv'\n"
 BAD_SCENES = {
-    "trajectory = 'absent.csv'": "absent.csv: cannot be read: No such file or directory",
-    "trajectory = '../r.csv'": (
-        'trajectory.file: found "../r.csv", allowed: a file in the folder of scene.toml or below'
-    ),
-    "trajectory = '/etc/hostname'": "trajectory.file: found",
-    "trajectory = 'link.csv'": "trajectory.file: found",
-    "trajectory = 5": "trajectory: found 5, allowed: a table with keys among file",
-    "trajectory = 'r.csv'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]": (
-        "poses or a trajectory, not both"
-    ),
-    "[trajectory]\nfile = 'r.csv'\nposes = 0": (
-        "trajectory.poses: found 0, allowed: an integer from 1 to"
-    ),
-    "[trajectory]\nfile = 'r.csv'\nunit = 'grad'": (
-        'trajectory.unit: found "grad", allowed: rad, deg'
-    ),
-    "[trajectory]\nfile = 'r.csv'\nspeed = 1": "trajectory.speed: found an unknown key",
-    "over_poses = 'best'": 'over_poses: found "best", allowed: mean, worst',
+    "trajectory = 'absent.csv'": "absent.csv",
+    "trajectory = '../r.csv'": 'trajectory.file "../r.csv" scene.toml',
+    "trajectory = '/etc/hostname'": 'trajectory.file "/etc/hostname"',
+    "trajectory = 'link.csv'": 'trajectory.file "link.csv"',
+    "trajectory = 5": "trajectory 5 file",
+    "trajectory = 'r.csv'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]": "poses trajectory",
+    TABLE + "poses = 0": "trajectory.poses 0 1",
+    TABLE + "unit = 'grad'": 'trajectory.unit "grad" rad, deg',
+    TABLE + "speed = 1": "trajectory.speed",
+    "over_poses = 'best'": 'over_poses "best" mean, worst',
 }
 
 
-@pytest.mark.parametrize(("text", "line"), BAD_SCENES.items())
-def test_a_bad_trajectory_is_one_line(cell, text, line):
+@pytest.mark.parametrize(("text", "parts"), BAD_SCENES.items())
+def test_a_bad_trajectory_is_one_line(cell, text, parts):
     folder = cell / "inside"
     folder.mkdir()
     (folder / "r.csv").write_text((cell / "r.csv").read_text())
     (folder / "link.csv").symlink_to(cell / "r.csv")
     (folder / "scene.toml").write_text(text)
-    with pytest.raises(UserError) as caught:
+    with refused(parts):
         read_scene(folder / "scene.toml")
-    assert line in str(caught.value)
-    (folder / "mine.toml").write_text(
-        "[[rings]]\nlink = 'tool'\ncount = 8\n[scene.trajectory]\nfile = '../r.csv'"
-    )
-    with pytest.raises(UserError, match=r"scene\.trajectory\.file: found"):
+    ring = "[[rings]]\nlink = 'tool'\ncount = 8\n"
+    (folder / "mine.toml").write_text(f"{ring}[scene.trajectory]\nfile = '../r.csv'")
+    with refused('mine.toml scene.trajectory.file "../r.csv"'):
         read_proposal(folder / "mine.toml")
 
 
@@ -370,5 +336,5 @@ def test_a_record_of_another_robot_says_which_columns_it_wants(tmp_path):
     seven = replace(UR10, chain=replace(UR10.chain, joints=(*UR10.chain.joints, "seventh")))
     assert len(seven.chain) == 7
     (tmp_path / "r.csv").write_text(HEADER + f"\n0,{STILL}\n")
-    with pytest.raises(UserError, match="column q6"):
+    with refused("r.csv column q6"):
         read_record(tmp_path / "r.csv", seven)

@@ -2,10 +2,8 @@
 rest as bodies at stated joint values, and what is refused names an option that loads it.
 """
 
-import json
 import re
 import shlex
-import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -14,11 +12,9 @@ import place_rings as pr
 import pytest
 import trimesh
 from hypothesis import given, settings
-from place_rings.cli import app as command_line
 from place_rings.cli.options.reading import ReadingOptions
 from place_rings.coverage.robots.kinematics import forward, transform
 from place_rings.coverage.robots.robot import BASE
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_robot
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf import read_urdf
@@ -29,7 +25,8 @@ from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.viewer.robot_surface import read_skin
 
 from ..support import drawing
-from ..support.urdf_text import Peer, joint, words
+from ..support.refusals import has_parts, refused
+from ..support.urdf_text import Peer, joint
 
 Z = (0.0, 0.0, 1.0)
 
@@ -219,9 +216,7 @@ def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
         joint(robot, f"{side}end", "fixed", last, f"{side}tool0", pose(rng))
     path = written(tmp_path_factory.mktemp("two"), robot)
     urdf = read_urdf(path)
-    with pytest.raises(
-        UserError, match="several chains are equally long; choose one: --tip"
-    ) as told:
+    with refused("--tip left_tool0 --tip right_tool0") as told:
         pick_chain(urdf)
     choices = list(options_of(str(told.value)))
     assert [c.tip for c in choices] == ["left_tool0", "right_tool0"]
@@ -286,7 +281,7 @@ def test_a_mimic_of_a_joint_that_is_held_stands_and_of_one_beside_the_chain_name
     joint(robot, "crank", "revolute", "base", "crank", pose(rng), Z, (-2, 2))
     mimic(robot, "joint2", "crank", 0.5, 0.1)
     path = written(tmp_path, robot)
-    with pytest.raises(UserError, match=r"mimic: found .*another joint of the chain") as told:
+    with refused('joint "joint2" mimic "crank"') as told:
         pick_chain(read_urdf(path), tip=last)
     (choice,) = options_of(str(told.value))
     picked = replace(choice, tip=last).pick(read_urdf(path))
@@ -312,7 +307,7 @@ def test_the_tip_is_a_tool_frame_and_no_sensor_and_the_choice_is_told(tmp_path):
             joint(robot, f"to_{name}", "fixed", last, name, pose(rng))
         picked = pick_chain(read_urdf(written(tmp_path, robot)))
         assert picked.tip == best
-        assert any(f"The tip is {best}, not " in note for note in picked.notes)
+        assert any(best in note for note in picked.notes)
 
 
 def test_a_wrist_that_carries_the_gripper_is_a_joint_of_the_arm(tmp_path):
@@ -341,28 +336,28 @@ ODD = """<robot name="odd"><link name="base"><collision><geometry><box size="0 0
 <gazebo reference="arm"><sensor:camera name="rgb"/></gazebo></robot>"""
 
 
-@pytest.mark.parametrize(
-    "limit",
-    ["", "<limit effort='1' velocity='1'/>", "<limit lower='1' upper='-1'/>"]
-    + [f"<limit lower='-{v}' upper='{v}'/>" for v in ("7.85", "1e16", "inf")],
-)
-def test_odd_limits_and_empty_shapes_are_taken_with_one_note_each(tmp_path, limit):
+def test_odd_limits_and_empty_shapes_are_taken_with_one_note_each(tmp_path):
     """So are prefixes without a declaration, and a parent that has no element."""
     path = tmp_path / "odd.urdf"
-    path.write_text(ODD.format(limit=limit))
-    picked = pick_chain(read_urdf(path))
-    assert picked.chain.joints == ("turn", "bend")
-    assert picked.base == "world"
-    assert np.isinf(picked.limits[0]).all()
-    assert np.allclose(picked.limits[1], [-2 * np.pi, 2 * np.pi], atol=1e-3)
-    assert [note.split(":")[0] for note in picked.urdf.notes] == [
-        "Dropped shapes of size 0 of base, arm.",
-        "The file has no element of these links, taken as links without shape",
-        "No limits, or limits beyond a turn, or in the wrong order",
-    ]
-    assert picked.urdf.links["base"].collision == ()
-    robot = UrdfOptions().fit(path).robot
-    assert {b.name for b in robot.bodies} == {"arm"}
+    limits = ["", "<limit effort='1' velocity='1'/>", "<limit lower='1' upper='-1'/>"]
+    limits += [f"<limit lower='-{v}' upper='{v}'/>" for v in ("7.85", "1e16", "inf")]
+    for limit in limits:
+        path.write_text(ODD.format(limit=limit))
+        picked = pick_chain(read_urdf(path))
+        assert picked.chain.joints == ("turn", "bend")
+        assert picked.base == "world"
+        assert np.isinf(picked.limits[0]).all()
+        assert np.allclose(picked.limits[1], [-2 * np.pi, 2 * np.pi], atol=1e-3)
+        shapes, links, limitless = picked.urdf.notes
+        assert has_parts(shapes, "base, arm")
+        assert has_parts(links, "world")
+        assert has_parts(limitless, "turn")
+        assert picked.urdf.links["base"].collision == ()
+    # exporters write a header alone for an empty part, which is no body
+    (tmp_path / "none.stl").write_bytes(bytes(84))
+    empty = ODD.replace('<box size="0 0 0"/>', '<mesh filename="none.stl"/>')
+    path.write_text(empty.format(limit=""))
+    assert {b.name for b in UrdfOptions().fit(path).robot.bodies} == {"arm"}
 
 
 def box(path):
@@ -390,7 +385,7 @@ def test_meshes_of_the_urdfs_own_package_need_no_option(cell):
         assert Meshes(path).find(name, "l") == wanted
     deep = cell / "arm_support" / "deep" / "model" / "arm.urdf"
     assert Meshes(deep).find("package://arm_support/meshes/a.stl", "l") == wanted
-    with pytest.raises(UserError, match="this one is outside"):
+    with refused("outside"):
         Meshes(deep).find("../../meshes/a.stl", "l")
     (cell / "arm_support" / "package.xml").write_text("<package/>")
     assert Meshes(deep).find("../../meshes/a.stl", "l") == wanted
@@ -401,15 +396,14 @@ def test_a_package_of_another_name_is_taken_only_if_all_files_fit(cell):
     names = [f"package://renamed/meshes/{n}.stl" for n in "ab"]
     meshes = Meshes(path, addresses=names)
     assert [meshes.find(n, "l").name for n in names] == ["a.stl", "b.stl"]
-    assert meshes.packages.notes == (
-        f"The meshes lie in {cell / 'arm_support'}, under other names.",
-    )
+    (note,) = meshes.packages.notes
+    assert str(cell / "arm_support") in note
     odd = [*names, "package://gripper/meshes/c.stl"]
-    with pytest.raises(UserError, match="--package renamed="):
+    with refused("--package renamed="):
         Meshes(path, addresses=odd).find(names[0], "l")
     box(cell / "arm_support" / "copy" / "meshes" / "a.stl")
     box(cell / "arm_support" / "copy" / "meshes" / "b.stl")
-    with pytest.raises(UserError, match="choose one: --package renamed=") as told:
+    with refused("--package renamed=") as told:
         Meshes(path, addresses=names).find(names[0], "l")
     for choice in options_of(str(told.value)):
         found = Meshes(path, choice.packages, choice.package, names).find(names[0], "l")
@@ -417,25 +411,32 @@ def test_a_package_of_another_name_is_taken_only_if_all_files_fit(cell):
 
 
 def test_packages_are_found_by_their_package_xml_or_by_name(cell):
+    """With --packages or --package in place, a refusal says where it looked, and never advises an
+    option that is given."""
     path = cell / "arm_support" / "urdf" / "arm.urdf"
     name, hand = "package://hand_description/meshes/hand.stl", cell / "ws" / "src" / "checkout-1.2"
-    wanted = hand / "meshes" / "hand.stl"
-    assert Meshes(path, [cell / "ws"]).find(name, "l") == wanted
-    assert Meshes(path, named={"hand_description": hand}).find(name, "l") == wanted
-    with pytest.raises(UserError, match="--package hand_description=FOLDER"):
-        Meshes(path).find(name, "l")
-    with pytest.raises(UserError, match="--package: found"):
+    none, named = name.replace("hand.stl", "none.stl"), {"hand_description": hand}
+    assert Meshes(path, [cell / "ws"]).find(name, "l") == hand / "meshes" / "hand.stl"
+    assert Meshes(path, named=named).find(name, "l") == hand / "meshes" / "hand.stl"
+    for lost in (name, none):
+        with refused("--packages --package hand_description=FOLDER"):
+            Meshes(path).find(lost, "l")
+    with refused("ws") as told:
+        Meshes(path, [cell / "ws"]).find(none, "l")
+    assert "--packages" not in str(told.value)
+    with refused("checkout-1.2") as told:
+        Meshes(path, named=named).find(none, "l")
+    assert "--package hand_description" not in str(told.value)
+    with refused("--package"):
         Meshes(path, named={"x": cell / "nowhere"})
-    with pytest.raises(UserError, match="outside"):  # a name leads nowhere else
-        Meshes(path, named={"hand_description": hand}).find(
-            "package://hand_description/../../../arm_support/x.stl", "l"
-        )
+    with refused("outside"):  # a name leads nowhere else
+        Meshes(path, named=named).find("package://hand_description/../../../arm_support/x.stl", "l")
 
 
 def test_a_package_beside_the_urdfs_is_named_in_the_refusal(cell):
     path = cell / "arm_support" / "urdf" / "arm.urdf"
     wanted = box(cell / "hand_support" / "meshes" / "h.stl")
-    with pytest.raises(UserError, match="name its folder: --package hand_support=") as told:
+    with refused("--package hand_support=") as told:
         Meshes(path).find("package://hand_support/meshes/h.stl", "l")
     (choice,) = options_of(str(told.value))
     found = Meshes(path, choice.packages, choice.package)
@@ -443,7 +444,7 @@ def test_a_package_beside_the_urdfs_is_named_in_the_refusal(cell):
 
 
 GRIPPED = """<robot name="gripped">
-<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="base"/>
 <link name="lift"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
 <link name="upper"><collision><origin xyz="0 0 0.2"/><geometry><cylinder radius="0.05"
 length="0.4"/></geometry></collision></link>
@@ -463,74 +464,52 @@ length="0.3"/></geometry></collision></link>
 <origin xyz="0 0 0.05"/><limit lower="0" upper="1"/></joint></robot>"""
 
 
-def run(monkeypatch, capsys, *command):
-    monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, command)])
-    with pytest.raises(SystemExit) as left:
-        command_line.main()
-    out, err = capsys.readouterr()
-    return left.value.code or 0, out, err
-
-
-@pytest.mark.long
-def test_every_command_takes_the_options_and_the_robots_file_states_them(
-    tmp_path, monkeypatch, capsys
-):
+def test_every_command_takes_the_options_and_the_robots_file_states_them(run, tmp_path):
     path = tmp_path / "gripped.urdf"
     path.write_text(GRIPPED)
-    hold = ("--hold", "raise=0.3", "--hold", "finger=30")
-    code, _, err = run(monkeypatch, capsys, "robot", path, *hold, "--out", tmp_path / "made")
+    code, _, err = run(
+        *("robot", path, "--hold", "raise=0.3", "--hold", "finger=30", "--out", tmp_path / "made")
+    )
     assert code == 0
     assert "raise=0.3, finger=30" in err
     robot = read_robot(tmp_path / "made" / "robot.toml")
     values = {h.joint: (h.value, h.slides) for h in robot.held}
     assert values == {"raise": (0.3, True), "finger": (pytest.approx(np.radians(30)), False)}
     assert 'joint = "raise", m = 0.3' in (tmp_path / "made" / "robot.toml").read_text()
-    code, out, _ = run(
-        monkeypatch, capsys, "verify", "n1_3_0", "--robot", path, *hold,
-        *("--target", "V_T", "--voxel", "0.1", "--json"),
-    )  # fmt: skip
-    assert code == 2 or json.loads(out)["poses"] == 1
     for command in (("cones", "n1_3_0"), ("view", "n1_3_0"), ("verify", "n1_3_0")):
-        code, _, err = run(monkeypatch, capsys, *command, "--robot", "ur10", "--hold", "raise=0.3")
+        code, _, err = run(*command, "--robot", "ur10", "--hold", "raise=0.3")
         assert code == 2
-        assert "--hold: allowed only with the URDF of a robot" in err
+        assert "--hold" in err
     wrong = {
         "raise": "NAME=VALUE",
         "raise=x": "NAME=VALUE",
-        "no=1": "moving joint",
-        "raise=0.6": "0.1 to 0.5 m",
-        "finger=90": "0 to 57.2958 degrees",
+        "no=1": '"no"',
+        "raise=0.6": "0.1 0.5 m",
+        "finger=90": "0 57.2958 degrees",
     }
-    for bad, told in wrong.items():
-        code, _, err = run(monkeypatch, capsys, "robot", path, "--hold", bad)
+    for bad, parts in wrong.items():
+        code, _, err = run("robot", path, "--hold", bad)
         assert code == 2
-        assert "--hold: found" in err
-        assert told in err
+        assert has_parts(err, f"--hold {parts}"), err
 
 
-@pytest.mark.long
 def test_python_takes_radians_and_reads_the_same_robot(tmp_path):
     path = tmp_path / "gripped.urdf"
     path.write_text(GRIPPED)
     robot = pr.load(path, hold={"raise": 0.3, "finger": 0.5})
-    same = UrdfOptions(hold={"raise": 0.3, "finger": np.degrees(0.5)}, degrees=True).fit(path).robot
-    assert robot.held == same.held
+    urdf = read_urdf(path)
+    same = pick_chain(urdf, hold={"raise": 0.3, "finger": 0.5})
+    assert {h.joint: h.value for h in robot.held} == {h.joint: h.value for h in same.held}
     assert np.array_equal(robot.chain.origin, same.chain.origin)
     assert robot.chain.joints == ("turn", "bend")
-    with pytest.raises(pr.InputError, match="only for a URDF"):
+    with refused("URDF", pr.InputError):
         pr.load(pr.save(robot, tmp_path / "robot.toml"), tip="tool0")
     kept = pr.load(tmp_path / "robot.toml")
     assert {h.joint: h.value for h in kept.held} == pytest.approx({"raise": 0.3, "finger": 0.5})
-    urdf = read_urdf(path)
     assert find_robot(urdf, kept).chain.joints == robot.chain.joints
     skin = read_skin(path, UrdfOptions(), kept)
     high = skin.at(np.zeros(2))[0].max(axis=0)
     assert high[2] == pytest.approx(0.3 + 0.2 + 0.4 + 0.3 + 0.05 + 0.03, abs=0.02)
-
-
-def test_words_of_numbers_are_exact():
-    """The texts of this file's URDFs hold every digit."""
-    assert float(words([1 / 3])) == 1 / 3
 
 
 DAE = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
@@ -556,30 +535,5 @@ def test_a_collada_mesh_has_its_own_unit(tmp_path, unit, metres):
     made = Meshes(tmp_path / "r.urdf").shape(shape, "l")
     assert np.allclose(made.reshape(-1, 3).max(axis=0), np.array([1, 2, 1]) * metres)
     (tmp_path / "a.dae").write_text(DAE.format(unit="<unit meter='-1'/>"))
-    with pytest.raises(UserError, match='its unit has meter="-1"'):
+    with refused('meter="-1"'):
         Meshes(tmp_path / "r.urdf").shape(shape, "l")
-
-
-def test_a_mesh_of_no_triangles_is_no_body(tmp_path):
-    """Exporters write a header alone for an empty part."""
-    (tmp_path / "none.stl").write_bytes(bytes(84))
-    path = tmp_path / "empty.urdf"
-    mesh = '<mesh filename="none.stl"/>'
-    path.write_text(GRIPPED.replace('<box size="0.02 0.02 0.06"/>', mesh))
-    robot = UrdfOptions(hold={"raise": 0.2}).fit(path).robot
-    assert {b.name.partition("_")[0] for b in robot.bodies} == {"base", "lift", "upper", "fore"}
-
-
-def test_advice_never_names_an_option_that_is_given(cell):
-    """With --packages or --package in place, the refusal says where it looked, and what else could
-    help."""
-    path = cell / "arm_support" / "urdf" / "arm.urdf"
-    name, hand = "package://hand_description/meshes/none.stl", cell / "ws" / "src" / "checkout-1.2"
-    with pytest.raises(UserError, match=r"--packages.*--package hand_description=FOLDER"):
-        Meshes(path).find(name, "l")
-    with pytest.raises(UserError, match=r"a file in .*ws; if it has another name") as told:
-        Meshes(path, [cell / "ws"]).find(name, "l")
-    assert "--packages" not in str(told.value)
-    with pytest.raises(UserError, match=r"checkout-1\.2 has no such file") as told:
-        Meshes(path, named={"hand_description": hand}).find(name, "l")
-    assert "--package hand_description" not in str(told.value)

@@ -11,7 +11,6 @@ import trimesh
 import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from manifold3d import Manifold
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.attached import Attached, enclosing_capsule
 from place_rings.coverage.robots.built_in import ROBOTS, built_in
@@ -23,7 +22,6 @@ from place_rings.coverage.solids.polyhedra import Polyhedron, box, placed
 from place_rings.coverage.targets import Target
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
-from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
@@ -64,7 +62,7 @@ def link_pose(robot: Robot, link: str, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("occlusion", ["shadow", "blind"])
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(ROBOT_NAMES, ANGLES, LINKS, POLYHEDRA, setups(6, 3))
 def test_an_attached_polyhedron_is_an_obstacle_where_its_link_stands(
     occlusion, name, deg, link, body, setup
@@ -132,7 +130,7 @@ def test_the_body_nearest_to_a_blind_spot_may_be_a_tool():
 
 
 @pytest.mark.parametrize("rule", ["centre", "certified"])
-@settings(max_examples=6)
+@settings(max_examples=3)
 @given(ROBOT_NAMES, ANGLES, st.lists(st.tuples(LINKS, POLYHEDRA | CAPSULES), max_size=3), setups(6))
 def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, setup):
     carried = tuple(attached(f"a{i}", *s) for i, s in enumerate(solids))
@@ -157,7 +155,7 @@ def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, set
         assert counted.target_voxels == len(inside)
         assert counted.covered_voxels == pytest.approx(seen, abs=1)
     else:
-        fine = Verifier(scene, 0.02).verify(setup, NEAR).zeta
+        fine = Verifier(scene, 0.03).verify(setup, NEAR).zeta
         sure = Verifier(scene, None, "certified", 0.1).verify(setup, NEAR)
         assert sure.low - 5e-3 <= fine <= sure.high + 5e-3
 
@@ -176,57 +174,6 @@ def test_an_attached_capsule_moves_with_its_link(name, deg, link, body):
 def test_an_enclosing_capsule_contains_every_corner(body):
     corners = body.edges.reshape(-1, 3)
     assert enclosing_capsule(corners).distance(corners).max() <= 1e-9
-
-
-def manifold(body: Polyhedron | Capsules, T: np.ndarray) -> Manifold:
-    """A solid in mm; the facets of a capsule lie within it."""
-    if isinstance(body, Polyhedron):
-        return Manifold.hull_points(1000 * placed(body, T).edges.reshape(-1, 3))
-    ball = Manifold.sphere(1000 * body.radius, 32)
-    ends = (T[:3, :3] @ v + T[:3, 3] for v in (body.start, body.end))
-    return Manifold.batch_hull([ball.translate(tuple(1000 * v)) for v in ends])
-
-
-def ring_manifold(scene: CoreScene, ring: Ring, q: np.ndarray) -> Manifold:
-    """The envelope of a ring at a pose, mm; its facets lie within it."""
-    around, mount = envelope(scene, ring), scene.robot.mount(ring.link)
-    T = forward(scene.robot.chain, q)[mount.frame] @ mount.T_link_ring(ring.position)
-    T[:3, 3] *= 1000
-    bands = []
-    for band in around.bands:
-        tall = 1000 * (band.high - band.low)
-        ends = (1000 * band.outer, 1000 * band.outer, 96)
-        outer = Manifold.cylinder(tall, *ends).translate((0, 0, 1000 * band.low))
-        bore = 1000 * around.bore / np.cos(np.pi / 96)
-        bands.append(outer - Manifold.cylinder(1e4, bore, bore, 96, True))
-    return sum(bands[1:], bands[0]).transform(T[:3])
-
-
-@pytest.mark.long
-@settings(max_examples=4)
-@given(
-    ROBOT_NAMES,
-    st.lists(ANGLES, min_size=1, max_size=2),
-    st.lists(st.tuples(LINKS, POLYHEDRA | CAPSULES), min_size=1, max_size=2),
-)
-def test_a_ring_where_the_mount_is_clear_meets_nothing_attached(name, degs, solids):
-    carried = tuple(attached(f"a{i}", *s) for i, s in enumerate(solids))
-    robot = ROBOTS[name].with_attached(carried)
-    poses = tuple(Pose(np.radians(deg[: len(robot.chain)])) for deg in degs)
-    scene = CoreScene(robot=robot, poses=poses)
-    clear = MountClearance(scene)
-    for link in robot.links:
-        radius = clear.radius(link)
-        for low, high in clear.stretches(link, radius):
-            for position in {low, (low + high) / 2, high}:
-                ring = Ring(link, min(max(position, 0.0), 1.0), 8, radius=radius)
-                if clear.within(ring):
-                    continue  # on the very edge of an interval
-                for pose in poses:
-                    solid = ring_manifold(scene, ring, pose.q)
-                    for one in carried:
-                        T = link_pose(robot, one.link, pose.q)
-                        assert (solid ^ manifold(one.solid, T)).volume() <= 1e-3
 
 
 def test_a_tool_leaves_rings_their_tube_and_is_named_where_it_obstructs_them():
@@ -350,38 +297,35 @@ def test_a_scene_file_gives_what_python_does_and_is_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "says"),
     [
-        (
-            "size = [0.1, 0.1, 0.1]\nlink = 'hand'",
-            'attached[0].link: found "hand", allowed: a link',
-        ),
-        ("link = 'tcp'", "exactly one of the keys size, file, points, start"),
-        ("size = [1, 1, 1]\nfile = 'a.stl'", 'found "size, file", allowed: exactly one of'),
-        ("start = [0, 0, 0]", 'found "start", allowed: start, end and radius together'),
+        ("size = [0.1, 0.1, 0.1]\nlink = 'hand'", '.link: found "hand"'),
+        ("link = 'tcp'", "size, file, points, start"),
+        ("size = [1, 1, 1]\nfile = 'a.stl'", 'found "size, file"'),
+        ("start = [0, 0, 0]", 'found "start"'),
         ("size = [0.1, 0.1, 0.1]\nfloor = 0.0", "floor"),
-        ("size = [0.1, -0.1, 0.1]", "attached[0].size[1]"),
-        ("file = 'none.stl'", "scene.toml: attached[0].file: none.stl: cannot be read"),
-        ("size = [1, 1, 1]\nscale = 0.001", "no scale without file"),
-        ("points = [[0,0,0],[1,0,0],[0,1,0],[1,1,0]]", "do not all lie in one plane"),
+        ("size = [0.1, -0.1, 0.1]", ".size[1]"),
+        ("file = 'none.stl'", ".file: none.stl"),
+        ("size = [1, 1, 1]\nscale = 0.001", "scale"),
+        ("points = [[0,0,0],[1,0,0],[0,1,0],[1,1,0]]", "found a list of 4"),
     ],
 )
 def test_what_cannot_be_attached_is_one_line(tmp_path, keys, says):
     (tmp_path / "scene.toml").write_text(f"[[attached]]\n{keys}\n")
     with pytest.raises(pr.InputError) as error:
         pr.load(tmp_path / "scene.toml")
-    assert says in str(error.value)
+    assert all(part in str(error.value) for part in ("scene.toml: attached[0]", says))
     assert "\n" not in str(error.value)
 
 
 def test_python_refuses_what_a_file_may_not_say():
-    with pytest.raises(pr.InputError, match="exactly one of the keys"):
+    with pytest.raises(pr.InputError, match="attached"):
         pr.attached("nothing")
-    with pytest.raises(pr.InputError, match="has no link 'hand'; known: "):
+    with pytest.raises(pr.InputError, match="'hand'"):
         pr.Scene(attached=[pr.attached(link="hand", size=[0.1] * 3)])
-    with pytest.raises(pr.InputError, match="has no bodies"):
+    with pytest.raises(pr.InputError, match="bodies"):
         pr.Scene(robot=replace(ROBOTS["ur10"], bodies=()), attached=TOOL)
     with pytest.raises(pr.InputError, match="attached: found 3"):
         pr.Scene(attached=3)
-    with pytest.raises(pr.InputError, match="has no link 'wrist_1'"):
+    with pytest.raises(pr.InputError, match="'wrist_1'"):
         pr.Scene(attached=pr.attached(link="wrist_1", size=[0.1] * 3)).replace(robot="panda")
     scene = pr.Scene(attached=TOOL).replace(robot="ur5e")
     assert scene.attached == (TOOL,)
@@ -446,18 +390,3 @@ def test_expected_readings_are_those_of_an_obstacle_where_the_tool_stands():
         stands = Obstacle("tool", carried_polyhedra(scene.robot, q)[0])
         other = expected(replace(bare, obstacles=(stands,)), setup, q[None])
         np.testing.assert_allclose(distance, other.distance[0], atol=1e-9)
-
-
-def test_people_keep_off_what_is_attached():
-    far = pr.attached("far", centre=[0, 0.5, 0], size=[0.1, 1.0, 0.1])
-    bare, on = pr.Scene().core, pr.Scene(attached=[far]).core
-    q = bare.poses[0].q
-    T = link_pose(on.robot, "tcp", q)
-    point = (T[:3, :3] @ [0, 0.9, 0] + T[:3, 3])[None]
-    for scene, inside in ((bare, False), (on, True)):
-        capsules = robot_capsules(scene.robot.enclosed(), forward(scene.robot.chain, q))
-        gap = min(
-            float(Capsules(a, b, r).distance(point)[0])
-            for a, b, r in zip(capsules.start, capsules.end, capsules.radius, strict=True)
-        )
-        assert (gap < 0) == inside

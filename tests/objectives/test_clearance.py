@@ -3,7 +3,6 @@ refused.
 """
 
 import math
-import sys
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import app as command_line
 from place_rings.coverage.rings.convex_extents import extents
 from place_rings.coverage.rings.envelope_clearance import (
     blocked_by_capsules,
@@ -23,11 +21,13 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_envelope import Band, Envelope
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from place_rings.coverage.robots.ring_section import axes_of
 from place_rings.coverage.sensors.boards import VL53L5CX
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.formats.errors import UserError
@@ -61,13 +61,18 @@ TABLE = Obstacle(
 
 
 def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> CoreScene:
-    """A real mount of any robot, at one to four poses about its own."""
+    """A real mount of any robot with up to two attached solids, at one to four poses."""
     robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
     poses = [
         robot.rest + rng.normal(0, 0.2, len(robot.rest)) * i for i in range(rng.integers(1, 5))
     ]
     if robot.limits is not None:
         poses = [np.clip(q, robot.limits[:, 0], robot.limits[:, 1]) for q in poses]
+    centre, *ends = rng.uniform(-0.3, 0.3, (3, 3))
+    solids = box(centre, rng.uniform(0.04, 0.3, 3)), Capsules(*ends, float(rng.uniform(0.02, 0.1)))
+    links = rng.choice(["tcp", "forearm", "upper_arm", "base"], 2).tolist()
+    each = [Attached(f"on {k}", *one) for k, one in enumerate(zip(links, solids, strict=True))]
+    robot = robot.with_attached(tuple(each[: rng.integers(3)]))
     return CoreScene(
         robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles
     )
@@ -253,7 +258,7 @@ def test_rings_of_a_layout_with_another_board_are_clear():
         assert not [f for f in found if len({rings[i].link for i in f.rings}) == 1]
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4)
 @given(drawing.seeds, st.booleans())
 def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
     rng = np.random.default_rng(seed)
@@ -263,7 +268,7 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
     except InfeasibleError:
         return
     c = fresh(space, rng)
-    for _ in range(3):
+    for _ in range(2):
         low, high = (edge[:, : space.places] for edge in space.box(c))
         ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
         for setup in (rounded(space.setup(one), scene.sensor) for one in (c, ends)):
@@ -297,6 +302,9 @@ def assert_clear(
     bodies = robot_capsules(scene.robot, frames)
     away = point_to_segment(points[:, :, None], bodies.start[:, None], bodies.end[:, None])
     assert (away - bodies.radius).min() >= 0
+    for p, pose in enumerate(scene.poses):
+        for solid in carried_polyhedra(scene.robot, pose.q):
+            assert solid(points[p]).min() >= -1e-9
     assert all(o.body(points).min() >= scene.rules.clearance - 1e-6 for o in scene.obstacles)
 
 
@@ -332,43 +340,29 @@ def test_a_real_ring_goes_around_the_tube_itself():
     assert np.linalg.norm((start - joint)[:2]) == pytest.approx(0.0457, abs=1e-3)
 
 
-def test_what_cannot_be_mounted_is_refused_with_the_reason():
+def test_what_cannot_be_mounted_is_refused_with_key_link_and_values():
     stated = CoreScene(occlusion="shadow", ring_radius=0.06, radius_stated=True)
-    with pytest.raises(
-        InfeasibleError, match=r"ring_radius: 0.06 m is too small.*upper_arm needs at least 0.068 m"
+    limits = {"upper_arm": Limits(radius=0.06), "forearm": Limits(radius=0.07)}
+    wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
+    for scene, says in (
+        (stated, r"ring_radius: 0.06 m .*upper_arm .*0.068 m"),
+        (replace(CoreScene(), limits=limits), r"mounts.upper_arm.ring_radius: 0.06 m .*0.068 m"),
+        (CoreScene(obstacles=(wall,)), r"rules.mount .*wall"),
     ):
-        Space(stated, sensors=40)
-    of_link = CoreScene(
-        occlusion="shadow",
-        limits={"upper_arm": Limits(radius=0.06), "forearm": Limits(radius=0.07)},
-    )
-    with pytest.raises(
-        InfeasibleError,
-        match=r"mounts.upper_arm.ring_radius: 0.06 m is too small.* at least 0.068 m",
-    ):
-        Space(of_link, sensors=40)
+        with pytest.raises(InfeasibleError, match=says):
+            Space(scene, sensors=40)
     kept_out = replace(stated, limits={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
     assert "upper_arm" not in {s.link for s in Space(kept_out, sensors=40).segments}
-    wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
-    with pytest.raises(
-        InfeasibleError, match=r"rules.mount is real: a ring of radius .* lies in .*wall"
-    ):
-        Space(CoreScene(occlusion="shadow", obstacles=(wall,)), sensors=40)
-    with pytest.raises(InfeasibleError, match="no room for 1 rings on upper_arm"):
-        Space(
-            CoreScene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.03))}),
-            Setup((Ring("upper_arm", 0.5, 8),)),
-        )
+    short = CoreScene(limits={"upper_arm": Limits((0.0, 0.03))})
+    with pytest.raises(InfeasibleError, match="upper_arm"):
+        Space(short, Setup((Ring("upper_arm", 0.5, 8),)))
 
 
 def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
-    texts = [
-        f.text
-        for f in faults(CoreScene(occlusion="shadow"), named_setup("n2_16_25").rings)
-        if f.rule == "mount"
-    ]
-    assert any("sits at 0.000, a ring can be closed from" in t for t in texts)
-    assert any("lies in" in t and "upper_arm_0" in t for t in texts)
+    found = faults(CoreScene(occlusion="shadow"), named_setup("n2_16_25").rings)
+    texts = [f.text for f in found if f.rule == "mount"]
+    assert any("0.000" in t for t in texts)
+    assert any("upper_arm_0" in t for t in texts)
     assert faults(paper_scene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
 
 
@@ -378,14 +372,11 @@ def test_rings_of_two_links_that_meet_are_named():
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in range(-60, 120, 5))
     scene = CoreScene(robot=robot, poses=poses, occlusion="shadow")
     rings = (Ring("upper_arm", 0.5, 8, radius=0.2), Ring("forearm", 0.5, 8, radius=0.2))
-    assert any(
-        "ring 0 (upper_arm) lies in or too near to ring 1 (forearm) at pose" in f.text
-        for f in faults(scene, rings)
-    )
+    (found,) = (f for f in faults(scene, rings) if f.rings == (0, 1))
+    assert all(part in found.text for part in ("ring 0 (upper_arm)", "ring 1 (forearm)", "pose "))
     apart = (rings[0], Ring("tool", 0.0, 8, radius=0.05))
-    assert not [
-        f for f in faults(replace(scene, poses=(Pose(robot.rest),)), apart) if len(f.rings) == 2
-    ]
+    found = faults(replace(scene, poses=(Pose(robot.rest),)), apart)
+    assert not [f for f in found if len(f.rings) == 2]
 
 
 def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
@@ -419,20 +410,12 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     assert Space(real, sensors=40).radii["upper_arm"] == 0.09
 
 
-def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
+def test_a_refusal_names_the_scenes_file(run, tmp_path):
     (tmp_path / "cell.toml").write_text('occlusion = "shadow"\nring_radius = 0.06\n')
-    for asked in (["--sensors", "40"], ["--reach", "50"]):
-        monkeypatch.setattr(
-            sys, "argv", ["place-rings", "--scene", str(tmp_path / "cell.toml"), *asked]
-        )
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr("signal.signal", lambda *_: None)
-        with pytest.raises(SystemExit) as stop:
-            command_line.main()
-        assert stop.value.code == 2
-        told = capsys.readouterr().err
-        assert "cell.toml: ring_radius: 0.06 m is too small: a real ring on upper_arm" in told
-        assert "\n" not in told.strip()
+    for asked in (("--sensors", "40"), ("--reach", "50")):
+        code, _, err = run("--scene", "cell.toml", *asked)
+        assert (code, err.count("\n")) == (2, 1)
+        assert all(part in err for part in ("cell.toml: ring_radius: 0.06 m", "upper_arm"))
         assert not list((tmp_path / "place-rings-out").glob("*"))
 
 
@@ -440,7 +423,7 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
     ("text", "says"),
     [
         ("[rules]\nmount = 'glued'", "rules.mount: found"),
-        ("[rules]\nclearance = -1", "rules.clearance: found -1, allowed: a number from 0 to 1"),
+        ("[rules]\nclearance = -1", "rules.clearance: found -1"),
     ],
 )
 def test_wrong_keys_are_one_line(tmp_path, text, says):
@@ -475,7 +458,7 @@ def test_a_position_on_a_mount_without_length_hides_nothing(position):
         Ring("tool", position, 8),
     )
     assert clear.within(ring)
-    assert any("lies in" in f.text for f in alone(clear, 0, ring))
+    assert any("wall" in f.text for f in alone(clear, 0, ring))
 
 
 def folded(limits: dict[str, Limits]) -> Space:
@@ -506,10 +489,7 @@ def test_a_search_moves_rings_that_meet_apart():
 def test_rings_that_cannot_be_moved_apart_are_refused():
     space = folded({"upper_arm": Limits((0.75, 0.8)), "forearm": Limits((0.38, 0.42))})
     rng = np.random.default_rng(0)
-    with pytest.raises(
-        InfeasibleError,
-        match=r"ring 0 \(upper_arm\) lies in or too near to ring 1 \(forearm\) at pose 1, and",
-    ):
+    with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm.*ring 1 \(forearm.*pose 1"):
         apart(space, [fresh(space, rng)], rng)
     held = replace(space.scene, rules=Rules(fixed=space.setup(fresh(space, rng)).rings))
     fixed = Space(held, sensors=held.rules.fixed[0].count + held.rules.fixed[1].count + 8)

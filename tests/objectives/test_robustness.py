@@ -217,7 +217,7 @@ def test_a_tilted_seat_is_a_tilt(reference_pose):
 
 @pytest.mark.parametrize("bad", [{"position": -1e-3}, {"direction": math.nan}, {"position": 2.0}])
 def test_errors_that_no_mount_has_are_refused(bad):
-    with pytest.raises(ValueError, match="must be between"):
+    with pytest.raises(ValueError, match=next(iter(bad))):
         MountingErrors(**bad)
 
 
@@ -263,5 +263,5 @@ def test_aims_that_do_not_go_together_are_refused():
         {"seen": 2, "losing": "ring"},
         {"errors": ERRORS, "losing": "sensor"},
     ):
-        with pytest.raises(ValueError, match=r"must be at least 1|cannot be combined"):
+        with pytest.raises(ValueError, match=r"seen|draws|ring|sensor"):
             Criterion(**bad)

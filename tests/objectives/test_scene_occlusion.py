@@ -58,13 +58,10 @@ def test_certified_holds_the_count_under_every_model():
     scene = paper_scene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
-        found = Verifier(one, None, "certified", 0.02).verify(named_setup("n1_8_0"), NEAR)
-        assert (
-            found.low - 2e-3
-            <= Verifier(one, 0.02).verify(named_setup("n1_8_0"), NEAR).zeta
-            <= found.high + 2e-3
-        )
-        assert found.high - found.low <= 0.0201
+        found = Verifier(one, None, "certified", 0.04).verify(named_setup("n1_8_0"), NEAR)
+        zeta = Verifier(one, 0.03).verify(named_setup("n1_8_0"), NEAR).zeta
+        assert found.low - 2e-3 <= zeta <= found.high + 2e-3
+        assert found.high - found.low <= 0.0401
 
 
 def test_redundancy_and_tolerance_count_past_the_robot():
@@ -88,7 +85,7 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
     fault = own_link_fault(scene, thin)
-    assert re.match(r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm", fault)
+    assert re.match(r"ring 1, sensor \d \(forearm\): .*5.0 mm .*forearm", fault)
     blocked = unseeing(scene, thin)
     assert [(u.ring, u.sensor, u.within) for u in blocked] == [(1, k, "forearm") for k in range(6)]
     assert [u.depth for u in blocked] == pytest.approx([0.005] * 6)
@@ -110,7 +107,7 @@ def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, 
     (record,) = counted.records
     within = {(u.ring, u.within) for u in record.unseeing if u.within}
     assert within
-    assert any("lies in" in line for line in record.mounting)
+    assert any(f"ring {ring} (" in line for ring, _ in within for line in record.mounting)
     own = own_link_fault(scene.core, counted.setup)
     if own is not None:
         assert any(own.startswith(f"ring {ring}, ") for ring, _ in within)
@@ -141,21 +138,21 @@ def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
     assert by_occlusion(verifier, setup, verifier.verify(setup, NEAR)) == {}
     counted, paper = (v.verify(setup, NEAR) for v in (verifier, Verifier(paper_scene(), 0.1)))
     assert counted.covered_voxels == paper.covered_voxels
-    with pytest.raises(BodilessError, match="has no bodies"):
+    with pytest.raises(BodilessError, match=r"robot ur10 .*blind"):
         occluders(scene, UR10.rest, "blind")
-    with pytest.raises(pr.InputError, match="occlusion: found shadow, allowed: ignore"):
+    with pytest.raises(pr.InputError, match="occlusion: found shadow"):
         pr.Scene(robot=bare, occlusion="shadow")
     robot = RobotModel.from_domain(bare).model_copy(update={"name": "bare"})
     (tmp_path / "bare.toml").write_text(to_toml(robot))
     (tmp_path / "scene.toml").write_text('robot = "bare.toml"\n')
     words = ("verify", "n1_8_0", "--scene", "scene.toml", "--voxel", 0.1)
     code, out, err = run(*words)
-    assert (code, err, "Robot bare has no bodies" in out) == (0, "", True)
+    assert (code, err, "Robot bare" in out) == (0, "", True)
     for key in ('occlusion = "shadow"', 'rules.mount = "real"'):
         (tmp_path / "scene.toml").write_text(f'robot = "bare.toml"\n{key}\n')
         code, out, err = run(*words)
         assert (code, out, err.count("\n")) == (2, "", 1)
-        assert "has no bodies" in err
+        assert "bare" in err
 
 
 def test_the_papers_world_is_one_option(run, tmp_path):
@@ -167,11 +164,12 @@ def test_the_papers_world_is_one_option(run, tmp_path):
     mine = layout_in(CoreScene(), "n2_16_25")
     (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, CoreScene())))
     for given, says in (
-        (("n2_16_25", "--occlusion", "blind"), "--paper: found with --occlusion blind"),
-        (("mine.toml",), "--paper: not allowed with a proposal"),
+        (("n2_16_25", "--occlusion", "blind"), "--occlusion blind"),
+        (("mine.toml",), "proposal"),
     ):
         code, out, err = run("verify", *given, "--paper", *words)
-        assert (code, out, err.count("\n"), says in err) == (2, "", 1, True)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert all(part in err for part in ("--paper: ", says))
     assert run("cones", "mine.toml", "--paper")[0] == 2
     (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, paper_scene())))
     code, out, _ = run("verify", "mine.toml", "--paper", *words)
@@ -233,77 +231,49 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
     assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
     assert len(SceneModel.from_domain(scene).obstacles) == 2
     path.write_text(cell % ("x", 60))
-    with pytest.raises(
-        UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"
-    ):
+    with pytest.raises(UserError, match=r"obstacles\[0\].file: part 0 .*far.stl.*100 m"):
         read_scene(path)
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    ("text", "says"),
     {
-        "[[obstacles]]\nname = 'x'": (
-            "obstacles[0]: found nothing, allowed: exactly one of the keys size, file, points,"
-            " floor"
-        ),
-        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": (
-            'obstacles[0]: found "size, floor", allowed: exactly one of the keys'
-        ),
-        "[[obstacles]]\nsize = [1, 1, 0]": (
-            "obstacles[0].size[2]: found 0, allowed: a number above 0"
-        ),
-        "[[obstacles]]\nsize = [1, 1]": (
-            "obstacles[0].size: found a list of 2, allowed: a list of 3"
-        ),
+        "[[obstacles]]\nname = 'x'": "obstacles[0]: found nothing",
+        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": 'obstacles[0]: found "size, floor"',
+        "[[obstacles]]\nsize = [1, 1, 0]": "obstacles[0].size[2]: found 0",
+        "[[obstacles]]\nsize = [1, 1]": "obstacles[0].size: found a list of 2",
         "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
-        f"[[obstacles]]\npoints = {FLAT}": (
-            "obstacles[0]: found a list of 4, allowed: points that do not all lie in one plane"
-        ),
+        f"[[obstacles]]\npoints = {FLAT}": "obstacles[0]: found a list of 4",
         "[[obstacles]]\nfile = '../a.stl'": "obstacles[0].file: found",
-        "[[obstacles]]\nfile = 'none.stl'": "toml: obstacles[0].file: none.stl: cannot be read",
+        "[[obstacles]]\nfile = 'none.stl'": "obstacles[0].file: none.stl",
         "[[obstacles]]\nfile = 'bad.stl'": "obstacles[0].file: ",
-        "[[obstacles]]\nfile = 'scene.toml'": (
-            'obstacles[0].file: found "scene.toml", allowed: a mesh, .stl'
-        ),
-        "ring_radius = 5.0": "ring_radius: found 5.0, allowed: a number above 0 and at most 1 ",
-        "[mounts.tool]\nring_radius = 5.0": "mounts.tool.ring_radius: found 5.0, allowed: a number",
-        "occlusion = 'some'": 'occlusion: found "some", allowed: ignore, shadow, blind',
+        "[[obstacles]]\nfile = 'scene.toml'": 'obstacles[0].file: found "scene.toml"',
+        "ring_radius = 5.0": "ring_radius: found 5.0",
+        "[mounts.tool]\nring_radius = 5.0": "mounts.tool.ring_radius: found 5.0",
+        "occlusion = 'some'": 'occlusion: found "some"',
     }.items(),
 )
-def test_a_bad_cell_is_one_line(tmp_path, text, line):
+def test_a_bad_cell_is_one_line(tmp_path, text, says):
     (tmp_path / "bad.stl").write_bytes(b"solid nothing")
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
+    (tmp_path / "scene.toml").write_text(text)
     with pytest.raises(UserError) as error:
-        read_scene(path)
-    assert line in str(error.value)
-    assert "scene.toml" in str(error.value)
+        read_scene(tmp_path / "scene.toml")
+    assert f"scene.toml: {says}" in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 def test_verify_prints_all_models_and_json_has_them(run, tmp_path):
     (tmp_path / "free.toml").write_text('[rules]\nmount = "free"\n')
-    arguments = [
-        "verify",
-        "n2_16_25",
-        "--scene",
-        str(tmp_path / "free.toml"),
-        "--target",
-        "V_S:0.5",
-        "--voxel",
-        "0.05",
-        "--occlusion",
-        "shadow",
-    ]
-    code, out, _ = run(*arguments)
+    args = ("verify", "n2_16_25", "--scene", "free.toml", "--target", "V_S:0.5", "--voxel", "0.1")
+    code, out, _ = run(*args, "--occlusion", "shadow")
     assert code == 0
-    assert "blind" in out
-    assert "inside shoulder" in out
-    code, out, _ = run(*arguments, "--json")
+    assert all(part in out for part in ("blind", "shoulder"))
+    code, out, _ = run(*args, "--occlusion", "shadow", "--json")
     found = json.loads(out)
     assert found["occlusion"] == "shadow"
     each = found["by_occlusion_percent"]
     assert each["ignore"] > each["shadow"] == found["zeta_percent"] > each["blind"]
     assert {u["within"] for u in found["unseeing"]} >= {"shoulder"}
-    code, _, err = run(*arguments[:-1], "magic")
-    assert code == 2
-    assert len(err.strip().splitlines()) == 1
+    code, _, err = run(*args, "--occlusion", "magic")
+    assert (code, err.count("\n")) == (2, 1)
+    assert all(part in err for part in ("--occlusion", "magic"))

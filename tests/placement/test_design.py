@@ -13,6 +13,7 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import GRAIN, segments
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.parameterization import decode
@@ -110,6 +111,7 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         c = fresh(space, rng)
     except InfeasibleError:
         return
+    assert faults(space.scene, rounded(space.setup(c), space.scene.sensor).rings) == []
     for _ in range(6):
         check(space, space.setup(c), sensors)
         low, high = (edge[:, : space.places] for edge in space.box(c))
@@ -196,45 +198,55 @@ def test_rings_are_refused_exactly_where_no_division_of_the_sensors_fits(
     assert reason is None or "\n" not in reason
 
 
+HELD = Ring("forearm", 0.5, 5)
+
+
 @pytest.mark.parametrize(
-    ("rules", "wanted", "says"),
+    ("rules", "wanted", "numbers"),
     [
-        (
-            Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.5, 5),)),
-            {"rings": 6, "sensors": 40},
-            "6 rings of at least 3 sensors do not fit: there is room for 4 besides the 1 fixed",
-        ),
-        (Rules(), {"rings": 3, "sensors": 8}, "8 sensors are too few for 3 rings: they need at"),
-        (Rules(), {"rings": 2, "sensors": 49}, "49 sensors do not fit on 2 rings, which hold at"),
+        (Rules(max_rings_per_link=2, fixed=(HELD,)), {"rings": 6, "sensors": 40}, "6 .*3 .*4 .*1"),
+        (Rules(), {"rings": 3, "sensors": 8}, "8 .*3"),
+        (Rules(), {"rings": 2, "sensors": 49}, "49 .*2"),
         (
             Rules(max_rings_per_link=64, spacing=0.005),
             {"rings": 65, "sensors": 260},
-            "65 rings do not fit: a search places at most 64",
+            "65 .*64",
         ),
-        (Rules(), {"rings": 18, "sensors": 60}, "18 rings of at least 3 sensors do not fit"),
+        (Rules(), {"rings": 18, "sensors": 60}, "18 .*3"),
         (
-            Rules(fixed=(Ring("forearm", 0.5, 5), Ring("forearm", 0.9, 5))),
+            Rules(fixed=(HELD, replace(HELD, position=0.9))),
             {"rings": 1, "sensors": 40},
-            "1 ring is fewer than the 2 fixed ones",
+            "1 .*2",
+        ),
+        (Rules(sensors=(6, 8)), {"sensors": 5}, "5 .*6"),
+        (Rules(sensors=(6, 8)), {"sensors": 5000}, "5000"),
+        (Rules(fixed=(Ring("forearm", 0.5, 30),)), {"sensors": 20}, "20"),
+        (Rules(spacing=10.0), {"sensors": 90}, "90"),
+        (
+            Rules(max_rings_per_link=1, sensors=(3, 8), fixed=(HELD,)),
+            {"sensors": 36},
+            "36 .*2 .*8 .*5",
+        ),
+        (Rules(fixed=(HELD,)), {"sensors": 7}, "7 .*2 .*5"),
+        (
+            Rules(max_rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
+            {"sensors": 15},
+            "15 .*6 .*8 .*5",
         ),
     ],
 )
-def test_a_number_of_rings_that_cannot_be_is_refused_with_the_reason(rules, wanted, says):
-    scene = CoreScene(rules=replace(rules, mount="free"), occlusion="ignore")
-    with pytest.raises(InfeasibleError, match=re.escape(says)):
-        Space(scene, **wanted)
+def test_what_cannot_be_is_refused_with_the_numbers(rules, wanted, numbers):
+    with pytest.raises(InfeasibleError, match=numbers):
+        Space(paper_scene(rules=rules), **wanted)
 
 
 def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_does():
     scene = CoreScene(sensor=Sensor(board=VL53L1X), occlusion="shadow", rules=Rules(mount="real"))
-    with pytest.raises(InfeasibleError, match=r"4 rings of 24 sensors do not fit.*at most (\d+)"):
+    with pytest.raises(InfeasibleError, match=r"4 .*24 ") as error:
         Space(scene, rings=4, each=24)
-    try:
-        Space(scene, rings=4, each=24)
-    except InfeasibleError as error:
-        most = int(re.search(r"at most (\d+)", str(error))[1])
+    most = int(re.findall(r"\d+", str(error.value))[-1])
     assert Space(scene, rings=4, each=most).sensors == 4 * most
-    with pytest.raises(InfeasibleError, match="do not fit"):
+    with pytest.raises(InfeasibleError, match=f"4 .*{most + 1} "):
         Space(scene, rings=4, each=most + 1)
 
 
@@ -305,7 +317,7 @@ def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
     assert not any(a + 1e-9 < p < b - 1e-9 for p in places for a, b in cuts)
 
 
-@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.1), (9, 0.1), (10, 0.1), (9, 0.12)])
+@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.1), (10, 0.12)])
 def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(least, upper_arm):
     """Boards leave the upper arm room for larger rings than the other links, of which there is one
     each.
@@ -325,7 +337,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
             space = Space(scene, sensors=sensors)
             assert space.setup(fresh(space, RNG)).sensors == sensors
         else:
-            with pytest.raises(InfeasibleError, match=f"^rules: {sensors} sensors?"):
+            with pytest.raises(InfeasibleError, match=f"rules: {sensors} "):
                 Space(scene, sensors=sensors)
 
 
@@ -386,47 +398,6 @@ def test_the_papers_setups_are_among_the_starts():
         assert (ring.position, ring.tilt) == pytest.approx((paper.position, paper.tilt), abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("rules", "sensors", "says"),
-    [
-        (Rules(sensors=(6, 8)), 5, "5 sensors are too few for a ring, which needs at least 6"),
-        (Rules(sensors=(6, 8)), 5000, "do not fit"),
-        (Rules(fixed=(Ring("forearm", 0.5, 30),)), 20, "fixed rings"),
-        (Rules(spacing=10.0), 90, "do not fit"),
-    ],
-)
-def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
-    with pytest.raises(InfeasibleError, match=says):
-        Space(paper_scene(rules=rules), sensors=sensors)
-
-
-@pytest.mark.parametrize(
-    ("rules", "sensors", "says"),
-    [
-        (
-            Rules(max_rings_per_link=1, sensors=(3, 8), fixed=(Ring("forearm", 0.5, 5),)),
-            36,
-            "36 sensors do not fit: there is room for 2 rings of at most 8 besides the 5 of the"
-            " fixed rings",
-        ),
-        (
-            Rules(fixed=(Ring("forearm", 0.5, 5),)),
-            7,
-            "7 sensors leave 2 besides the 5 of the fixed rings, too few for a ring, which",
-        ),
-        (
-            Rules(max_rings_per_link=1, sensors=(6, 8), fixed=(Ring("tool", 0.0, 5),)),
-            15,
-            "15 sensors cannot be divided into rings of 6 to 8 besides the 5 of the fixed rings",
-        ),
-        (Rules(sensors=(6, 8)), 5, "5 sensors are too few for a ring, which needs at least 6"),
-    ],
-)
-def test_a_refusal_names_the_number_that_was_requested(rules, sensors, says):
-    with pytest.raises(InfeasibleError, match=re.escape(says)):
-        Space(paper_scene(rules=rules), sensors=sensors)
-
-
 def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
     on_tool = paper_scene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
     layout = ring_layout(on_tool, 2, 16)
@@ -450,7 +421,7 @@ def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
 
 def test_a_layout_without_room_is_refused():
     scene = paper_scene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
-    with pytest.raises(InfeasibleError, match="no room for 2 rings on forearm"):
+    with pytest.raises(InfeasibleError, match=r"2 .*forearm"):
         Space(scene, ring_layout(scene, 2, 16))
     assert math.isfinite(
         fresh(Space(scene, ring_layout(scene, 1, 16)), np.random.default_rng(0)).values.sum()

@@ -4,18 +4,14 @@ result.
 
 import itertools
 import math
-import runpy
-import shutil
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.rings.ring import Ring, named_setup
+from place_rings.coverage.rings.ring import Ring
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility import mounting
 from place_rings.objectives.feasibility.clearance import MountClearance
@@ -26,7 +22,6 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode, encode, positions
 from place_rings.objectives.scene import CoreScene, Pose
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import exchange, ring_library
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
@@ -37,14 +32,13 @@ from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
 from place_rings.placement.search.stop_token import StopToken
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
 FREE = CoreScene(rules=CLOSE)
 REAL = CoreScene(rules=replace(CLOSE, mount="real"))
 SPACES = {"free": Space(FREE, sensors=240), "real": Space(REAL, sensors=240)}
 SHORT = (
-    Round(512, 2, 0, 0, 0.0, trials=5, library=400),
-    Round(512, 1, 1, 4, 0.1, 2, moves=2, trials=5, library=200, beside=2),
+    Round(128, 2, 0, 0, 0.0, trials=5, library=400),
+    Round(128, 1, 1, 4, 0.1, 2, moves=2, trials=5, library=200, beside=2),
 )
 SEEDS = st.integers(0, 2**31)
 
@@ -187,7 +181,7 @@ def test_points_of_many_poses_do_not_fill_the_memory(monkeypatch):
     poses = tuple(Pose(FREE.poses[0].q + 0.01 * i) for i in range(4))
     scene = replace(FREE, poses=poses)
     space, schedule = Space(scene, sensors=12), SHORT[:1]
-    for many, each in ((1 << 19, 256), (400, 128)):  # the round needs 128
+    for many, each in ((1 << 19, 256), (100, 32)):  # the round needs 32
         monkeypatch.setattr(search_points, "_MANY", many)
         points = search_points.SearchPoints(scene, space, Criterion(), schedule, 0)
         assert {len(some) for some in points.points.points} == {each}
@@ -211,72 +205,3 @@ def test_collisions_of_rings_are_those_of_all_pairs(seed):
         if a.link != b.link and len(mounting._near(clear, a, b, pair, every)):
             expected.add((i, j))
     assert {found.rings for found in mounting.meeting(clear, rings)} == expected
-
-
-@pytest.fixture(scope="module")
-def parts():
-    """The benchmark's modules."""
-    sys.path.insert(0, str(BENCHMARKS))
-    try:
-        import monte_carlo
-        import scale
-    finally:
-        sys.path.remove(str(BENCHMARKS))
-    return monte_carlo, scale
-
-
-@pytest.mark.parametrize("occlusion", ["ignore", "shadow"])
-def test_the_independent_estimate_is_the_exact_count(parts, occlusion):
-    scene, setup = CoreScene(occlusion=occlusion), named_setup("n1_8_0")
-    exact = Verifier(scene, 0.03).verify(setup, scene.goals[0].target).zeta
-    zeta, half = parts[0].estimate(scene, setup, 4000, 0)
-    assert abs(zeta - exact) < 2 * half + 0.003
-
-
-def test_the_benchmark_of_scale_fits_exponents_and_reports_without_running(
-    parts, tmp_path, monkeypatch
-):
-    _, scale = parts
-    sizes = np.array([1.0, 2.0, 4.0])
-    assert scale.exponent(sizes, 3 * sizes**1.5) == pytest.approx(1.5)
-    monkeypatch.setattr(scale, "DATA", tmp_path / "runs.csv")
-    monkeypatch.setattr(scale, "PICTURE", tmp_path / "scale.png")
-    some = [run for run in scale.RUNS if run.series == "sensors"][:2]
-    for run in some:
-        scale._write(run, dict.fromkeys(scale.COLUMNS, run.size) | {"estimate": math.nan})
-    lines = scale.report(["--runs=0"])
-    assert any(line.startswith("| sensors | 1.00 | 1.00 | yes") for line in lines)
-    assert (tmp_path / "scale.png").exists()
-    assert all(scale.scene_of(run).goals for run in scale.RUNS)
-
-
-def test_measurements_without_a_column_are_still_shown(parts, tmp_path, monkeypatch):
-    _, scale = parts
-    monkeypatch.setattr(scale, "DATA", tmp_path / "runs.csv")
-    monkeypatch.setattr(scale, "PICTURE", tmp_path / "scale.png")
-    scale._write(scale.RUNS[0], dict.fromkeys(scale.COLUMNS, 1.0))
-    text = scale.DATA.read_text("utf-8")
-    scale.DATA.write_text(text.replace(",others", ",load"), "utf-8")  # as files had it before
-    lines = scale.report(["--runs=0"])
-    assert any(line.startswith("| sensors | 125 |") and line.endswith("| - |") for line in lines)
-    assert not any("Provisional" in line for line in lines)
-
-
-def test_a_section_written_from_existing_measurements_keeps_its_record(
-    parts, tmp_path, monkeypatch
-):
-    _, scale = parts
-    monkeypatch.setattr(scale, "DATA", tmp_path / "runs.csv")
-    monkeypatch.setattr(scale, "PICTURE", tmp_path / "scale.png")
-    command = runpy.run_path(str(BENCHMARKS / "__main__.py"), run_name="benchmarks")
-    page, records = tmp_path / "benchmarks.md", tmp_path / "benchmarks"
-    monkeypatch.setitem(command["main"].__globals__, "FILE", page)
-    monkeypatch.setitem(command["main"].__globals__, "RECORDS", records)
-    monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])
-    monkeypatch.setattr(sys, "argv", ["benchmarks", "scale", "--runs=0"])
-    records.mkdir()
-    shutil.copy(BENCHMARKS.parent / "results" / "benchmarks" / "scale.json", records)
-    before = (records / "scale.json").read_bytes()
-    command["main"]()
-    assert (records / "scale.json").read_bytes() == before
-    assert "## Scale of searches" in page.read_text("utf-8")

@@ -15,50 +15,56 @@ from place_rings.reporting import progress
 from place_rings.reporting.tables import count_error_line
 from place_rings.reporting.terminal import Terminal
 
-VERIFY = ["verify", "n1_8_0", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05"]
+VERIFY = "verify n1_8_0 --target V_S --radius 0.5 --voxel 0.1"
 
 
-def run(words, **environment):
-    """Exit code, stdout and stderr (bytes) of a command in a process of its own."""
-    code = "from place_rings.cli.entry import main; main()"
+ONCE = """
+import json, os, sys
+from place_rings.cli.entry import main
+for environment in json.loads(sys.argv[1]):
+    os.environ.update(environment)
+    sys.argv = ["place-rings", *environment["WORDS"].split()]
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(encoding=environment.get("ENCODING", "utf-8"), errors="strict")
+    try:
+        main()
+    except SystemExit as stop:
+        assert (stop.code or 0) == int(environment.get("CODE", 0))
+    print(flush=True)
+    sys.stdout.buffer.write(b"\\0")
+    sys.stdout.flush()
+    sys.stderr.flush()
+"""
+
+
+def run(*environments):
+    """Stdout of a command in each of some environments, one after another in a process that writes
+    to pipes, and all of stderr (bytes)."""
     kept = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "PYTHONUTF8")}
-    ended = subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, env=kept | environment
-    )
-    return ended.returncode, ended.stdout, ended.stderr
+    command = [sys.executable, "-c", ONCE, json.dumps(environments)]
+    done = subprocess.run(command, capture_output=True, env=kept)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split(b"\0")[:-1], done.stderr
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp437", "utf-8"])
-@pytest.mark.parametrize("more", [[], ["--json"]])
-def test_a_count_is_printed_whatever_the_terminal_can_encode(encoding, more):
-    code, out, err = run([*VERIFY, *more], PYTHONIOENCODING=encoding)
-    assert code == 0, err
-    text = out.decode(encoding)
-    zeta = json.loads(text)["zeta_percent"] if more else None
-    assert zeta is None or 10 < zeta < 30
-    assert more or re.search(r"n1_8_0\D+24\D+1\d\.\d\d", text)
-
-
-def test_errors_are_printed_in_ascii():
-    code, out, err = run(["verify", "n1_8_0", "--target", "V_ζ"], PYTHONIOENCODING="ascii")
-    assert (code, out) == (2, b"")
-    assert b"zeta" in err
-
-
-def test_no_color_means_no_escapes():
-    code, out, _ = run(VERIFY, NO_COLOR="1", FORCE_COLOR="", TERM="xterm")
-    assert code == 0
-    assert b"\x1b" not in out
-
-
-@pytest.mark.parametrize("columns", [60, 80, 120])
-def test_a_table_fits_the_window_and_keeps_its_figures(columns):
-    code, out, _ = run(VERIFY, COLUMNS=str(columns))
-    text = out.decode()
-    assert code == 0
-    assert max(len(line) for line in text.splitlines() if line[:1] in "┏┃┡│└") <= columns
-    assert re.search(r"1\d\.\d\d", text)
+def test_a_count_is_printed_whatever_the_terminal_can_encode_and_shows():
+    encodings, columns = ("ascii", "cp1252", "cp437", "utf-8"), (60, 80, 120)
+    tables = [{"WORDS": VERIFY, "ENCODING": name} for name in encodings]
+    objects = [{**one, "WORDS": f"{VERIFY} --json"} for one in tables]
+    plain = {"WORDS": VERIFY, "NO_COLOR": "1", "FORCE_COLOR": "", "TERM": "xterm"}
+    windows = [{"WORDS": VERIFY, "COLUMNS": str(width)} for width in columns]
+    bad = {"WORDS": "verify n1_8_0 --target V_ζ", "ENCODING": "ascii", "CODE": "2"}
+    found, err = run(*tables, *objects, plain, *windows, bad)
+    for name, table, one in zip(encodings, found, found[4:], strict=False):
+        assert re.search(r"n1_8_0\D+24\D+1\d\.\d\d", table.decode(name))
+        assert 10 < json.loads(one.decode(name))["zeta_percent"] < 30
+    assert not [text for text in found[4:] if b"\x1b" in text]
+    for width, text in zip(columns, found[9:12], strict=True):
+        lines = text.decode().splitlines()
+        assert max(len(line) for line in lines if line[:1] in ("┏", "┃", "┡", "│", "└")) <= width
+        assert re.search(r"1\d\.\d\d", text.decode())
+    assert found[12].strip() == b""
+    assert b"zeta" in err  # in ASCII
 
 
 def test_a_pipe_gets_a_line_at_intervals_until_all_is_done(monkeypatch, capsys):
@@ -95,5 +101,5 @@ def test_a_finished_task_is_not_reported(description, completed, total):
 
 @pytest.mark.parametrize(("voxel", "points"), [(0.005, "0.05"), (0.01, "0.1"), (0.1, "1")])
 def test_a_count_states_its_error(voxel, points):
-    assert f" {points} points;" in count_error_line(voxel)
+    assert f" {points} points" in count_error_line(voxel)
     assert count_error_line(0.3) is None

@@ -2,72 +2,45 @@
 by rule.
 """
 
-import ast
+import re
 import runpy
 import shutil
-from functools import cache
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
-from place_rings.studies.engine.import_closure import import_closure
 
-from ..support.rooms import FRONT, ROOT, folders, installed_parts, modules, rooms, shaped_modules
+from ..support.rooms import (
+    FRONT,
+    ROOT,
+    folders,
+    imports,
+    installed_parts,
+    modules,
+    rooms,
+    shaped_modules,
+)
 
+BASE = {"coverage", "objectives"}
+SHARED = {*BASE, "placement", "simulation", "formats", "reporting"}
 MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
-    "placement": {"coverage", "objectives"},
-    "simulation": {"coverage", "objectives"},
-    "formats": {"coverage", "objectives", "placement"},
-    "reporting": {"coverage", "objectives", "simulation", "formats"},
-    "viewer": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
-    "studies": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
-    "rig": {"coverage", "objectives", "simulation", "formats", "reporting"},
-    "api": {
-        "coverage",
-        "objectives",
-        "placement",
-        "simulation",
-        "formats",
-        "reporting",
-        "viewer",
-        "studies",
-    },
-    "cli": {
-        "coverage",
-        "objectives",
-        "placement",
-        "simulation",
-        "formats",
-        "reporting",
-        "viewer",
-        "studies",
-        "rig",
-        "api",
-    },
+    "placement": BASE,
+    "simulation": BASE,
+    "formats": BASE | {"placement"},
+    "reporting": SHARED - {"placement", "reporting"},
+    "viewer": SHARED,
+    "studies": SHARED,
+    "rig": SHARED - {"placement"},
+    "api": SHARED | {"viewer", "studies"},
+    "cli": SHARED | {"viewer", "studies", "rig", "api"},
 }
 TYPES = runpy.run_path(str(ROOT / ".ci/typecheck.py"))
-CORE = {"coverage", "objectives"}
-NOT_IN_CORE = {
-    "matplotlib",
-    "serial",
-    "rtde_control",
-    "rtde_receive",
-    "viser",
-    "rich",
-    "cyclopts",
-    "tomllib",
-    "pydantic",
-}
-
-
-@cache
-def nodes(path):
-    return tuple(
-        node
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Import | ast.ImportFrom)
-    )
+NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich"}
+NOT_IN_CORE |= {"cyclopts", "tomllib", "pydantic"}
 
 
 def ours(path, root):
@@ -75,22 +48,17 @@ def ours(path, root):
     is the front's."""
     package = installed_parts(path.relative_to(root).parent)
     known = rooms(root)
-    for node in nodes(path):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            above = package[: len(package) - node.level + 1]
-            names = [node.module] if node.module else [alias.name for alias in node.names]
-            for name in names:
+    for level, module, names in imports(path):
+        if level:
+            above = package[: len(package) - level + 1]
+            for name in [module] if module else names:
                 parts = (*above, *name.split("."))
                 yield parts if parts[0] in known else (FRONT, *parts)
 
 
 def others(path):
     """Top names of all other imports in a file."""
-    for node in nodes(path):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            yield node.module.split(".")[0]
+    return {module.split(".")[0] for level, module, _ in imports(path) if not level}
 
 
 def wrong_arrows(room, root=ROOT):
@@ -102,7 +70,7 @@ def wrong_arrows(room, root=ROOT):
         for top in others(path):
             if top == "place_rings":
                 yield f"{path.relative_to(root)} imports a room by the name it is installed by"
-            if room in CORE and top in NOT_IN_CORE:
+            if room in BASE and top in NOT_IN_CORE:
                 yield f"{path.relative_to(root)} imports {top}"
 
 
@@ -145,68 +113,86 @@ def test_every_folder_with_code_is_a_room_and_is_installed():
     )
 
 
-@pytest.mark.parametrize("room", MAY)
-def test_arrows_between_rooms_run_downward(room):
-    assert list(wrong_arrows(room)) == []
-
-
-def test_no_room_is_above_one_that_may_import_it():
+def test_arrows_between_rooms_run_downward_and_make_no_circle_in_a_room():
+    assert [wrong for room in MAY for wrong in wrong_arrows(room)] == []
+    assert {folder: found for folder in folders() if (found := circle(folder))} == {}
     lower = set()
-    for room, may in MAY.items():
+    for room, may in MAY.items():  # no room is above one that may import it
         assert may <= lower, room
         lower.add(room)
-
-
-@pytest.mark.parametrize(
-    "folder", folders(), ids=lambda folder: folder.relative_to(ROOT).as_posix()
-)
-def test_arrows_in_a_room_make_no_circle(folder):
-    assert circle(folder) == []
 
 
 def test_a_public_class_has_a_name_of_its_own():
     places = {}
     for name, file in modules():
-        for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                places.setdefault(node.name, []).append(name)
+        for public in re.findall(r"^class ([A-Za-z]\w*)", file.read_text("utf-8"), re.M):
+            places.setdefault(public, []).append(name)
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+CORE, EXTRAS = EXTRAS["dependencies"], EXTRAS["optional-dependencies"]
+
+
+def distributions(requirements):
+    """The normalised names of requirements, with those of our own extras."""
+    found = set()
+    for requirement in requirements:
+        name = re.match(r"[\w.-]+", requirement)[0]
+        if name == "place-rings":
+            for extra in re.search(r"\[(.*)\]", requirement)[1].split(","):
+                found |= distributions(EXTRAS[extra])
+        else:
+            found.add(re.sub(r"[-_.]+", "-", name).lower())
+    return found
+
+
+def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
+    core = distributions(CORE)
+    bags, cluster, rig, everything, test = (
+        distributions(EXTRAS[name]) for name in ("bags", "cluster", "rig", "all", "test")
+    )
+    homes = packages_distributions()  # on Python 3.13 there is no ur-rtde
+    homes |= {f"rtde_{part}": ["ur-rtde"] for part in ("control", "receive")}
+    by_room = {}
+    for _, path in modules():
+        tops = others(path) - sys.stdlib_module_names - {"place_rings", "pydantic_core"}
+        used = by_room.setdefault(path.relative_to(ROOT).parts[0], set())
+        used |= distributions(dist for top in tops for dist in homes.get(top, [top]))
+    used = set().union(*by_room.values())
+    assert used <= core | bags | cluster | rig
+    for extra, where in ((bags, {"rig", "formats"}), (cluster, {"studies"}), (rig, {"rig"})):
+        assert {room for room, dists in by_room.items() if dists & extra} == where
+    assert core - used == {"pycollada"}  # by it trimesh reads COLLADA
+    assert everything == bags | cluster | rig | distributions(EXTRAS["robots"])
+    assert test >= bags | cluster | rig
 
 
 @pytest.fixture
 def house(tmp_path):
-    """A copy of the rooms, and of what has to know their files, with a file more and a sub-room
-    more.
-    """
+    """The rooms, all but one of them empty, with a file more and a sub-room more."""
     house = tmp_path / "house"
-    for room in MAY:
-        shutil.copytree(ROOT / room, house / room, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "coverage", house / "coverage", ignore=shutil.ignore_patterns("__pycache__")
+    )
     shutil.copy(ROOT / "setup.py", house)
-    added = house / "coverage" / "added"
-    added.mkdir()
-    (added / "__init__.py").touch()
-    (added / "inner.py").write_text("from jaxtyping import Float\n")
-    (house / "coverage" / "outer.py").write_text("from .added.inner import Float\n")
+    for folder in (*(house / room for room in set(MAY) - {"coverage"}), house / "coverage/added"):
+        folder.mkdir()
+        (folder / "__init__.py").touch()
+    (house / "coverage/added/inner.py").write_text("from jaxtyping import Float\n")
+    (house / "coverage/outer.py").write_text("from .added.inner import Float\n")
     return house
 
 
-def test_a_new_file_and_a_new_sub_room_need_no_edit_anywhere(house):
+def test_a_new_file_and_a_new_sub_room_need_no_edit_anywhere_but_obey_the_rules(house):
     assert "place_rings.coverage.added" in installed(house)["packages"]
     assert not list(wrong_arrows("coverage", house))
     assert not [folder for folder in folders(house) if circle(folder, house)]
     assert set(shaped_modules(house)) - set(shaped_modules()) == {
         "place_rings.coverage.added.inner"
     }
-    assert house / "coverage/added/inner.py" in import_closure([house / "coverage/outer.py"], house)
     assert TYPES["installed_modules"](house) == dict(modules(house))
-
-
-def test_the_type_check_reads_which_modules_were_checked():
-    report = "      3       3      0      0 total\n      3       2      0      0 place_rings.a.b\n"
-    assert TYPES["seen"](report) == {"place_rings.a.b"}
-
-
-def test_a_circle_and_an_arrow_upward_are_seen(house):
+    imports.cache_clear()
     (house / "coverage/added/inner.py").write_text(
         "from ..outer import Float\nfrom ...cli import app\n"
     )

@@ -1,17 +1,53 @@
-"""A whole check of a simulated rig, recorded without a process or waiting."""
+"""A whole check of a simulated rig, recorded without a process or waiting, and assessed."""
 
 import json
 
 import numpy as np
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.models import AboutFile, PortModel
+from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.recording.recording import Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import hello
 from place_rings.rig.robot.state import State
+from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated_cell.cell import SimulatedCell
 
 HZ, EVERY = 125, 5  # states a second, states between two frames
+
+
+def about_file(name, scene, setup, stops, plans, **more):
+    """What a check of ``setup`` records first; ``stops`` may be None."""
+    ports = enumerate(setup.groups)
+    return AboutFile(
+        setup=name,
+        proposal=ProposalFile.of(setup, scene),
+        seed=3,
+        injected=True,
+        moved=True,
+        stale_s=0.08,
+        ports=[PortModel(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
+        seconds=1.0,
+        stops=mount_plan_model(stops) if stops else None,
+        trials=[rod_plan_model(plan) for plan in plans],
+        version="0",
+        **{"wave": True, "voxel": 0.1, **more},
+    )
+
+
+def recording_of(file, asked):
+    """A recording that begins as that of a check does."""
+    return Recording(file, {"check": asked.model_dump(mode="json")})
+
+
+def assessed(file, checked):
+    """The assessment of a recorded check."""
+    recorded = RecordingReader(file)
+    gathered = replay(recorded, checked.ports, checked.about.stale_s)
+    return assess(checked, gathered, 0.0, recorded.damage)
 
 
 class Tape:
@@ -61,7 +97,7 @@ class Tape:
 def record(file, asked, **more):
     """A whole check, as a recording."""
     checked = PlannedCheck.of(asked)
-    with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
+    with recording_of(file, asked) as recording:
         tape, plans = Tape(recording, checked, **more), checked.plans.rods
         tape.stand(checked.scene.poses[0].q, "self", 0, 20)
         for ring in range(len(checked.setup.rings)):

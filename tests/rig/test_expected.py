@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import Capsules
@@ -156,23 +156,3 @@ def test_what_is_returned_is_named_and_a_rod_before_it_takes_its_place():
     assert both.distance[0, k] == pytest.approx(0.18, abs=1e-5)
     np.testing.assert_array_equal(both.distance[1], bare.distance[1])
     assert np.all(both.distance <= bare.distance)
-
-
-def test_the_self_check_takes_single_sensors():
-    """A simulated rig whose last line carries one sensor that is on no ring."""
-    from place_rings.coverage.rings.mounted_sensor import MountedSensor
-    from place_rings.rig.check.self_check import self_check
-    from place_rings.rig.simulated_cell.world import World
-
-    skin = MountedSensor("forearm", (0.0, 0.09, 0.2), (0.0, 1.0, 0.0))
-    setup = Setup((Ring("forearm", 0.5, 4, radius=0.1),), (skin,))
-    q, rng = SCENE.poses[0].q[None], np.random.default_rng(0)
-    check = self_check(SCENE, setup, World(SCENE, setup).readings(rng, q, 40))
-    assert len(check.rings) == 2
-    assert (check.answers == 1).all()
-    assert len(check.surprising) == 0
-    assert check.named(np.array([0, 4])) == ["0:0", "sensor 1 (forearm)"]
-    assert [line.partition(":")[0] for line in check.text()][:2] == [
-        "ring 0 (forearm)",
-        "sensor 1 (forearm)",
-    ]

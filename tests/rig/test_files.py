@@ -1,9 +1,8 @@
 """A check from files alone: MCAP, bags of SQLite and CSV give the findings of the rig itself, and
-whatever else a file holds is one line.
+whatever else a file holds is refused.
 """
 
 import math
-import re
 import sqlite3
 import tracemalloc
 from dataclasses import replace
@@ -16,7 +15,6 @@ from backports import zstd
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
-from place_rings.cli.app import app
 from place_rings.cli.runs import check, check_summary
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
@@ -27,14 +25,13 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal
 from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.models import CheckResult
 from place_rings.rig.check.offline import FileOptions, file_check
-from place_rings.rig.check.planned_check import PlannedCheck, ring_names
-from place_rings.rig.check.plans import Plans, plan_check, read_plans, write_plans
+from place_rings.rig.check.planned_check import ring_names
+from place_rings.rig.check.plans import Plans, plan_check, read_plans
 from place_rings.rig.check.procedure import skipped
-from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rings.protocol import ABSENT, Status
-from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated_cell.world import World
 from place_rings.rig.sources import bags
 from place_rings.rig.sources.files import RigFiles, read_files
@@ -58,33 +55,11 @@ from .bags import (
     zones,
 )
 from .cell import SETUP
-from .tape import record
-from .test_check import SCENE, about
+from .cell import SHELLS as SCENE
+from .commands import call, refused
 
 ROBOT = SCENE.robot
 CHAIN = ROBOT.chain.joints
-
-
-def call(words):
-    """Run a command; return its exit code."""
-    try:
-        app(words, exit_on_error=False, print_error=False, result_action="return_value")
-    except SystemExit as end:
-        return end.code
-    return 0
-
-
-@pytest.fixture(scope="module")
-def rig(tmp_path_factory):
-    """A whole check of a simulated rig: its folder with proposal and plans, the data that it
-    gathered, and the result of the live check.
-    """
-    folder = tmp_path_factory.mktemp("rig")
-    tape, checked = record(folder / "tape.rig", about())
-    (folder / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
-    write_plans(SCENE, checked.plans, folder)
-    gathered = replay(RecordingReader(tape), checked.ports, checked.about.stale_s)
-    return folder, gathered, assess(checked, gathered, 0.0).result
 
 
 def findings(result):
@@ -115,86 +90,100 @@ def unlike(a, b, where=""):
     return [] if a == b else [(where, a, b)]
 
 
-def written(folder, gathered, kind):
-    """Write the data of a rig as files; return the options that name them."""
+def written(folder, taped, kind):
+    """Write the data of a rig as files, or as the log of its check; return their paths by name."""
     if kind == "csv":
-        write_tables(folder / kind, gathered, CHAIN)
-        options = ("joints", "readings", "steps")
-        return [word for o in options for word in (f"--{o}", str(folder / kind / f"{o}.csv"))]
-    messages = recorded_messages(gathered, CHAIN)
-    if kind == "sqlite":
-        write_sqlite(folder / kind, messages)
-        return ["--joints", str(folder / kind)]
-    write_mcap(folder / f"{kind}.mcap", messages, CompressionType[kind.upper()])
-    return ["--joints", str(folder / f"{kind}.mcap")]
+        write_tables(folder / kind, taped.gathered, CHAIN)
+        return {name: folder / kind / f"{name}.csv" for name in ("joints", "readings", "steps")}
+    messages, file = recorded_messages(taped.gathered, CHAIN), folder / f"rig.{kind}"
+    if kind == "bag":
+        file = folder / write_bag(taped.checked, taped.gathered, taped.recorded.epoch, folder)[0]
+    elif kind == "db3":
+        write_sqlite(file, messages)
+    else:
+        write_mcap(file, messages)
+    return {"joints": file}
 
 
-def test_files_of_an_earlier_check_are_named(rig, tmp_path, capsys):
-    *_, live = rig
-    check_summary.tell(Mock(result=live), ["check.html"], tmp_path, False)
-    assert "also holds" not in capsys.readouterr().out
-    (tmp_path / "built.toml").write_text("")
-    check_summary.tell(Mock(result=live), ["check.html"], tmp_path, False)
-    assert "also holds files of an earlier check: built.toml" in capsys.readouterr().out
-    check_summary.tell(Mock(result=live), ["check.html", "built.toml"], tmp_path, False)
-    assert "also holds" not in capsys.readouterr().out
-
-
-@pytest.mark.long
-def test_a_check_from_files_alone_finds_what_the_live_check_found(rig, tmp_path):
-    """As one test: its rig takes long to simulate."""
-    folder, gathered, live = rig
-    words = ["check", str(folder / "small.toml"), "--plan", str(folder), "--voxel", "0.05"]
-    for kind in ("zstd", "sqlite", "csv"):
-        files, out = written(tmp_path, gathered, kind), tmp_path / f"{kind}-out"
-        assert call([*words, *files, "--out", str(out)]) == 1
-        result = CheckResult.model_validate_json((out / "check.json").read_text())
-        assert not result.simulated
-        assert unlike(findings(result), findings(live)) == []
-        assert [line.frames for line in result.lines] == [line.frames for line in live.lines]
-        if kind != "csv":  # which has no clock of the sender
-            for line, was in zip(result.lines, live.lines, strict=True):
-                assert line.drift_ppm == pytest.approx(was.drift_ppm, abs=0.5)
-            assert result.robot.drift_ppm == pytest.approx(live.robot.drift_ppm, abs=0.5)
-        assert {p.name for p in out.iterdir()} >= {"check.html", "built.toml", "stops.csv"}
-        # between its steps this rig told nothing
-        assert {w.split(":")[0] for w in result.warnings} == {
-            "joint states",
-            "ring 0 (forearm)",
-            "ring 1 (tool)",
-        }
-
-
-def test_a_stop_that_the_files_lack_has_a_reason(rig, tmp_path):
-    """Nothing ended the check before it, as a live check without the stop would say."""
-    folder, gathered, _ = rig
-    notes, lacks = list(gathered.said), []
-    for i, (_, note) in enumerate(notes):
-        if note["what"] == "begin" and note["step"] == "mount" and note["number"] == 1:
-            lacks = [i, i + 1]
-    for without, why in (
-        (lacks, {1: "no step in the files"}),
-        ([i for i, (_, note) in enumerate(notes) if note["what"] in ("begin", "end")], None),
+def test_files_of_an_earlier_check_are_named(taped, tmp_path, capsys):
+    done = Mock(result=taped.found.result)
+    for name, files, named in (
+        ("none", ["check.html"], False),
+        ("built.toml", ["check.html"], True),
+        ("built.toml", ["check.html", "built.toml"], False),
     ):
-        said = [note for i, note in enumerate(notes) if i not in without]
-        files = tmp_path / f"{len(said)}"
-        write_tables(files, replace(gathered, said=said), CHAIN)
-        paths = (files / f"{name}.csv" for name in ("joints", "readings", "steps"))
-        options = FileOptions(*paths, folder, (), ("mount",), True, 0.05, 0)
-        found = skipped(file_check("small", SETUP, SCENE, options).gathered.said, "mount")
-        assert found == why or set(found.values()) <= {"no standstill there in the files"}
+        (tmp_path / name).write_text("")
+        check_summary.tell(done, files, tmp_path, False)
+        assert ("earlier check: built.toml" in capsys.readouterr().out) == named
 
 
-def test_a_mount_check_in_an_unknown_cell_says_so(rig, tmp_path):
+@pytest.mark.parametrize("kind", ["mcap", "db3", "csv", "bag"])
+def test_files_of_each_kind_hold_all_readings(taped, tmp_path, kind):
+    live, paths = taped.gathered, written(tmp_path, taped, kind)
+    data = opened(paths.pop("joints"), **paths).gathered
+    assert [s.q.tolist() for s in data.states] == [s.q.tolist() for s in live.states]
+    for read, was in zip(data.rows(2)[1:], live.rows(2)[1:], strict=True):
+        np.testing.assert_allclose(read, was, atol=1e-6)
+    steps, wanted = (
+        [(note["step"], note["number"]) for _, note in said if note["what"] == "begin"]
+        for said in (data.said, live.said)
+    )
+    assert steps == wanted
+
+
+@pytest.mark.parametrize("kind", ["csv", "bag"])
+def test_a_check_from_files_alone_finds_what_the_live_check_found(taped, tmp_path, kind):
+    live, out = taped.found.result, tmp_path / "out"
+    words = ["check", taped.folder / "small.toml", "--plan", taped.folder, "--voxel", "0.1"]
+    words += [
+        word for name, at in written(tmp_path, taped, kind).items() for word in (f"--{name}", at)
+    ]
+    assert call(*words, "--out", out) == 1
+    result = CheckResult.model_validate_json((out / "check.json").read_text())
+    assert not result.simulated
+    assert unlike(findings(result), findings(live)) == []
+    assert [line.frames for line in result.lines] == [line.frames for line in live.lines]
+    if kind != "csv":  # which has no clock of the sender
+        for line, was in zip(result.lines, live.lines, strict=True):
+            assert line.drift_ppm == pytest.approx(was.drift_ppm, abs=0.5)
+        assert result.robot.drift_ppm == pytest.approx(live.robot.drift_ppm, abs=0.5)
+    # between its steps this rig told nothing
+    sources = {"joint states", "ring 0 (forearm)", "ring 1 (tool)"}
+    assert {w.split(":")[0] for w in result.warnings} == sources
+    assert {p.name for p in out.iterdir()} >= {"check.html", "built.toml"}
+
+
+def from_tables(folder, gathered, scene=SCENE, plan=None, parts=("mount",)):
+    """A check from the tables that a rig wrote."""
+    write_tables(folder, gathered, CHAIN)
+    paths = (folder / f"{name}.csv" for name in ("joints", "readings", "steps"))
+    options = FileOptions(*paths, plan, (), parts, plan is not None, 0.1, 0)
+    return file_check("small", SETUP, scene, options)
+
+
+def test_a_stop_that_the_files_lack_has_a_reason(taped, tmp_path):
+    """Nothing ended the check before it, as a live check without the stop would say."""
+    notes, gathered = list(taped.gathered.said), taped.gathered
+    at = next(
+        i
+        for i, (_, note) in enumerate(notes)
+        if (note["what"], note.get("step"), note.get("number")) == ("begin", "mount", 1)
+    )
+    without = replace(gathered, said=[*notes[:at], *notes[at + 2 :]])
+    done = from_tables(tmp_path / "one", without, plan=taped.folder)
+    assert skipped(done.gathered.said, "mount").keys() == {1}
+    said = [note for note in notes if note[1]["what"] not in ("begin", "end")]
+    done = from_tables(tmp_path / "all", replace(gathered, said=said), plan=taped.folder)
+    assert len(set(skipped(done.gathered.said, "mount").values())) <= 1
+
+
+def test_a_mount_check_in_an_unknown_cell_says_so(taped, tmp_path):
     """A live check refuses to start; files may hold other parts that can be assessed."""
-    _, gathered, _ = rig
-    write_tables(tmp_path / "csv", gathered, CHAIN)
-    paths = (tmp_path / "csv" / f"{name}.csv" for name in ("joints", "readings", "steps"))
-    options = FileOptions(*paths, None, (), ("self", "mount"), False, 0.05, 0)
-    done = file_check("small", SETUP, replace(SCENE, obstacles=()), options)
+    bare = replace(SCENE, obstacles=())
+    done = from_tables(tmp_path / "csv", taped.gathered, bare, parts=("self", "mount"))
     result = assess(done.check, done.gathered, done.wall).result
     assert result.verdict == "unfinished"
-    assert any("mount check: the scene has no obstacles" in reason for reason in result.reasons)
+    assert any("mount check" in why and "obstacles" in why for why in result.reasons)
 
 
 def opened(path, robot=ROBOT, setup=SETUP, readings=None, steps=None, pairs=()):
@@ -225,14 +214,12 @@ def mcap(folder, messages, **more):
     return path
 
 
-def refused(folder, messages, **more):
-    """The one line that refuses a file."""
-    with pytest.raises(UserError) as error:
-        opened(mcap(folder, messages), **more)
-    line = str(error.value)
-    assert "\n" not in line
-    assert line.startswith(("--map", str(folder)))
-    return line
+def refuse(folder, messages, *parts):
+    """A file of such messages is refused, with its name or the option."""
+    path = mcap(folder, messages)
+    with refused(*parts) as error:
+        opened(path)
+    assert str(error.value).startswith(("--map", str(folder)))
 
 
 @pytest.mark.parametrize("compression", CompressionType)
@@ -334,78 +321,61 @@ def changed(kind, data, at=1.0):
     return sorted([*standing(), (topic, kind, START + at, data)], key=lambda m: m[2])
 
 
-NAN, FAR = math.nan, 1e6
+def cloud(before, after):
+    """A cloud of one point, damaged."""
+    data = zones(0.0, "tof_1_0", [(1.0, 0.0, 0.0)])
+    assert data.count(before) == 1
+    return data.replace(before, after)
+
+
+NAN, FAR, ROWS = math.nan, 1e6, b"\1\0\0\0" * 2
 BROKEN = b"\0\1\0\0" + b"\xff" * 12
 
 
 @pytest.mark.parametrize(
-    ("kind", "data", "line"),
+    ("kind", "data", "parts"),
     [
-        (JOINTS, joint_state(0, CHAIN, [0, 0, NAN, 0, 0, 0]), r"found elbow at nan rad, wanted"),
-        (JOINTS, joint_state(0, CHAIN, [0, 0, FAR, 0, 0, 0]), r"elbow at 1e\+06 rad, wanted: a"),
-        (JOINTS, joint_state(0, CHAIN, [0.1, -0.2, 1.3, -0.4, 0.5, -0.6]), r"elbow 1 rad from the"),
-        (JOINTS, joint_state(0, CHAIN, [0.0] * 5), r"found 6 names and 5 positions, wanted"),
-        (JOINTS, joint_state(0, CHAIN[:4], [0.0] * 4), r"wanted: also wrist_2, wrist_3; --map"),
-        (JOINTS, joint_state(0, (*CHAIN, "elbow_joint"), [0.0] * 7), r"found a joint twice"),
-        (JOINTS, BROKEN, r"found 16 bytes that are no such message, wanted: sensor_msgs/msg/Joi"),
-        (RANGE, BROKEN, r'topic "/tof.* found 16 bytes that are no such message'),
-        (POINTS, BROKEN, r"found 16 bytes that are no such message"),
-        (TEXT, text("dance 3"), r"found the step .dance 3., wanted: self, wave N"),
-        (TEXT, text("mount"), r"found the step .mount., wanted"),
-        (TEXT, BROKEN, r"found 16 bytes"),
-        (TEXT, zstd.compress(text("self")), r"in CDR; decompress the bag"),
+        (JOINTS, joint_state(0, CHAIN, [0, 0, NAN, 0, 0, 0]), ("elbow", "nan")),
+        (JOINTS, joint_state(0, CHAIN, [0, 0, FAR, 0, 0, 0]), ("elbow", "1e+06")),
+        (JOINTS, joint_state(0, CHAIN, [0.1, -0.2, 1.3, -0.4, 0.5, -0.6]), ("elbow", "1 rad")),
+        (JOINTS, joint_state(0, CHAIN, [0.0] * 5), ("6 names", "5 positions")),
+        (JOINTS, joint_state(0, CHAIN[:4], [0.0] * 4), ("wrist_2, wrist_3", "--map")),
+        (JOINTS, joint_state(0, (*CHAIN, "elbow_joint"), [0.0] * 7), ("twice",)),
+        (JOINTS, BROKEN, ("16 bytes", "sensor_msgs/msg/JointState")),
+        (RANGE, BROKEN, ('"/tof', "16 bytes")),
+        (POINTS, BROKEN, ("16 bytes",)),
+        (TEXT, text("dance 3"), ("dance 3", "self, wave N")),
+        (TEXT, text("mount"), ("mount", "wave N")),
+        (TEXT, BROKEN, ("16 bytes",)),
+        (TEXT, zstd.compress(text("self")), ("CDR", "decompress")),
+        (POINTS, cloud(b"x\0", b"a\0"), ("a, intensity, y, z", "x, y and z")),
+        (POINTS, cloud(ROWS + b"\4", b"\x39\x30\0\0\1\0\0\0\4"), ("12345 points",)),
+        (POINTS, cloud(ROWS + b"\4", b"\2\0\0\0\1\0\0\0\4"), ("2 rows of 16",)),
     ],
 )
-def test_a_message_that_cannot_be_is_one_line(tmp_path, kind, data, line):
-    assert re.search(line, refused(tmp_path, changed(kind, data)))
+def test_a_message_that_cannot_be_is_refused(tmp_path, kind, data, parts):
+    refuse(tmp_path, changed(kind, data), *parts)
 
 
-def cloud(**more):
-    """A cloud of one point, damaged."""
-    data = zones(0.0, "tof_1_0", [(1.0, 0.0, 0.0)])
-    for before, after in more.values():
-        assert data.count(before) == 1
-        data = data.replace(before, after)
-    return data
-
-
-@pytest.mark.parametrize(
-    ("data", "line"),
-    [
-        (cloud(name=(b"x\0", b"a\0")), "found the fields a, intensity, y, z, wanted: x, y and z"),
-        (cloud(rows=(b"\1\0\0\0" * 2 + b"\4", b"\x39\x30\0\0\1\0\0\0\4")), "12345 points"),
-        (cloud(rows=(b"\1\0\0\0" * 2 + b"\4", b"\2\0\0\0\1\0\0\0\4")), "wanted: 2 rows of 16"),
-    ],
-)
-def test_a_cloud_that_cannot_be_is_one_line(tmp_path, data, line):
-    assert line in refused(tmp_path, changed(POINTS, data))
-
-
-def test_what_a_file_lacks_is_one_line(tmp_path):
+def test_what_a_file_lacks_is_named(tmp_path):
     told = standing()
-    none = [m for m in told if m[1] != JOINTS]
-    assert "joint states: found 0 states of ur10" in refused(tmp_path, none)
     named = [(*m[:3], joint_state(m[2], ["a", "b"], [0, 0])) if m[1] == JOINTS else m for m in told]
-    assert "and the joints a, b, wanted: states of shoulder_pan" in refused(tmp_path, named)
-    none = [m for m in told if m[1] == JOINTS]
-    line = refused(tmp_path, none)
-    assert "ring forearm: found no reading of its sensors, and of other frames: none" in line
     other = [(*m[:3], m[3].replace(b"tof_1_", b"abc_1_")) for m in told]
-    line = refused(tmp_path, other)
-    assert 'ring tool: found no reading of its sensors, and of other frames: "abc_1_0", ' in line
-    assert "--map" in line
-    assert opened(tmp_path / "rig.mcap", pairs=("tool=abc_1_{sensor}",)).gathered.frames
     late = [(*m[:2], m[2] + 60 * (m[1] == RANGE), m[3]) for m in told]
-    assert "wanted: some between" in refused(tmp_path, late)
     slow = [m for m in told if m[1] != JOINTS or round(50 * (m[2] - START)) % 40 == 0]
-    assert "found a state every 0.8 s, wanted: at least one every 0.5 s" in refused(tmp_path, slow)
-    assert 'found "/chatter", wanted: a topic of' in refused(
-        tmp_path, [("/chatter", TEXT, START, text("hello"))]
-    )
     twice = [("/b", *m[1:]) if b"tof_0_3" in m[3] and m[2] > START + 1 else m for m in told]
-    assert 'sensor tof_0_3: found the topics "/tof" and "/b", wanted: one' in refused(
-        tmp_path, twice
-    )
+    for messages, parts in (
+        ([m for m in told if m[1] != JOINTS], ("joint states", "0 states of ur10")),
+        (named, ("a, b", "shoulder_pan")),
+        ([m for m in told if m[1] == JOINTS], ("ring forearm", "none")),
+        (late, ("between",)),
+        (slow, ("0.8 s", "0.5 s")),
+        ([("/chatter", TEXT, START, text("hello"))], ('"/chatter"',)),
+        (twice, ("tof_0_3", '"/tof"', '"/b"')),
+        (other, ("ring tool", '"abc_1_0"', "--map")),
+    ):
+        refuse(tmp_path, messages, *parts)
+    assert opened(tmp_path / "rig.mcap", pairs=("tool=abc_1_{sensor}",)).gathered.frames
 
 
 def test_a_bag_of_several_files_is_one_and_its_times_must_be_in_order(tmp_path):
@@ -418,11 +388,11 @@ def test_a_bag_of_several_files_is_one_and_its_times_must_be_in_order(tmp_path):
     write_mcap(tmp_path / "c.mcap", [("/chatter", TEXT, START, text("hello"))])
     assert len(opened(tmp_path).gathered.states) == 100
     (tmp_path / "a.mcap").rename(tmp_path / "c.mcap")
-    with pytest.raises(UserError, match=r"c.mcap|found a time .* s before the last, wanted: times"):
+    with refused("/joint_states", "1.98 s"):
         opened(tmp_path)
     for file in tmp_path.glob("*.mcap"):
         file.rename(f"{file}.zstd")
-    with pytest.raises(UserError, match=r"found 0 files .* decompress the bag with zstd -d"):
+    with refused("0 files", "zstd -d"):
         opened(tmp_path)
 
 
@@ -438,46 +408,37 @@ def small(tmp_path_factory):
     }
 
 
-def read_or_refused(path):
-    line = f"{path}: found"
-    try:
-        assert opened(path).gathered.states
-    except UserError as error:
-        line = str(error)
-    assert line.startswith(str(path))
-    assert "\n" not in line
-
-
 @given(st.sampled_from([".mcap", ".db3"]), st.floats(0, 1), st.integers(1, 255), st.booleans())
-def test_a_damaged_file_is_read_or_refused_in_one_line(small, tmp_path_factory, kind, at, by, cut):
+def test_a_damaged_file_is_read_or_refused(small, tmp_path_factory, kind, at, by, cut):
     data = bytearray(small[kind])
     place = int(at * (len(data) - 1))
     data[place] ^= by
     path = tmp_path_factory.mktemp("bad") / f"a{kind}"
     path.write_bytes(data[:place] if cut else data)
-    if cut:
-        with pytest.raises(
-            UserError, match=r"found a damaged file .*, wanted: .* complete to its end"
-        ):
-            opened(path)
-    read_or_refused(path)
+    line = ""
+    try:
+        assert opened(path).gathered.states
+    except UserError as error:
+        line = str(error)
+    assert line.startswith(str(path)) if line else not cut
+    assert "\n" not in line
 
 
 @pytest.mark.parametrize("data", ["'text'", "9000000000000000000", "1.5", "x'00'"])
-def test_a_database_of_other_values_is_refused_in_one_line(tmp_path, data):
+def test_a_database_of_other_values_is_refused(tmp_path, data):
     write_sqlite(tmp_path / "bag", standing(0.2))
     with sqlite3.connect(tmp_path / "bag" / "bag_0.db3") as database:
         database.execute(f"UPDATE messages SET data = {data} WHERE id = 20")
     database.close()
-    with pytest.raises(UserError, match=r"topic .*: found a (str|int|float),|found 1 bytes that"):
+    with refused("bag_0.db3"):
         opened(tmp_path / "bag")
 
 
 @given(st.sampled_from([".mcap", ".db3"]), st.binary(max_size=200))
-def test_any_bytes_are_refused_in_one_line(tmp_path_factory, kind, data):
+def test_any_bytes_are_refused(tmp_path_factory, kind, data):
     path = tmp_path_factory.mktemp("any") / f"a{kind}"
     path.write_bytes(data)
-    with pytest.raises(UserError, match="found a damaged file"):
+    with refused(path):
         opened(path)
 
 
@@ -489,64 +450,61 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
     tracemalloc.start()
     unpack = bags._bounded(getattr(bags, f"_{compression}"))
     assert len(unpack(bomb, 1000)) == 1001
-    with pytest.raises(ValueError, match="at most"):
+    with refused(str(1 << 30), by=ValueError):
         unpack(bomb, 1 << 30)
     assert tracemalloc.get_traced_memory()[1] < 5_000_000
     tracemalloc.stop()
     assert opened(path).gathered.states
     assert storage_mcap.decompress(pack(b"abc"), compression, 3, 0) == b"abc"
-    with pytest.raises(ReaderError, match="size mismatch"):
+    with refused(by=ReaderError):
         storage_mcap.decompress(bomb, compression, 1000, 0)
 
 
 @pytest.mark.parametrize(
-    ("table", "line"),
+    ("table", "parts"),
     [
-        ("", "line 1: found the columns nothing, wanted: one of t, time, time_s, timestamp"),
-        ("time,range_m\n", "found the columns time, range_m, wanted"),
-        ("time,sensor,range_m\n1,tof_0_0\n", "line 2: found 2 columns, wanted: 3"),
-        ("time,sensor,range_m\nx,tof_0_0,1\n", 'line 2, column time: found "x", wanted: a number'),
-        ("time,sensor,range_m\nnan,tof_0_0,1\n", "column time: found the time nan, wanted: 0 to"),
-        ("time,sensor,range_m\n1,tof_0_0,far\n", 'column range_m: found "far", wanted'),
-        ("time,sensor,range_m\n1,tof_0_0,612\n", "found 612.0, wanted: m, at most 65.535, or inf"),
-        ("time,sensor,range_m\n2,tof_0_0,1\n1,tof_0_1,1\n", "1 s before the last of its ring"),
-        ("time,sensor,range_m\n" + "1" * 9999, "line 2: found more than 4096 characters"),
-        ("time,sensor,range_m\n1,tof_0_0,1\n", "ring tool: found no reading of its sensors"),
+        ("", ("line 1", "t, time, time_s, timestamp")),
+        ("time,range_m\n", ("time, range_m",)),
+        ("time,sensor,range_m\n1,tof_0_0\n", ("line 2", "2 columns", "3")),
+        ("time,sensor,range_m\nx,tof_0_0,1\n", ("line 2", "column time", '"x"')),
+        ("time,sensor,range_m\nnan,tof_0_0,1\n", ("column time", "nan")),
+        ("time,sensor,range_m\n1,tof_0_0,far\n", ("column range_m", '"far"')),
+        ("time,sensor,range_m\n1,tof_0_0,612\n", ("612.0", "65.535")),
+        ("time,sensor,range_m\n2,tof_0_0,1\n1,tof_0_1,1\n", ("1 s before",)),
+        ("time,sensor,range_m\n" + "1" * 9999, ("line 2", "4096")),
+        ("time,sensor,range_m\n1,tof_0_0,1\n", ("ring tool",)),
     ],
 )
-def test_a_table_that_cannot_be_is_one_line(tmp_path, table, line):
+def test_a_table_that_cannot_be_is_refused(tmp_path, table, parts):
     joints, readings = tmp_path / "joints.csv", tmp_path / "readings.csv"
     rows = [",".join(["time", *CHAIN]), *(f"{n / 10},0,0,0,0,0,0" for n in range(1, 40))]
     joints.write_text("\n".join(rows))
     readings.write_text(table)
-    with pytest.raises(UserError) as error:
+    with refused(*parts) as error:
         opened(joints, readings=readings)
-    assert line in str(error.value)
     assert str(error.value).startswith(str(readings))
 
 
 def test_a_time_out_of_order_is_named_in_full(tmp_path):
     rows = [",".join(["time", *CHAIN]), *(f"{START + t},0,0,0,0,0,0" for t in (0.5, 0.25))]
     (tmp_path / "joints.csv").write_text("\n".join(rows))
-    with pytest.raises(UserError, match=r"allowed: above 1760000000\.5, the time of the row"):
+    with refused("joints.csv", "1760000000.5"):
         opened(tmp_path / "joints.csv", readings=tmp_path / "joints.csv")
 
 
 @pytest.mark.parametrize(
-    ("pair", "line"),
+    ("pair", "parts"),
     [
-        ("tof_0_3", "wanted: NAME=SOURCE, like tof_0_3=/left/range_3"),
-        ("hand=x", "wanted: a joint (shoulder_pan, "),
-        ("forearm=x", "wanted: a source with {sensor}, one name for each sensor"),
-        ("tof_{ring}_{sensor}=x{sensor}", "wanted: a source with {sensor}"),
-        ("tof_0_3=tof_0_4", "found one source for two sensors, wanted: one for each"),
+        ("tof_0_3", ("NAME=SOURCE",)),
+        ("hand=x", ("hand", "shoulder_pan, ")),
+        ("forearm=x", ("forearm", "{sensor}")),
+        ("tof_{ring}_{sensor}=x{sensor}", ("{sensor}",)),
+        ("tof_0_3=tof_0_4", ("two sensors",)),
     ],
 )
-def test_a_map_that_cannot_be_is_one_line(pair, line):
-    with pytest.raises(UserError) as error:
+def test_a_map_that_cannot_be_is_refused(pair, parts):
+    with refused("--map: ", *parts):
         rig_names(SETUP, ROBOT, ring_names(SETUP), [pair])
-    assert str(error.value).startswith("--map: ")
-    assert line in str(error.value)
 
 
 def test_names_in_the_files_may_be_others(tmp_path):
@@ -613,89 +571,36 @@ def test_a_seven_axis_arm_is_checked_by_where_it_stood(tmp_path):
                     told.append(("/tof", RANGE, time, range_(time, f"tof_0_{k}", shown)))
         time += 1.0  # on the way nothing is recorded
     (tmp_path / "panda.toml").write_text(to_toml(ProposalFile.of(setup, scene)))
-    words = ["check", str(tmp_path / "panda.toml"), "--joints", str(mcap(tmp_path, told))]
-    assert call([*words, "--out", str(tmp_path / "out"), "--voxel", "0.05"]) == 0
+    words = ["check", tmp_path / "panda.toml", "--joints", mcap(tmp_path, told)]
+    assert call(*words, "--out", tmp_path / "out", "--voxel", "0.1") == 0
     result = CheckResult.model_validate_json((tmp_path / "out" / "check.json").read_text())
     assert result.mount.stops == result.mount.planned == 12
     tilt = next(e for e in result.mount.rings[0].errors if e.name == "tilt")
     assert abs(tilt.value - 3) < 2 * tilt.margin < 2
-    assert any("coverage check: left out" in warning for warning in result.warnings)
-    with pytest.raises(
-        UserError, match="--part coverage: no --plan FOLDER with its trials, wanted"
-    ):
-        call([*words, "--part", "coverage"])
+    assert any("coverage check" in warning for warning in result.warnings)
+    with refused("--part coverage", "--plan"):
+        call(*words, "--part", "coverage")
 
 
-@pytest.mark.parametrize(
-    ("words", "line"),
-    [
-        (["--joints", "a", "--rig", "sim"], "give exactly one of --rig sim, --robot-host HOST"),
-        (["--joints", "a", "--move"], "--move: allowed only with --robot-host HOST; only ur-rtde"),
-        (["--joints", "a", "--ring", "tool=b"], "--ring: allowed only with --robot-host HOST"),
-        (["--rig", "sim", "--readings", "a"], "--readings: allowed only with --joints FILE"),
-        (["--rig", "sim", "--map", "a=b"], "--map: allowed only with --joints FILE"),
-        (["--plan-only", "--plan", "a"], "--plan: allowed only with --joints FILE"),
-        (["--plan-only", "--part", "self"], "--plan-only: found --part self, wanted: mount or"),
-        (["--joints", "a.csv"], "a.csv: cannot be read: No such file"),
-        (["--joints", "a.mcap"], "a.mcap: cannot be read: No such file"),
-    ],
-)
-def test_options_that_do_not_fit_are_one_line(tmp_path, monkeypatch, words, line):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError) as error:
-        call(["check", "n1_8_0", *words])
-    assert line in str(error.value)
-    assert not list(tmp_path.iterdir())
-
-
-def test_plans_are_written_for_other_programs_and_read_back(rig, tmp_path, monkeypatch, capsys):
-    folder, _, _ = rig
+def test_plans_are_written_for_other_programs_and_read_back(taped, tmp_path, monkeypatch, capsys):
+    folder, out = taped.folder, tmp_path / "plan"
     mount, rods = read_plans(SCENE, ("mount", "coverage"), folder)
     plans = Plans(None, mount, rods)
     monkeypatch.setattr(check, "plan_check", Mock(spec=plan_check, return_value=plans))
-    words = ["check", str(folder / "small.toml"), "--plan-only", "--out", str(tmp_path / "plan")]
-    assert call(words) == 0
-    written = {p.name for p in (tmp_path / "plan").iterdir()}
+    assert call("check", folder / "small.toml", "--plan-only", "--out", out) == 0
+    written = {p.name for p in out.iterdir()}
     assert written >= {"stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.2.toml", "trials.pdf"}
-    assert all(name in capsys.readouterr().out for name in ["stops.toml"])
-    again, _ = read_plans(SCENE, ("mount",), tmp_path / "plan")
+    assert "stops.toml" in capsys.readouterr().out
+    again, _ = read_plans(SCENE, ("mount",), out)
     np.testing.assert_array_equal(again.joints, mount.joints)
-    panda = replace(SCENE, robot=robot("panda"))
-    with pytest.raises(UserError, match=r"stops.toml: found poses of 6 joints, wanted: 7, as pan"):
-        read_plans(panda, ("mount",), folder)
-    with pytest.raises(UserError, match=r"stops.toml"):
-        read_plans(SCENE, ("mount",), tmp_path)
-    (tmp_path / "plan" / "trials-V_S-0.2.toml").unlink()
-    again, none = read_plans(SCENE, ("mount", "coverage"), tmp_path / "plan", required=False)
+    with refused("stops.toml", "6", "7", "panda"):
+        read_plans(replace(SCENE, robot=robot("panda")), ("mount",), folder)
+    for more in ({}, {"required": False}):
+        with refused(tmp_path, "stops.toml"):
+            read_plans(SCENE, ("mount",), tmp_path, **more)
+    (out / "trials-V_S-0.2.toml").unlink()
+    again, none = read_plans(SCENE, ("mount", "coverage"), out, required=False)
     assert (len(again.joints), none) == (len(mount.joints), ())
-    with pytest.raises(UserError, match=r"found no plan, wanted: stops.toml, as --plan-only"):
-        read_plans(SCENE, ("mount", "coverage"), tmp_path, required=False)
-
-
-@pytest.mark.slow
-def test_the_simulated_rigs_live_check_and_its_files_find_the_same(tmp_path, monkeypatch):
-    """On a busy machine the simulated robot's states have gaps, in which a live check of it is more
-    patient than one of files. So the files may hold fewer readings.
-    """
-    pytest.importorskip("rtde_control")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
-    words = ["check", "small.toml", "--voxel", "0.05", "--part", "self", "--part", "mount"]
-    code = call([*words, "--rig", "sim", "--seed", "3", "--wave", "--stops", "20", "--out", "live"])
-    recorded = RecordingReader(tmp_path / "live" / "recording-1.rig")
-    checked = PlannedCheck.read("live", recorded.about["check"])
-    gathered = replay(recorded, checked.ports, checked.about.stale_s)
-    live = CheckResult.model_validate_json((tmp_path / "live" / "check.json").read_text())
-    for kind in ("lz4", "sqlite", "csv"):
-        files = written(tmp_path, gathered, kind)
-        assert call([*words, *files, "--plan", "live", "--out", f"{kind}-out"]) == code
-        file = tmp_path / f"{kind}-out" / "check.json"
-        result = CheckResult.model_validate_json(file.read_text())
-        assert (result.verdict, result.reasons) == (live.verdict, live.reasons)
-        for ring, was in zip(result.mount.rings, live.mount.rings, strict=True):
-            assert ring.faults == was.faults
-            for error, one in zip(ring.errors, was.errors, strict=True):
-                assert abs(error.value - one.value) <= max(error.margin, one.margin)
 
 
 @given(st.floats(0.06, 2.0), st.floats(0, 0.02))
@@ -724,12 +629,12 @@ def test_readings_count_when_they_were_measured(tmp_path_factory, seed, drift, o
     """By the clock of their sender, whose offset and drift are estimated: the recorder writes them
     down late, now and then very late.
     """
-    rng, told = np.random.default_rng(seed), [m for m in standing(6.0) if m[1] == JOINTS]
-    true = 0.1 + np.arange(100) * 0.05
-    late = rng.exponential(0.004, 100) + 0.03 * (rng.random(100) < 0.1)
+    rng, told = np.random.default_rng(seed), [m for m in standing(4.0) if m[1] == JOINTS]
+    true = 0.1 + np.arange(60) * 0.05
+    late = rng.exponential(0.004, 60) + 0.03 * (rng.random(60) < 0.1)
     arrival = np.maximum.accumulate(true + late)
     for t, at in zip(true, arrival, strict=True):
-        for ring, sensor in SETUP.labels:
+        for ring, sensor in ((0, 0), (1, 0)):
             stamp = START + offset + (1 + drift) * t
             data = range_(stamp, f"tof_{ring}_{sensor}", 0.5)
             told.append(("/tof", RANGE, START + at, data))

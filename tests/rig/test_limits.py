@@ -13,17 +13,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.cli.app import app
 from place_rings.cli.runs.check_confirmation import show_stopping
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.robot import BASE
-from place_rings.formats.errors import UserError
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import USUAL_LIMITS, LinkLimits
 from place_rings.objectives.motion_limits import Motion
 from place_rings.reporting.terminal import Terminal
-from place_rings.rig.check import live
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.stopping import (
     bounds_of_route,
@@ -44,10 +39,10 @@ from place_rings.rig.robot.motion_process import MotionProcess
 from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.sensing.expected import beams_at
 from place_rings.rig.session.gathering import replay
-from place_rings.rig.simulated.process import SimulatedRig
 
-from .about import about_file
 from .cell import SCENE, SETUP
+from .commands import call, refused
+from .tape import about_file
 
 HOME = SCENE.poses[0].q
 COUNT = 5
@@ -71,10 +66,6 @@ limits = st.builds(
     sign_of_life=times,
     watchdog=times,
 )
-
-
-def call(words):
-    app(words, exit_on_error=False, print_error=False, result_action="return_value")
 
 
 @given(
@@ -182,13 +173,11 @@ ROUTE = straight(HOME, HOME + np.radians([60, 20, 0, 0, 0, 0]), STEP)
 
 
 @pytest.mark.parametrize("name", TIMES[1:])
-def test_a_limit_that_does_not_keep_the_near_stop_is_refused_in_one_line(name):
+def test_a_limit_that_does_not_keep_the_near_stop_is_refused_with_one_that_does(name):
     longer = replace(USUAL_LIMITS, **{name: getattr(USUAL_LIMITS, name) + 0.1})
     scene = replace(SCENE, link=longer)
-    with pytest.raises(UserError) as error:
+    with refused("--move", "near_m = 0.15") as error:
         bounds_of_route(scene, SETUP, ROUTE, True)
-    assert "\n" not in str(error.value)
-    assert "--move: after a reading below near_m = 0.15 the robot may travel" in str(error.value)
     assert bounds_of_route(scene, SETUP, ROUTE, False)[1] is None  # a simulated robot
     # what the line says keeps the distance does
     words = str(error.value).replace(",", " ").split()
@@ -201,7 +190,6 @@ def test_a_limit_that_does_not_keep_the_near_stop_is_refused_in_one_line(name):
 
 def test_the_usual_limits_are_warned_of_and_shown():
     bounds, warning = bounds_of_route(SCENE, SETUP, ROUTE, True)
-    assert "the robot may travel" in warning
     console = Terminal(record=True, width=140, file=io.StringIO())
     show_stopping(bounds, warning, console)
     text = console.export_text()
@@ -209,31 +197,26 @@ def test_the_usual_limits_are_warned_of_and_shown():
         row = next(line for line in text.splitlines() if bound.event in line)
         assert f"{1000 * bound.seconds:.0f}" in row
         assert f"{1000 * bound.metres:.0f}" in row
-    assert f"Warning: {warning}" in text
+    assert warning in text
 
 
 @pytest.mark.parametrize(
-    ("table", "text"),
+    ("table", "parts"),
     [
-        ("ring_silent_s = 5.0", "link.ring_silent_s: found 5.0, allowed: a number from 0.1 to 1"),
-        ("state_stale_s = 0.6", "link.state_stale_s: found 0.6, allowed"),
-        ("sign_of_life_s = 0.01", "link.sign_of_life_s: found 0.01, allowed"),
-        ("watchdog_s = nan", "link.watchdog_s"),
-        ("rate_hz = 20", "link.rate_hz: found 20, allowed: a number from 50 to 500"),
-        ("state_stale_s = 0.02", "allowed: at least 3 states at rate_hz = 125: 0.024 s"),
-        ("ring_late_s = 0.3", "link.ring_late_s: found 0.3, allowed: at most ring_silent_s = 0.25"),
-        ("stale = 0.1", "link.stale"),
+        ("ring_silent_s = 5.0", ("ring_silent_s", "5.0", "0.1", "1")),
+        ("state_stale_s = 0.6", ("state_stale_s", "0.6")),
+        ("sign_of_life_s = 0.01", ("sign_of_life_s", "0.01")),
+        ("watchdog_s = nan", ("watchdog_s",)),
+        ("rate_hz = 20", ("rate_hz", "20", "50", "500")),
+        ("state_stale_s = 0.02", ("rate_hz = 125", "0.024 s")),
+        ("ring_late_s = 0.3", ("ring_late_s", "0.3", "ring_silent_s = 0.25")),
+        ("stale = 0.1", ("link.stale",)),
     ],
 )
-def test_limits_that_make_no_sense_are_one_line(tmp_path, monkeypatch, table, text):
-    monkeypatch.chdir(tmp_path)
+def test_limits_that_make_no_sense_are_refused(tmp_path, table, parts):
     (tmp_path / "scene.toml").write_text(f"[link]\n{table}\n")
-    with pytest.raises(UserError) as error:
-        call(["check", "n2_16_25", "--rig", "sim", "--scene", "scene.toml"])
-    assert "scene.toml: link" in str(error.value)
-    assert text in str(error.value)
-    assert "\n" not in str(error.value)
-    assert [file.name for file in tmp_path.iterdir()] == ["scene.toml"]
+    with refused("scene.toml: link", *parts):
+        call("check", "n2_16_25", "--rig", "sim", "--scene", tmp_path / "scene.toml")
 
 
 def test_the_links_process_is_given_the_rate_and_the_link_waits_as_long_as_stated():
@@ -246,7 +229,7 @@ def test_the_links_process_is_given_the_rate_and_the_link_waits_as_long_as_state
 
 def test_the_process_that_moves_is_given_its_limits():
     some = MotionLimits(np.radians([[-200.0, 200.0]] * 6))
-    with pytest.raises(MoveRefusedError, match=r"controlled: 127.0.8.1 1.0 0.25 0.15$"):
+    with refused("127.0.8.1 1.0 0.25 0.15", by=MoveRefusedError):
         Mover("127.0.8.1", Mock(spec=Link), some, signs=LONG, command=TELLS_ITS_WORDS)
 
 
@@ -256,39 +239,10 @@ def test_the_robots_watchdog_is_set_to_the_limit(monkeypatch, patience, hz):
     rates = []
     client = SimpleNamespace(setWatchdog=lambda rate: rates.append(rate))
     process = MotionProcess(client, 1, patience, LONG.sign_of_life, LONG.watchdog)
-    with pytest.raises(RuntimeError, match="took no watchdog"):
+    with refused(by=RuntimeError):
         process.serve()
     assert rates == [pytest.approx(hz)]
     assert process._sign == pytest.approx(LONG.sign_of_life * patience)
-
-
-def test_a_check_uses_the_limits_of_its_scene(tmp_path, monkeypatch):
-    pytest.importorskip("rtde_control")
-    monkeypatch.chdir(tmp_path)
-    model = ProposalFile.of(SETUP, replace(SCENE, link=LONG))
-    (tmp_path / "small.toml").write_text(to_toml(model))
-    (tmp_path / "port").touch()
-    (tmp_path / "other").touch()
-    given_ = {}
-
-    def session(address, ports, recording, **more):
-        given_.update(more, path=recording.path, ports=ports)
-        recording.close()
-        raise UserError("enough")
-
-    rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
-    monkeypatch.setattr(live, "Session", session)
-    monkeypatch.setattr(live, "_started", lambda *_: rig)
-    rings = ["--ring", "forearm=port", "--ring", "tool=other"]
-    with pytest.raises(UserError, match="enough"):
-        call(["check", "small.toml", "--robot-host", "h", *rings, "--part", "self"])
-    assert (given_["limits"], given_["patience"]) == (LONG, 1.0)
-    assert {(p.silent, p.late) for p in given_["ports"]} == {(LONG.ring_silent, LONG.ring_late)}
-    stored = RecordingReader(given_["path"]).about["check"]
-    assert stored["stale_s"] == LONG.state_stale
-    again = PlannedCheck.read("again", stored)
-    assert again.scene.link == LONG
-    assert again.ports == given_["ports"]
 
 
 @pytest.mark.parametrize(("link", "used"), [(USUAL_LIMITS, 19), (LONG, 20)])

@@ -1,5 +1,5 @@
 """The link to the robot: states that cannot be true, stale or late are never given; every end is a
-fault of its kind.
+fault of its kind. How soon the client's own faults are found stands in test_live.
 """
 
 import itertools
@@ -23,9 +23,10 @@ from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
 
+from .commands import refused
+
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-WAKE = 0.5  # s that a thread may take to wake on a busy machine, where times are measured
-PATIENT = 1.0  # s, that states may be apart where they are not
+PATIENT = 0.6  # s, that states may be apart where they are not
 PATIENCE = PATIENT / STALE
 joint = st.integers(0, 5)
 
@@ -65,44 +66,36 @@ def test_a_robot_that_moves_as_it_may_is_believed(seed, drift):
     assert taken(states) == (80, None)
 
 
-@given(joint, st.floats(2, 300), st.sampled_from([-1, 1]))
-def test_a_jump_of_a_joint_is_never_taken(at, degrees, sign):
-    q = HOME.copy()
-    q[at] += sign * np.radians(degrees)
-    assert taken([*good(), state(10, q)]) == (10, Ended.GARBLED)
+def spoiled(at, value, by=HOME):
+    q = by.copy()
+    q[at] = value
+    return q
 
 
-@given(joint, st.sampled_from([np.nan, np.inf, -np.inf, 6.5, -1e300, 1e-310 + 7]), st.booleans())
-def test_what_is_no_joint_vector_is_never_taken(at, value, speed):
-    spoiled = HOME.copy() if not speed else np.zeros(6)
-    spoiled[at] = value
-    assume(not speed or not abs(value) < 6.4)
-    last = state(10, speed=spoiled) if speed else state(10, spoiled)
-    assert taken([*good(), last])[1] == Ended.GARBLED
+impossible = st.sampled_from([np.nan, np.inf, -np.inf, 6.5, -1e300, 1e-310 + 7])
+jumps = st.floats(2, 300) | st.floats(-300, -2)
 
 
-@given(st.binary(min_size=48, max_size=48))
-def test_random_bytes_for_joints_are_never_taken(data):
-    q = np.frombuffer(data)
+@given(
+    st.builds(spoiled, joint, impossible)
+    | st.builds(lambda at, by: spoiled(at, HOME[at] + np.radians(by)), joint, jumps)
+    | st.binary(min_size=48, max_size=48).map(np.frombuffer)
+)
+def test_joint_angles_that_cannot_follow_are_never_taken(q):
     assume(not np.allclose(q, HOME, rtol=0, atol=0.01))
     assert taken([*good(), state(10, q)]) == (10, Ended.GARBLED)
 
 
-@pytest.mark.parametrize(
-    ("clock", "why"),
-    [
-        (np.nan, Ended.GARBLED),
-        (0.0, Ended.GARBLED),
-        (1e9, Ended.GARBLED),
-        (1e200, Ended.GARBLED),
-        (1.7e308, Ended.GARBLED),
-        (9.0, Ended.GARBLED),
-        (7 + 9 / 125, Ended.GARBLED),
-        (7.2, Ended.GARBLED),
-    ],
-)
-def test_a_clock_that_jumps_ends_it(clock, why):
-    assert taken([*good(), state(10, clock=clock)]) == (10, why)
+@given(joint, impossible)
+def test_speeds_that_cannot_be_are_never_taken(at, value):
+    assume(not abs(value) < 6.4)
+    last = state(10, speed=spoiled(at, value, np.zeros(6)))
+    assert taken([*good(), last])[1] == Ended.GARBLED
+
+
+@pytest.mark.parametrize("clock", [np.nan, 0, 1e9, 1e200, 1.7e308, 9, 7 + 9 / 125, 7.2])
+def test_a_clock_that_jumps_ends_it(clock):
+    assert taken([*good(), state(10, clock=float(clock))]) == (10, Ended.GARBLED)
 
 
 @given(st.floats(STALE + 0.002, 10))
@@ -176,22 +169,16 @@ say(0, 10)
     return sys.executable, "-c", begin + code
 
 
+SAYS = "sys.stdout.buffer.write({}); sys.stdout.buffer.flush(); time.sleep(9)"
+
+
 @pytest.mark.parametrize(
     ("code", "why"),
     [
         ("time.sleep(9)", Ended.STALE),
         ("import os; os.abort()", Ended.ABORTED),
-        (
-            "sys.stdout.buffer.write(b'x' * 99); sys.stdout.buffer.flush(); time.sleep(9)",
-            Ended.GARBLED,
-        ),
-        (
-            (
-                "sys.stdout.buffer.write(Record(Kind.CLOSED, 0, 0.0).pack());"
-                " sys.stdout.buffer.flush(); time.sleep(9)"
-            ),
-            Ended.CLOSED,
-        ),
+        (SAYS.format("b'x' * 99"), Ended.GARBLED),
+        (SAYS.format("Record(Kind.CLOSED, 0, 0.0).pack()"), Ended.CLOSED),
     ],
 )
 def test_whatever_the_process_does_is_a_fault(code, why):
@@ -218,24 +205,12 @@ def test_a_state_that_grew_old_is_not_given_even_before_its_fault_is_found():
         assert fault.value.why == Ended.STALE
 
 
-@pytest.mark.slow
-def test_a_silence_is_found_in_time():
-    with Link("nowhere", command=child("time.sleep(9)")) as link:
-        link.wait()
-        while link.fault is None:
-            time.sleep(0.005)
-        assert link.fault.why == Ended.STALE
-        assert link.fault.time - link._states[-1].time < STALE + WAKE
-
-
 def test_nobody_there_is_one_line():
     pytest.importorskip("rtde_receive")
-    with (
-        Link("127.0.0.1") as link,
-        pytest.raises(LinkFaultError, match="cannot be reached") as fault,
-    ):
-        link.wait()
-    assert fault.value.why == Ended.REFUSED
+    with Link("127.0.0.1") as link:
+        with refused(by=LinkFaultError):
+            link.wait()
+        assert link.fault.why == Ended.REFUSED
 
 
 _HOSTS = itertools.count(1)  # an address of its own for each controller
@@ -261,7 +236,7 @@ def answering(*answers):
 
 
 @pytest.mark.parametrize(
-    ("answers", "refused"),
+    ("answers", "refuses"),
     [
         ([("V", b"\1")], False),
         ([("V", b"\0")], True),
@@ -269,72 +244,10 @@ def answering(*answers):
         ([], False),
     ],
 )
-def test_a_controller_that_refuses_the_version_is_named(answers, refused):
+def test_a_controller_that_refuses_the_version_is_named(answers, refuses):
     said = refusal(answering(*answers), 20.0)
-    assert said == "its controller refuses version 2 of RTDE; update its software" * refused
-
-
-@pytest.mark.slow
-def test_a_refused_version_ends_the_link_before_it_begins():
-    pytest.importorskip("rtde_receive")
-    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig:
-        rig.do("refuse")
-        with Link(rig.address) as link:
-            with pytest.raises(LinkFaultError, match="refuses version 2 of RTDE") as fault:
-                link.wait()
-            assert fault.value.why == Ended.REFUSED
-
-
-FAULTS = {
-    "close": Ended.CLOSED,
-    "stall": Ended.STALE,
-    "zero": Ended.ABORTED,
-    "stop": Ended.STOPPED,
-    "short": None,
-    "once short": None,
-    "garbage": Ended.GARBLED,
-    "jump": Ended.GARBLED,
-    "nan": Ended.GARBLED,
-    "frozen clock": Ended.STALE,
-    "late": Ended.LATE,
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FAULTS)
-def test_the_clients_own_ways_to_fail_are_found_in_time(name):
-    pytest.importorskip("rtde_receive")
-    with (
-        SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig,
-        Link(rig.address) as link,
-    ):
-        link.wait()
-        time.sleep(0.3)
-        done = (
-            rig.do("spoil", how=name)["time"]
-            if name not in ("close", "stall", "zero", "stop")
-            else rig.do(name)["time"]
-        )
-        until = time.monotonic() + 2
-        while link.fault is None and time.monotonic() < until:
-            time.sleep(0.005)
-        if name == "once short" and link.fault is None:
-            return  # what was cut off did no harm
-        assert FAULTS[name] in (None, link.fault.why)
-        assert link.fault.time - done < STALE + WAKE + (0.15 if name == "late" else 0)
-
-
-@pytest.mark.slow
-def test_a_robot_that_never_answers_is_given_up():
-    pytest.importorskip("rtde_receive")
-    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig:
-        rig.do("mute")
-        started = time.monotonic()
-        with Link(rig.address, start=1.0) as link:
-            with pytest.raises(LinkFaultError):
-                link.wait()
-            assert link.fault.why == Ended.SILENT
-            assert link.fault.time - started < 1.0 + WAKE
+    assert bool(said) == refuses
+    assert not refuses or "version 2" in said
 
 
 WITHOUT_DASHBOARD = """
@@ -352,8 +265,6 @@ def test_a_robot_without_a_dashboard_server_is_read_and_not_moved():
     with SimulatedRig(words) as rig, Link(rig.address, patience=40.0) as link:
         assert np.isfinite(link.wait(60.0).q).all()
         limits = MotionLimits(np.tile([-6.0, 6.0], (6, 1)), 0.5, 1.0)
-        with pytest.raises(
-            MoveRefusedError, match=r"port 29999: .*PolyScope X has no dashboard server.*--move"
-        ):
+        with refused("port 29999", "PolyScope X", "--move", by=MoveRefusedError):
             Mover(rig.address, link, limits, patience=40.0)
         assert link.fault is None

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
@@ -30,6 +29,7 @@ from place_rings.rig.simulated_cell.world import DEAD, World
 
 from ..support.drawing import seeds
 from .cell import FLOOR, SCENE, SETUP
+from .commands import refused
 
 QUIET = Noise(0.0, 0.0, 0.0, 0.0)
 
@@ -79,7 +79,7 @@ def test_clear_poses_keep_limits_and_their_distance():
     assert np.all(tcp[:, 2] > -0.75)
     down = np.radians([0, 90, 0, 0, 0, 0])  # into the floor
     assert not clear(SCENE, down[None])[0]
-    with pytest.raises(ValueError, match="clear poses"):
+    with refused(by=ValueError):
         drawn(
             replace(
                 SCENE, robot=replace(SCENE.robot, limits=np.stack([down, down + 1e-3], axis=1))
@@ -95,7 +95,7 @@ def test_poses_are_chosen_by_what_they_tell(plan):
     assert len(few.joints) == 4
     assert plan.unobservable(SCENE, SETUP) == []
     assert {tuple(q) for q in few.joints} <= {tuple(q) for q in plan.joints}  # greedy
-    with pytest.raises(ValueError, match="known cell"):
+    with refused("cell", by=ValueError):
         planned(replace(SCENE, obstacles=()), SETUP)
 
 
@@ -107,7 +107,7 @@ def test_a_plan_of_stops_reads_back(plan, tmp_path):
     np.testing.assert_allclose(back.information, plan.information)
     assert back.frames == plan.frames
     file.write_text(file.read_text().replace("frames = 8", "frames = 0"))
-    with pytest.raises(UserError, match="frames: found 0, allowed: an integer from 1 to"):
+    with refused("stops.toml", "frames", "0", "1"):
         read_model(file, MountPlanFile)
 
 
@@ -190,13 +190,7 @@ def test_what_was_done_is_found(plan, tmp_path):
     assert not built.alive[5]  # the wire 3 of a ring in reverse is its seat 5
     assert built.alive.sum() == 13
     words = "\n".join(built.text())
-    for said in (
-        "the other way round",
-        "sensors 1 and 4 are swapped",
-        "has dead sensors, by place in its frames: 3",
-        "slip",
-        "tilt",
-    ):
+    for said in ("the other way round", "1 and 4", "frames: 3", "slip", "tilt"):
         assert said in words
     verifier = Verifier(SCENE, 0.04)
     (tmp_path / "built.toml").write_text(built.toml("built", verifier))
@@ -243,5 +237,5 @@ def test_too_little_is_refused_by_name(plan):
     world = World(SCENE, SETUP, np.array([*[DEAD] * 8, *range(8, 14)]))
     readings = world.readings(np.random.default_rng(0), plan.joints, 3)
     assert np.all(readings.status[readings.ring == 0] == FAILED)
-    with pytest.raises(MountError, match=r"ring 0 \(forearm\): 0 usable readings"):
+    with refused("ring 0 (forearm)", by=MountError):
         fit_mount(SCENE, SETUP, at_stops(readings, SETUP, plan.joints))

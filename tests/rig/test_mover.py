@@ -22,6 +22,8 @@ from place_rings.rig.robot.motion_process import SIGN
 from place_rings.rig.robot.state import State, pack_move
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
+from .commands import refused
+
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 LIMITS = MotionLimits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 PATIENCE = 40.0  # nothing here measures a time
@@ -91,32 +93,30 @@ def test_it_waits_until_the_robot_is_there(rig):
 
 
 @pytest.mark.parametrize(
-    ("q", "text"),
+    ("q", "parts"),
     [
-        (HOME[:5], "found 5 joint angles"),
-        (HOME * np.nan, "not finite"),
-        (HOME + np.radians([0, 0, 0, 0, 0, 300]), "joint 5: found 300°, allowed: -200° to 200°"),
-        (HOME[None], "found 6 joint angles, allowed: 6"),
+        (HOME[:5], ("5 joint angles",)),
+        (HOME * np.nan, ("finite",)),
+        (HOME + np.radians([0, 0, 0, 0, 0, 300]), ("joint 5", "300°", "-200°", "200°")),
+        (HOME[None], ("6 joint angles",)),
     ],
 )
-def test_what_may_not_be_is_refused_and_nothing_moves(rig, q, text):
+def test_what_may_not_be_is_refused_and_nothing_moves(rig, q, parts):
     _, make, log = rig
-    with pytest.raises(MoveRefusedError, match=text):
+    with refused(*parts, by=MoveRefusedError):
         make().move(q)
     assert told(log) == []
 
 
 def test_danger_on_the_way_there_or_now_is_refused(rig):
     link, make, log = rig
-    half = HOME[0] + 0.25
-    with pytest.raises(MoveRefusedError, match="of the way: the tool near the forearm"):
-        make(
-            fault_at=lambda q: "the tool near the forearm" if abs(q[0] - half) < 0.02 else None
-        ).move(HOME + 0.5)
-    with pytest.raises(MoveRefusedError, match="ring 1 reads 40 mm"):
+    half, wrong = HOME[0] + 0.25, "the tool near the forearm"
+    with refused(wrong, by=MoveRefusedError):
+        make(fault_at=lambda q: wrong if abs(q[0] - half) < 0.02 else None).move(HOME + 0.5)
+    with refused("ring 1 reads 40 mm", by=MoveRefusedError):
         make(danger=lambda: "ring 1 reads 40 mm").move(HOME)
     link.fault, link.path = LinkFaultError(Ended.STALE), [HOME]
-    with pytest.raises(MoveRefusedError, match="no new state"):
+    with refused(Ended.STALE.value, by=MoveRefusedError):
         make().move(HOME)
     assert told(log) == []
 
@@ -124,7 +124,7 @@ def test_danger_on_the_way_there_or_now_is_refused(rig):
 def test_whatever_ends_a_motion_stops_the_robot_first(rig):
     link, make, log = rig
     near = iter([None, None, "ring 1 reads 40 mm"])
-    with pytest.raises(MoveStoppedError, match="ring 1 reads 40 mm"):
+    with refused("ring 1 reads 40 mm", by=MoveStoppedError):
         make(danger=lambda: next(near)).move(HOME + 0.1)
 
     turns = iter([None, None])
@@ -137,7 +137,7 @@ def test_whatever_ends_a_motion_stops_the_robot_first(rig):
     with pytest.raises(KeyboardInterrupt):
         make(danger=control_c).move(HOME + 0.1)
     link.path, link.fault = [HOME] * 4, LinkFaultError(Ended.CLOSED)
-    with pytest.raises(MoveStoppedError, match="closed"):
+    with refused(Ended.CLOSED.value, by=MoveStoppedError):
         make().move(HOME + 0.1)
     assert told(log) == ["MOVE", "STOP"] * 3
 
@@ -145,17 +145,15 @@ def test_whatever_ends_a_motion_stops_the_robot_first(rig):
 def test_a_process_that_dies_is_a_stop_and_one_that_never_was_ready_a_refusal(rig):
     _, make, log = rig
     log.with_name("dies").touch()
-    with pytest.raises(MoveStoppedError, match="the client's process ended"):
+    with refused("3", by=MoveStoppedError):
         make().move(HOME + 0.1)
-    with pytest.raises(
-        MoveRefusedError, match="cannot be controlled: the client's process ended by 5"
-    ):
+    with refused("nowhere", "5", by=MoveRefusedError):
         Mover("nowhere", Told(), LIMITS, command=(sys.executable, "-c", "raise SystemExit(5)"))
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 1.1, np.nan, np.inf])
 def test_limits_are_low(speed):
-    with pytest.raises(ValueError, match="speed: found"):
+    with refused("speed", f"{speed:g}", by=ValueError):
         MotionLimits(LIMITS.joints, speed)
     assert MotionLimits(LIMITS.joints).speed <= np.radians(20)
 
@@ -184,7 +182,6 @@ def test_a_process_that_says_nothing_any_more_and_a_robot_that_is_not_seen_to_st
     ):
         mover.move(HOME + 1)
     assert alarms == [str(stopped.value)]
-    assert "the process that moves it gave no sign of life" in str(stopped.value)
     assert str(stopped.value).endswith(UNSEEN)
 
 
@@ -192,7 +189,7 @@ def test_a_check_that_was_held_up_itself_says_so(rig):
     _, make, _ = rig
     with make(danger=lambda: time.sleep(0.3)) as mover:
         mover._patience = 1.0
-        with pytest.raises(MoveStoppedError, match="this program was held up for"):
+        with refused(f"{SIGN:g} s", by=MoveStoppedError):
             mover.move(HOME + 1)
 
 
@@ -255,9 +252,10 @@ def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_t
         time.sleep(3 * SIGN)  # at rest nothing is expected
         process.stdin.write(MOVE)
         reader, said = RecordReader(), []
-        while not any("gave no sign of life" in word for word in said):
+        while len(said) < 3:
             said += [r.data.decode() for r in reader.feed(os.read(process.stdout.fileno(), 4096))]
         assert said[:2] == ["ready", "moving"]
+        assert "sign of life" in said[2]
         process.stdin.close()
         process.stdin = None
         assert process.wait(60) == 0
@@ -266,13 +264,10 @@ def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_t
 @pytest.mark.parametrize(
     ("deeds", "said"),
     [
-        ({"connected": "False"}, "the robot's side closed the connection"),
-        ({"kick": "return False"}, "the robot ended its program: stopped at its pendant"),
-        (
-            {"kick": "time.sleep(0.1); return False"},
-            "the robot's watchdog ended its program: this computer gave no sign",
-        ),
-        ({"move": "return False"}, "the robot refused to move"),
+        ({"connected": "False"}, "closed"),
+        ({"kick": "return False"}, "pendant"),
+        ({"kick": "time.sleep(0.1); return False"}, "watchdog"),
+        ({"move": "return False"}, "refused"),
     ],
 )
 def test_what_ends_a_motion_is_named(deeds, said):
@@ -280,7 +275,7 @@ def test_what_ends_a_motion_is_named(deeds, said):
         process.stdin.write(MOVE)
         process.stdin.close()
         process.stdin = None
-        assert any(word.startswith(said) for word in heard(process))
+        assert any(said in word for word in heard(process))
 
 
 def test_a_robot_that_is_about_to_move_does_not_stand_still(rig):

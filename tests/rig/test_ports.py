@@ -7,31 +7,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.verify import Verifier
-from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.port_matching import by_lines, by_pattern
 from place_rings.rig.check.preconditions import require_ports
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.clear import drawn
-from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.protocol import Counts
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
-from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
 
-from .about import about_file
 from .cell import SCENE
 from .cell import SETUP as UNLIKE
-from .tape import Tape
+from .commands import refused
+from .tape import Tape, about_file, assessed, recording_of
 
 ALIKE = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 8, 0.0, 0.0, 0.08)))
 A, B = 0xAAAA000000000001, 0xBBBB000000000002
-SAID = "ports swapped: port 0, given for forearm, belongs to tool; port 1, given for tool, belongs"
 NAMES = [f"{A:016X}", f"{B:016X}"]
 
 
@@ -43,12 +38,10 @@ def known(setup, serials=NAMES):
 
 def checked_after(tmp_path, setup, wave=False, mount=False, **more):
     """The assessment of a check whose two ports are swapped unless ``ports`` says otherwise."""
-    stops = planned(SCENE, setup, poses=10, frames=8, candidates=60) if mount else None
-    asked = about_file("two", SCENE, setup, stops, [], faults="none").model_copy(
-        update={"wave": wave}
-    )
+    stops = planned(SCENE, setup, poses=10, frames=8, candidates=30) if mount else None
+    asked = about_file("two", SCENE, setup, stops, [], faults="none", wave=wave)
     check = PlannedCheck.of(asked)
-    with Recording(tmp_path / "file", {"check": asked.model_dump(mode="json")}) as recording:
+    with recording_of(tmp_path / "file", asked) as recording:
         tape = Tape(recording, check, **{"ports": (1, 0), **more})
         tape.stand(SCENE.poses[0].q, "self", 0, 20)
         for ring in range(2 if wave else 0):
@@ -56,36 +49,43 @@ def checked_after(tmp_path, setup, wave=False, mount=False, **more):
         for i, q in enumerate(stops.joints if stops else ()):
             tape.stand(q, "mount", i, 8)
         tape.say("ended", tape.now, why="")
-    recorded = RecordingReader(tmp_path / "file")
-    return assess(check, replay(recorded, check.ports, 0.08), 0.0, recorded.damage)
+    return assessed(tmp_path / "file", check)
+
+
+def swapped(result):
+    """The reason that says that the two ports are swapped, with the ring of each."""
+    said = [r for r in result.reasons if all(f"port {i}" in r for i in (0, 1))]
+    for one in said:
+        order = [one.index(word) for word in ("port 0", "forearm", "tool", "port 1")]
+        assert order == sorted(order)
+    return said
 
 
 def test_ports_of_known_boards_are_told_apart_by_their_hellos(tmp_path):
     r = checked_after(tmp_path, known(ALIKE), serials=(A, B)).result
-    assert any(reason.startswith(SAID) for reason in r.reasons)
+    assert len(swapped(r)) == 1
     assert [line.serial for line in r.lines] == NAMES[::-1]
     (tmp_path / "right").mkdir()
     r = checked_after(tmp_path / "right", known(ALIKE), serials=(A, B), ports=(0, 1)).result
-    assert not any("swapped" in reason for reason in r.reasons)
+    assert not swapped(r)
 
 
 def test_rings_of_different_sizes_are_told_apart_without_hellos(tmp_path):
     r = checked_after(tmp_path, UNLIKE).result
-    assert any(reason.startswith(SAID) for reason in r.reasons)
+    assert len(swapped(r)) == 1
     assert [line.serial for line in r.lines] == [None, None]
 
 
 def test_a_hand_tells_which_ring_a_port_belongs_to(tmp_path):
     r = checked_after(tmp_path, ALIKE, wave=True).result
-    assert any(reason.startswith(SAID) for reason in r.reasons)
-    assert not any("no hand was seen" in reason for reason in r.reasons)
+    assert len(swapped(r)) == 1
+    assert not any(one.missed for one in r.self_check.waved)
 
 
 def test_what_rings_see_of_robot_and_cell_tells_their_ports_and_the_rest_is_judged(tmp_path):
     found = checked_after(tmp_path, ALIKE, mount=True, serials=(A, B))
     r = found.result
-    assert [reason for reason in r.reasons if "swapped" in reason]
-    assert len(r.reasons) == 1
+    assert swapped(r) == r.reasons
     assert all(not one.faults for one in r.mount.rings)
     (tmp_path / "built.toml").write_text(found.parts.built.toml("two", Verifier(SCENE, 0.1)))
     setup, *_ = read_proposal(tmp_path / "built.toml")
@@ -94,14 +94,14 @@ def test_what_rings_see_of_robot_and_cell_tells_their_ports_and_the_rest_is_judg
 
 def test_another_board_than_the_proposals_is_named(tmp_path):
     setup = known(ALIKE, (NAMES[0], "CCCC000000000003"))
-    reasons = checked_after(tmp_path, setup, serials=(A, B), ports=(0, 1)).result.reasons
-    said = f"the board {NAMES[1]} answers, the proposal names CCCC000000000003"
-    assert reasons == [f"ring 1 (tool): {said}"]
+    r = checked_after(tmp_path, setup, serials=(A, B), ports=(0, 1)).result
+    (reason,) = r.reasons
+    assert all(part in reason for part in ("ring 1 (tool)", NAMES[1], "CCCC000000000003"))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_badly_mounted_rings_at_their_own_ports_are_not_called_swapped(seed):
-    plan, done = planned(SCENE, ALIKE, 8, candidates=40), injected(SCENE, ALIKE, seed)
+    plan, done = planned(SCENE, ALIKE, 8, candidates=30), injected(SCENE, ALIKE, seed)
     rng = np.random.default_rng(seed)
     readings = done.world(SCENE).readings(rng, plan.joints, 5)
     assert by_pattern(SCENE, ALIKE, at_stops(readings, ALIKE, plan.joints)) == {}
@@ -129,7 +129,7 @@ def test_ports_are_refused_before_a_check_with_the_options_to_give():
     require_ports(known(ALIKE), counts, ["/dev/x", "/dev/y"])
     counts[0].serials[NAMES[1]] += 1
     counts[1].serials[NAMES[0]] += 1
-    with pytest.raises(UserError, match="give --ring tool=/dev/x --ring forearm=/dev/y"):
+    with refused("--ring tool=/dev/x --ring forearm=/dev/y"):
         require_ports(known(ALIKE), counts, ["/dev/x", "/dev/y"])
     counts[1].serials[NAMES[1]] += 1  # two rings on its line: nothing is sure
     assert by_lines(known(ALIKE), counts) == {0: 1}

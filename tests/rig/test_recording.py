@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from place_rings.formats.errors import UserError
 from place_rings.rig.recording.clocks import Lag, align
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import (
@@ -28,6 +27,8 @@ from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.session.gathering import Gathered, replay
+
+from .commands import refused
 
 records = st.builds(
     Record,
@@ -107,11 +108,11 @@ def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
 )
 def test_what_is_no_recording_is_refused(tmp_path, data):
     (tmp_path / "file").write_bytes(data)
-    with pytest.raises(UserError, match="not a recording"):
+    with refused(tmp_path / "file"):
         RecordingReader(tmp_path / "file")
-    with pytest.raises(UserError, match="cannot be read"):
+    with refused(tmp_path / "nothing"):
         RecordingReader(tmp_path / "nothing")
-    with pytest.raises(UserError, match="cannot be recorded to"):
+    with refused(tmp_path / "file"):
         Recording(tmp_path / "file", {})
 
 
@@ -126,7 +127,7 @@ def test_a_record_without_a_possible_time_is_damage(tmp_path, kind, time_):
     recorded = RecordingReader(path)
     found = replay(recorded, [Port("", 3)])
     assert len(found.frames) == 1
-    assert recorded.damage == f"a record with the time {time_:g} s"
+    assert f"{time_:g} s" in recorded.damage
 
 
 WRITER = """
@@ -166,7 +167,6 @@ signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     command = [sys.executable, "-c", limit + WRITER, tmp_path / "file"]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     assert said[-1].startswith("full")
-    assert "the recording ended" in said[-1]
     recorded = RecordingReader(tmp_path / "file")
     assert len([r for r in recorded.records() if r.kind == Kind.BYTES]) == len(said) - 1
     assert not recorded.damage
@@ -320,5 +320,5 @@ def test_an_event_comes_back():
     event = Event(3, Happened.NOISY, 1.5, "so")
     assert Event.of(event.record()) == event
     for data in (b"", b"[]", json.dumps(["NONE", ""]).encode(), b"[1,2]"):
-        with pytest.raises(ValueError, match=r"no event of a ring|Expecting value"):
+        with refused(by=ValueError):
             Event.of(Record(Kind.HAPPENED, 0, time.monotonic(), data))

@@ -4,6 +4,8 @@ its bound.
 
 import threading
 import time
+from contextlib import contextmanager
+from itertools import repeat
 
 import numpy as np
 import pytest
@@ -17,8 +19,7 @@ from place_rings.rig.rings.protocol import Frame, encode, hello
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4
-# s that a thread may take to wake, where times are measured and where they are not
-WAKE, BUSY = 0.5, 20.0
+BUSY = 20.0  # s that a thread may take to wake on a busy machine
 
 
 def frame(n):
@@ -84,7 +85,8 @@ def test_a_clock_that_jumps_ahead_is_told_once_and_frames_go_on(ahead):
     line = Line(0, Port("", COUNT), 0.0)
     found = [each for now, data in steps for each in line.take(data, now)]
     clock = [e for e in found if isinstance(e, Event) and e.what != Happened.BACK]
-    assert [(e.what, e.detail) for e in clock] == [(Happened.CLOCK, f"jumped by {ahead:.4g} s")]
+    assert [e.what for e in clock] == [Happened.CLOCK]
+    assert f"{ahead:.4g} s" in clock[0].detail
     frames = [f for f in found if isinstance(f, Frame)]
     assert [f.sequence for f in frames] == list(range(100))
     assert [f.era for f in frames] == [0] * 40 + [1] * 60
@@ -155,7 +157,7 @@ def test_a_ring_of_another_size_is_told():
         for each in line.take(stamped(n, n / 20, COUNT + 2), n / 20)
         if isinstance(each, Event) and each.what == Happened.GARBLED
     ]
-    assert found[0].detail == f"frames of {COUNT + 2} sensors arrive, not of {COUNT}"
+    assert all(str(count) in found[0].detail for count in (COUNT, COUNT + 2))
     assert line.counts.sizes == {COUNT + 2: 20}
 
 
@@ -187,85 +189,76 @@ class Watch:
         return self.wait(lambda: next((e for e in self.events if e.what == what), None))
 
 
-@pytest.mark.parametrize("wake", [BUSY, pytest.param(WAKE, marks=pytest.mark.slow)])
-def test_a_ring_is_read_unplugged_and_read_again(tmp_path, wake):
-    device, watch = (
-        SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)),
-        Watch(),
-    )
-    ended, sent = threading.Event(), []
+@contextmanager
+def sending(folder, distances, **faults):
+    """A simulated ring at a port, and how it sends the next of ``distances`` 100 times a second."""
+    device = SimulatedRing(folder / "ring", "place-rings", np.random.default_rng(0))
+    for name, value in faults.items():
+        setattr(device, name, value)
+    ended = threading.Event()
 
     def send():
-        while not ended.wait(0.02):
-            sent.append(np.round(np.random.default_rng(len(sent)).uniform(0.1, 3, COUNT), 3))
-            device.send(time.monotonic() - 100, sent[-1], np.zeros(COUNT, int))
+        while not ended.wait(0.01):
+            device.send(time.monotonic() - 100, next(distances), np.zeros(COUNT, int))
 
     sender = threading.Thread(target=send)
-    with watch.rings(
-        [Port(str(tmp_path / "ring"), COUNT), Port(str(tmp_path / "none"), COUNT)]
-    ) as rings:
-        assert [e.ring for e in [watch.event(Happened.GONE)]] == [1]
-        watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
-        sender.start()
-        try:
-            watch.wait(lambda: len(watch.frames) >= 10)
-            for ring, got in watch.frames[:10]:
-                assert ring == 0
-                np.testing.assert_allclose(got.distance, sent[got.sequence])
-            assert rings.latest()[1] is None
-            watch.wait(lambda: rings.latest()[0])
-            watch.events.clear()
-            done = time.monotonic()
-            device.unplug()
-            assert watch.event(Happened.GONE).time - done < 0.02 + wake
-            done = time.monotonic()
-            device.plug()
-            assert watch.event(Happened.BACK).time - done < 0.05 + 0.02 + wake
-            watch.events.clear()
-            done = time.monotonic()
-            device.silent = True
-            assert watch.event(Happened.SILENT).time - done < SILENT + 0.02 + wake
-            assert rings.latest()[0] is None
-        finally:
-            ended.set()
+    try:
+        yield device, sender.start
+    finally:
+        ended.set()
+        if sender.ident:
             sender.join()
-            device.unplug()
+        device.unplug()
+
+
+def test_a_ring_is_read_unplugged_and_read_again(tmp_path):
+    watch, rng = Watch(), np.random.default_rng(0)
+    sent = np.round(rng.uniform(0.1, 3, (5000, COUNT)), 3)
+    ports = [Port(str(tmp_path / name), COUNT) for name in ("ring", "none")]
+    with sending(tmp_path, iter(sent)) as (device, start), watch.rings(ports) as rings:
+        assert watch.event(Happened.GONE).ring == 1
+        watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
+        start()
+        watch.wait(lambda: len(watch.frames) >= 10)
+        for ring, got in watch.frames[:10]:
+            assert ring == 0
+            np.testing.assert_allclose(got.distance, sent[got.sequence])
+        assert rings.latest()[1] is None
+        watch.wait(lambda: rings.latest()[0])
+        watch.events.clear()
+        device.unplug()
+        watch.event(Happened.GONE)
+        device.plug()
+        watch.event(Happened.BACK)
+        watch.events.clear()
+        device.silent = True
+        watch.event(Happened.SILENT)
+        assert rings.latest()[0] is None
     kept = b"".join(r.data for r in watch.records if r.kind == Kind.BYTES)
     assert len([*judged(Line(0, Port("", COUNT), 0.0), [(0.0, kept)])[1]]) >= 10
 
 
 def test_a_port_in_use_is_not_shared(tmp_path):
-    device, watch = SimulatedRing(tmp_path / "ring", "text", np.random.default_rng(0)), Watch()
-    port = Port(str(tmp_path / "ring"), COUNT, "text")
-    with watch.rings([port]):
+    watch, other, port = Watch(), Watch(), Port(str(tmp_path / "ring"), COUNT)
+    with sending(tmp_path, iter(())), watch.rings([port]):
         watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
-        other = Watch()
         with other.rings([port]):
             assert "lock" in other.event(Happened.GONE).detail
-    device.unplug()
 
 
-@pytest.mark.parametrize("field", ["corrupt", "disorder", "garble"])
-def test_a_spoiled_line_is_told(tmp_path, field):
-    device, watch = (
-        SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)),
-        Watch(),
-    )
-    ended, true = threading.Event(), np.array([0.1, 0.2, 0.3, 0.4])
-
-    def send():
-        while not ended.wait(0.01):
-            device.send(time.monotonic(), true, np.zeros(COUNT, int))
-
-    setattr(device, field, {"corrupt": 0.01, "disorder": 0.2, "garble": True}[field])
-    sender = threading.Thread(target=send)
-    with watch.rings([Port(str(tmp_path / "ring"), COUNT)]):
-        sender.start()
-        try:
-            watch.event(Happened.GARBLED if field == "garble" else Happened.NOISY)
-        finally:
-            ended.set()
-            sender.join()
-    device.unplug()
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ({"corrupt": 0.01}, Happened.NOISY),
+        ({"disorder": 0.2}, Happened.NOISY),
+        ({"garble": True}, Happened.GARBLED),
+    ],
+)
+def test_a_spoiled_line_is_told(tmp_path, fault, told):
+    watch, true = Watch(), np.array([0.1, 0.2, 0.3, 0.4])
+    port = Port(str(tmp_path / "ring"), COUNT)
+    with sending(tmp_path, repeat(true), **fault) as (_, start), watch.rings([port]):
+        start()
+        watch.event(told)
     assert all(np.array_equal(f.distance, true) for _, f in watch.frames)
     assert [f.sequence for _, f in watch.frames] == sorted({f.sequence for _, f in watch.frames})

@@ -8,7 +8,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
-from place_rings.formats.errors import UserError
 from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
@@ -26,6 +25,7 @@ from place_rings.rig.simulated_cell.world import DEAD, World
 
 from ..support.drawing import seeds
 from .cell import SCENE, SETUP
+from .commands import refused
 
 TARGET, QUIET = Target("V_S", 0.5), Noise(0.0, 0.0, 0.0, 0.0)
 Q = SCENE.poses[0].q
@@ -87,7 +87,7 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
     assert len(np.unique(plan.point, axis=0)) == 30
     again = plan_rod(SCENE, SETUP, TARGET, 30, where=where)
     np.testing.assert_array_equal(again.point, plan.point)
-    with pytest.raises(ValueError, match="trials must be at least 1, got 0"):
+    with refused("trials", "0", by=ValueError):
         plan_rod(SCENE, SETUP, TARGET, 0)
 
 
@@ -112,10 +112,9 @@ def test_what_is_as_planned_agrees_and_what_is_not_does_not(plan):
     found = check_rod(plan, SETUP, *trials(blind, plan, rng))
     assert found.table.tolist() == [[0, 15], [0, 15]]
     assert not found.agrees
-    assert "do not agree" in "\n".join(found.text())
     untested = check_rod(plan, SETUP, before, [None] * 30)
     assert (untested.share.low, untested.share.high) == (0.0, 1.0)
-    with pytest.raises(ValueError, match="29 trials"):
+    with refused("29", by=ValueError):
         check_rod(plan, SETUP, before, each[1:])
 
 
@@ -156,7 +155,7 @@ def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     write_rod_pages(tmp_path / "trials.pdf", SCENE, [plan, plan])
     assert (tmp_path / "trials.pdf").read_bytes().startswith(b"%PDF")
     file.write_text(file.read_text().replace("stratum = 1", "stratum = 7", 1))
-    with pytest.raises(UserError, match=r"trials\[\d+\].stratum: found 7, allowed: 0 to 1"):
+    with refused("trials.toml", ".stratum", "7", "0 to 1"):
         read_model(file, RodPlanFile)
 
 
@@ -174,7 +173,7 @@ def test_medians_at_stops_are_those_of_the_valid_readings_there():
         assert stops.valid[p, k] == len(d)
         wanted = np.median(d) if 2 * len(d) >= 9 else np.nan
         np.testing.assert_equal(stops.distance[p, k], wanted)
-    with pytest.raises(ValueError, match="ring 1: a reading is of sensor 6; the ring has 0 to 5"):
+    with refused("ring 1", "6", "0 to 5", by=ValueError):
         at_stops(
             replace(readings.only(np.array([0])), ring=np.array([1]), sensor=np.array([6])),
             SETUP,
@@ -196,8 +195,8 @@ def test_a_self_check_names_what_is_wrong():
     other = self_check(SCENE, SETUP, readings, Noise(0.0005, 0.0, 0.0))
     np.testing.assert_array_equal(other.noisy, np.flatnonzero(other.valid > 0))
     assert len(other.noisy)
-    assert "never answer: 0:4" in found.text()
-    with pytest.raises(ValueError, match="no reading"):
+    assert any("0:4" in line for line in found.text())
+    with refused(by=ValueError):
         self_check(SCENE, SETUP, readings.only(np.zeros(0, int)))
 
 
@@ -258,10 +257,10 @@ def test_where_the_hand_begins_at_a_dead_sensor_the_less_turned_order_is_taken(g
 def test_a_hand_that_was_not_seen_is_asked_for_again():
     rng = np.random.default_rng(0)
     still = World(SCENE, SETUP).readings(rng, Q[None], 80)
-    assert "no hand was seen by 0, 1, 2, 3, 4, 5, 6, 7: wave again" in waved(still, SETUP, 0).text()
-    assert waved(waving(rng, np.arange(8)), SETUP, 0).text() == "wired in order"
-    assert waved(waving(rng, -np.arange(8) % 8), SETUP, 0).text() == "is wired in reverse"
-    with pytest.raises(ValueError, match="no reading of ring 1"):
+    assert waved(still, SETUP, 0).missed == tuple(range(8))
+    assert waved(waving(rng, np.arange(8)), SETUP, 0).order == Order()
+    assert waved(waving(rng, -np.arange(8) % 8), SETUP, 0).order == Order(-1, 0)
+    with refused("ring 1", by=ValueError):
         waved(still.only(still.ring == 0), SETUP, 1)
 
 
@@ -277,5 +276,5 @@ def test_noise_is_as_it_says():
     assert np.isnan(nothing).all()
     assert (status == NO_TARGET).all()
     assert FAILED not in status
-    with pytest.raises(ValueError, match="lost: found 1, allowed"):
+    with refused("lost", "1", by=ValueError):
         Noise(lost=1.0)

@@ -2,10 +2,12 @@
 
 import os
 import signal
+import time
 from pathlib import Path
 
 from place_rings.studies.engine import counting_tasks  # noqa: F401  (its tasks are registered)
 from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine.store import Cell  # noqa: F401  (for drivers in tests)
 
 
 def end(x: int, times: int, folder: str) -> int:
@@ -23,7 +25,13 @@ def refuse(x: int) -> int:
     raise ValueError(f"{x} is refused")
 
 
-ALL = {**TASKS, "end": end, "refuse": refuse}
+def nap(x: int) -> int:
+    """The square of x, after a moment."""
+    time.sleep(0.05)
+    return x * x
+
+
+ALL = {**TASKS, "end": end, "nap": nap, "refuse": refuse}
 
 
 def dask_setup(worker: object) -> None:

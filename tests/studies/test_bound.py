@@ -160,8 +160,7 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     assert row.bound_percent <= row.linear_bound_percent + 100 * TOLERANCE
     again = bounded(paper_scene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
     assert again["linear_bound_percent"] == row.linear_bound_percent
-    bound_report.picture([row], tmp_path / "bound.png")
-    assert (tmp_path / "bound.png").stat().st_size > 10_000
-    text = bound_report.page([row], "place-rings study bound")
-    assert f"{row.gap:+.2f}" in text
-    assert "nan" not in text
+    files = bound_report.write([row], tmp_path)
+    assert (tmp_path / "bound.png").stat().st_size > 5_000
+    assert f"{row.gap:+.2f}" in files["README.md"]
+    assert "nan" not in files["README.md"] + files["data.csv"]

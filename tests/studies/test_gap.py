@@ -1,5 +1,7 @@
 """The study of optimality gaps: its cells, its page and its picture."""
 
+import re
+
 from place_rings.placement.bound.coverage_bound import CoverageBound, TermBound
 from place_rings.studies.gap import report, study
 from place_rings.studies.gap.tasks import bound
@@ -34,11 +36,15 @@ def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path, monkeypatch)
     for row in rows:
         assert row.known_percent == study.KNOWN.get((row.target, row.sensors), 20.0)
         assert row.gap == row.bound_percent - row.known_percent
-    text = report.page(rows, "place-rings study gap")
-    assert "V_S(0.5) with 24" in text.split("**Tight**")[1].split("**Loose**")[0]
-    assert "V_S(0.5) with 12" in text.split("**Loose**")[1].split("**Says nothing**")[0]
-    assert "V_OT with 80" in text.split("**Says nothing**")[1]
-    report.picture(rows, tmp_path / "gap.png")
+    files = report.write(rows, tmp_path)
+    tight, loose, nothing = (
+        re.search(rf"\*\*{kind}\*\*(.*?)(\*\*|\Z)", files["README.md"], re.S)[1]
+        for kind in ("Tight", "Loose", "Says nothing")
+    )
+    assert "V_S(0.5) with 24" in tight
+    assert "V_S(0.5) with 12" in loose
+    assert "V_OT with 80" in nothing
+    assert files["data.csv"].count("\n") == 1 + len(rows)
     assert (tmp_path / "gap.png").stat().st_size > 10_000
 
 
@@ -47,8 +53,4 @@ def test_the_task_returns_the_bound_with_its_parts(monkeypatch):
     monkeypatch.setattr("place_rings.studies.gap.tasks.upper_bound", lambda *_: fixed)
     row = bound({"targets": [{"name": "V_OT"}]}, 48)
     assert row.pop("seconds") < 60
-    assert row == {
-        "bound_percent": 50.0,
-        "volume_percent": 50.0,
-        "prices_percent": 100.0,
-    }
+    assert row == {"bound_percent": 50.0, "volume_percent": 50.0, "prices_percent": 100.0}

@@ -3,12 +3,11 @@ searched.
 """
 
 import math
-import subprocess
-import sys
+import tomllib
 from itertools import pairwise
 
 import numpy as np
-import pytest
+import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
@@ -21,16 +20,7 @@ from place_rings.studies.pareto.study import Point, dominated, front, hypervolum
 from ..support import drawing
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
-RINGS = [
-    {
-        "link": "forearm",
-        "position": 0.5,
-        "count": 8,
-        "tilt_deg": 10.0,
-        "phase_deg": 0.0,
-        "radius": 0.08,
-    }
-]
+RINGS = [{"link": "forearm", "position": 0.5, "count": 8, "tilt_deg": 10.0, "radius": 0.08}]
 
 
 def drawn_points(seed, n=30):
@@ -79,18 +69,29 @@ def test_the_study_shows_every_point_and_writes_proposals(tmp_path):
     assert {len(cell.arguments["known"]) for cell in searches} == {0, 2}
     assert len({cell.key for cell in searches}) == len(searches)
     assert sum(pareto.is_papers(p) for p in points) == 6
-    files = pareto_report.write(
-        points, ("V_S(0.5)", "V_S(1.5)"), {}, tmp_path, "place-rings study pareto"
-    )
-    assert (tmp_path / "front.png").stat().st_size > 20_000
-    assert files["points.csv"].count("\n") == len(points) + 1
-    proposals = [name for name in files if name.endswith(".toml")]
-    assert len(proposals) == len(front([p for p in points if not pareto.is_papers(p)]))
-    for name in proposals:
-        (tmp_path / name).write_text(files[name])
-        setup, scene, _ = read_proposal(tmp_path / name)
+    files = pareto_report.write(points, ("V_S(0.5)", "V_S(1.5)"), {}, tmp_path)
+    assert (tmp_path / "pareto.png").stat().st_size > 20_000
+    assert files["data.csv"].count("\n") == len(points) + 1
+    kept = front([p for p in points if not pareto.is_papers(p)])
+    setups = tomllib.loads(files["setups.toml"])
+    assert {name.partition("_")[0] for name in setups} == {str(p.sensors) for p in kept}
+    for proposal in setups.values():
+        (tmp_path / "one.toml").write_text(tomli_w.dumps(proposal))
+        setup, scene, _ = read_proposal(tmp_path / "one.toml")
         assert setup == setup_from(RINGS, scene_from({}))
         assert scene.robot.name == "ur10"
+
+
+@given(drawing.seeds)
+def test_ends_and_knee_of_a_front_are_of_it(seed):
+    kept = front(drawn_points(seed))
+    found = pareto_report.ends_and_knees(kept)
+    for n in {p.sensors for p in kept}:
+        mine = [p for p in kept if p.sensors == n]
+        first, knee, second = (found[f"{n}_{part}"] for part in ("first", "knee", "second"))
+        assert first.first == max(p.first for p in mine)
+        assert second.second == max(p.second for p in mine)
+        assert knee in mine
 
 
 def test_a_front_is_filled_where_its_gaps_are_wide():
@@ -123,34 +124,3 @@ def test_a_front_is_filled_where_its_gaps_are_wide():
     assert len(points) >= 19
     along = sorted((p.first, p.second) for p in points)
     assert max(math.dist(a, b) for a, b in pairwise(along)) < 20
-
-
-def test_points_that_an_older_front_named_and_a_new_one_has_no_longer_are_told(tmp_path):
-    assert pareto_report.leftovers(tmp_path, []) == []
-    older = "sensors,file\n24,point_24_00.toml\n80,point_80_17.toml\n80,../point_80_18.toml.bak\n"
-    (tmp_path / "points.csv").write_text(older)
-    gone = pareto_report.leftovers(tmp_path, ["point_24_00.toml", "README.md"])
-    assert gone == [tmp_path / "point_80_17.toml"]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["pareto", "bound", "paper", "robots", "convergence"])
-def test_each_study_begins_in_a_process_of_its_own(name, tmp_path):
-    """With a volume of the user's own, too; nothing but the study itself registers its tasks."""
-    targets = ", targets=(pr.Box((0.8, 2, 1), (0.9, 0, 0.6), name='way'), pr.Shell(0.5))"
-    code = f"""
-import place_rings as pr
-from place_rings.studies.engine.store import Store
-get = Store.get
-def first(self, cell):
-    get(self, cell)
-    print("begun:", cell.work)
-    raise KeyboardInterrupt
-Store.get = first
-try:
-    pr.study({name!r}, folder={str(tmp_path)!r}{targets * (name == "pareto")})
-except KeyboardInterrupt:
-    pass
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.startswith("begun:"), done.stderr

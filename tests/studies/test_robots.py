@@ -3,9 +3,11 @@
 import csv
 import io
 import time
+import tomllib
 from types import SimpleNamespace
 
 import pytest
+import tomli_w
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
 from place_rings.placement.search.design import Space
@@ -26,7 +28,7 @@ RINGS = [
 def small(monkeypatch):
     monkeypatch.setattr(robots, "ROBOTS", ("panda",))
     monkeypatch.setattr(robots, "PAPERS", ("n1_8_0",))
-    monkeypatch.setattr(robots, "VOXEL", 0.05)
+    monkeypatch.setattr(robots, "VOXEL", 0.1)
     asked = []
 
     def run(heading, cells):
@@ -69,19 +71,18 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
     assert by_name["panda", "n1_8_0"].sensors == 24
     assert by_name["panda", "n1_8_0"].shadow < by_name["panda", "n1_8_0"].ignore
 
-    files = robots_report.write(rows, tmp_path, "place-rings study robots")
+    files = robots_report.write(rows, tmp_path)
     assert (tmp_path / "robots.png").stat().st_size > 10_000
-    records = list(csv.DictReader(io.StringIO(files["robots.csv"])))
+    records = list(csv.DictReader(io.StringIO(files["data.csv"])))
     assert [float(r["shadow_percent"]) for r in records] == [row.shadow for row in rows]
     page, row = files["README.md"], by_name["panda", "shadow"]
-    assert (
-        f"| searched under `shadow` | 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} |"
-        f" {row.blind:.2f} |" in page
-    )
+    assert f"| 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} | {row.blind:.2f} |" in page
     assert "12 * (20)" in page  # cut short
     assert "nan" not in page
-    (tmp_path / "panda_shadow.toml").write_text(files["panda_shadow.toml"])
-    setup, scene, _ = read_proposal(tmp_path / "panda_shadow.toml")
+    (tmp_path / "panda.toml").write_text(
+        tomli_w.dumps(tomllib.loads(files["setups.toml"])["panda"])
+    )
+    setup, scene, _ = read_proposal(tmp_path / "panda.toml")
     assert (scene.robot.name, scene.occlusion, setup.sensors) == ("panda", "shadow", 16)
 
 

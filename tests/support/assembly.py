@@ -90,7 +90,11 @@ def places(ring: Mapping[str, Any]) -> list[tuple[str, list[list[float]]]]:
     return [*ring["T_link_print"].items(), *((lids["file"], T) for T in lids["T_link_print"])]
 
 
-def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[float]]]]) -> int:
+def shared(
+    data: Mapping[str, bytes],
+    placed: Sequence[tuple[str, list[list[float]]]],
+    samples: int = 4000,
+) -> int:
     """Return how many points on the surface of a ring's parts lie within another of its parts, and
     more than 1 micrometre below its surface.
 
@@ -104,7 +108,7 @@ def shared(data: Mapping[str, bytes], placed: Sequence[tuple[str, list[list[floa
         meshes.append(mesh.apply_scale(0.001).apply_transform(np.array(T)))
     count = 0
     for one, other in itertools.permutations(meshes, 2):
-        points, _ = trimesh.sample.sample_surface(one, 4000, seed=0)
+        points, _ = trimesh.sample.sample_surface(one, samples, seed=0)
         near = np.all((points > other.bounds[0]) & (points < other.bounds[1]), axis=1)
         if near.any():
             # in millimetres, as the rays' tolerances are absolute
@@ -131,22 +135,36 @@ def winding(mesh: trimesh.Trimesh, points: Float[np.ndarray, "P 3"]) -> Float[np
     return found
 
 
-def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold]) -> float:
+def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold], samples: int = 4000) -> float:
     """Return the least value, mm, of the exact function of a ring's own beams on the surfaces of
     its parts, which are given in the base frame at the first pose, mm."""
     beams, least = sensor_cones(scene.robot, Setup((ring,)), scene.poses[0].q), _NEAR
     for part in parts:
         mesh = part.to_mesh()
         surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
-        points, _ = trimesh.sample.sample_surface(surface, 4000, seed=0)
+        points, _ = trimesh.sample.sample_surface(surface, samples, seed=0)
         points = np.vstack([surface.vertices, points])
         least = min(least, 1000 * float(np.min(beams(points / 1000))))
     return least
 
 
-def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
+def judge(
+    scene: CoreScene,
+    setup: Setup,
+    data: Mapping[str, bytes],
+    points: int = 4000,
+    near: float = _NEAR,
+) -> Verdict:
     """Place the parts of all rings by ``printing.json`` and compare them with each other, with the
-    sensors' beams, and with the robot's bodies at every pose of the scene."""
+    sensors' beams, and with the robot's bodies at every pose of the scene.
+
+    Args:
+        scene: scene of the setup.
+        setup: setup whose rings were printed.
+        data: files by name.
+        points: points on the surface of a part, and three quarters as many rays through it.
+        near: largest gap that is measured, mm.
+    """
     verdict, robot = Verdict(), scene.robot
     frames_of = {name: i for i, name in enumerate((*robot.chain.joints, "tcp"))}
     rings = []
@@ -158,14 +176,15 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
             placed = np.array(T)
             placed[:3, 3] *= 1000
             parts.append(solid.transform(placed[:3]))
-            verdict.wall = min(verdict.wall, wall(data[file]))
+            verdict.wall = min(verdict.wall, wall(data[file], rays=3 * points // 4))
             low, high = np.reshape(solid.bounding_box(), (2, 3))
             verdict.size = tuple(np.maximum(verdict.size, high - low))
-        verdict.within += shared(data, places(ring))
+        verdict.within += shared(data, places(ring), points)
         T = forward(robot.chain, scene.poses[0].q)[frames_of[ring["frame"]]].copy()
         T[:3, 3] *= 1000
         here = [part.transform(T[:3]) for part in parts]
-        verdict.beams = min(verdict.beams, beams_clear(scene, setup.rings[ring["ring"]], here))
+        beams = beams_clear(scene, setup.rings[ring["ring"]], here, points)
+        verdict.beams = min(verdict.beams, beams)
         verdict.parts += len(parts)
         whole = Manifold.batch_boolean(parts, OpType.Add)
         rings.append((frames_of[ring["frame"]], whole, f"ring {ring['ring']}"))
@@ -178,7 +197,7 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
             T[:3, 3] *= 1000
             here.append((frame, solid.transform(T[:3]), name))
         for (_, one, a), (_, other, b) in itertools.combinations(here, 2):
-            verdict.rings = min(verdict.rings, one.min_gap(other, _NEAR))
+            verdict.rings = min(verdict.rings, one.min_gap(other, near))
             _note(verdict, one, other, f"{a}, {b}")
         for frame, solid, name in here:
             for i, body in enumerate(robot.bodies):
@@ -186,11 +205,11 @@ def judge(scene: CoreScene, setup: Setup, data: Mapping[str, bytes]) -> Verdict:
                 _note(verdict, solid, there, f"{name}, {body.name}")
                 own = {frame, frame - 1} if frame == len(robot.chain) else {frame}
                 if body.frame not in own:
-                    verdict.bodies = min(verdict.bodies, solid.min_gap(there, _NEAR))
+                    verdict.bodies = min(verdict.bodies, solid.min_gap(there, near))
             for one, body in zip(robot.carried, carried_polyhedra(robot, pose.q), strict=True):
                 there = Manifold.hull_points(1000 * body.edges.reshape(-1, 3))
                 _note(verdict, solid, there, f"{name}, {one.name}")
-                verdict.bodies = min(verdict.bodies, solid.min_gap(there, _NEAR))
+                verdict.bodies = min(verdict.bodies, solid.min_gap(there, near))
     return verdict
 
 

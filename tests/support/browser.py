@@ -12,19 +12,9 @@ CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 _ARGUMENTS = (
-    *(
-        "--no-sandbox",
-        "--disable-gpu",
-        "--use-gl=angle",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-    ),
-    *(
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--no-first-run",
-    ),
+    *("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader"),
+    *("--enable-unsafe-swiftshader", "--disable-background-networking"),
+    *("--disable-component-update", "--disable-sync", "--no-first-run"),
 )
 PATIENCE = 180.0  # s, on a busy machine
 
@@ -78,22 +68,6 @@ class Reader:
         row = self.page.locator("tr", has=self.page.get_by_text(target, exact=True)).first
         return float(row.locator("td").nth(column).inner_text())
 
-    def seconds(self) -> float:
-        """How long the page's last figures took the server, s."""
-        return float(
-            self.page.get_by_text("estimated from points")
-            .first.inner_text()
-            .split("; ")[1]
-            .split()[0]
-        )
-
-    def _control(self, label: str):
-        """What a label is of."""
-        name = self.page.locator(
-            "label", has_text=re.compile(f"^{re.escape(label)}$")
-        ).first.get_attribute("for")
-        return self.page.locator(f"[id='{name}']")
-
     def _row(self, label: str):
         named = self.page.locator("label", has_text=re.compile(f"^{re.escape(label)}$")).first
         return named.locator("xpath=ancestor::div[.//input][1]")
@@ -104,36 +78,15 @@ class Reader:
         box.fill(value)
         box.press("Enter")
 
-    def slide(self, label: str, steps: int) -> None:
-        """Move a slider by so many steps with the keyboard."""
-        thumb = self._row(label).get_by_role("slider").first
-        for _ in range(abs(steps)):
-            thumb.press("ArrowRight" if steps > 0 else "ArrowLeft")
-
-    def choose(self, label: str, option: str) -> None:
-        """Choose from a list."""
-        self._control(label).click()
-        self.page.get_by_role("option", name=option, exact=True).filter(visible=True).first.click()
-
     def tab(self, name: str) -> None:
         """Open a tab of the panel."""
         self.page.get_by_role("tab", name=name, exact=True).or_(
             self.page.get_by_text(name, exact=True)
         ).first.click()
 
-    def tick(self, label: str) -> None:
-        """Press a box with a tick."""
-        self._control(label).click(force=True)
-
     def press(self, label: str) -> None:
         """Press a button."""
         self.page.get_by_role("button", name=label, exact=True).first.click()
-
-    def says(self, text: str, seconds: float = PATIENCE) -> str:
-        """Wait until the page says a line that holds ``text``, and give it."""
-        found = self.page.get_by_text(text, exact=False).first
-        found.wait_for(timeout=1000 * seconds)
-        return found.inner_text()
 
     def close(self) -> None:
         self.context.close()

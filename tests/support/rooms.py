@@ -53,25 +53,41 @@ def shaped_modules(root: Path = ROOT) -> list[str]:
 
 
 @cache
+def imports(path: Path) -> tuple[tuple[int, str, tuple[str, ...]], ...]:
+    """Of each import in a file how many dots it begins with, its module, and its names."""
+    found: list[tuple[int, str, tuple[str, ...]]] = []
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(0, alias.name, ()) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = tuple(alias.name for alias in node.names)
+            found.append((node.level, node.module or "", names))
+    return tuple(found)
+
+
+def imported_files(path: Path) -> Iterator[Path]:
+    """The files that the relative imports of a file name, but ``__init__.py``."""
+    for level, module, names in imports(path):
+        if level:
+            place = path.parents[level - 1].joinpath(*filter(None, module.split(".")))
+            files = (place.with_suffix(".py"), *(place / f"{name}.py" for name in names))
+            yield from filter(Path.is_file, files)
+
+
+@cache
 def imported_rooms(path: Path) -> frozenset[str]:
     """The rooms that a test's file imports from, itself or through other files of the tests. The
     package itself is ``api``; the benchmarks count as a room.
     """
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            modules, level = [name.name for name in node.names], 0
-        elif isinstance(node, ast.ImportFrom):
-            modules, level = [node.module or ""], node.level
-        else:
+    for file in imported_files(path):
+        found |= imported_rooms(file)
+    for level, module, _ in imports(path):
+        parts = module.split(".")
+        if level:
             continue
-        for parts in (module.split(".") for module in modules):
-            if level == 1:
-                names = ["/".join(parts)] if parts != [""] else [name.name for name in node.names]
-                for file in (path.parent / f"{name}.py" for name in names):
-                    found |= imported_rooms(file) if file.exists() else frozenset()
-            elif parts[0] == "place_rings":
-                found.add(parts[1] if len(parts) > 1 else FRONT)
-            elif (ROOT / "benchmarks" / f"{parts[0]}.py").exists():
-                found.add("benchmarks")
+        if parts[0] == "place_rings":
+            found.add(parts[1] if len(parts) > 1 else FRONT)
+        elif parts[0] == "benchmarks" or (ROOT / "benchmarks" / f"{parts[0]}.py").exists():
+            found.add("benchmarks")
     return frozenset(found)

@@ -55,20 +55,26 @@ def _compile(*words: object) -> None:
 
 
 @cache
-def _simulator() -> Path:
+def _folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="place-rings-firmware-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    _compile("-c", *WARNINGS, "-O1", HOST / "simulator.cpp", "-o", folder / "simulator.o")
-    return folder / "simulator.o"
+    return folder
 
 
-def build(wiring: RingWiring, folder: Path, board: str = "") -> Path:
-    """Compile a ring's sketch with the headers of its board, or of another."""
-    for name, data in sketch(wiring).items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+@cache
+def _simulator() -> Path:
+    made = _folder() / "simulator.o"
+    _compile("-c", *WARNINGS, "-O1", HOST / "simulator.cpp", "-o", made)
+    return made
+
+
+@cache
+def _program(files: tuple[tuple[str, bytes], ...], board: str) -> Path:
+    folder = Path(tempfile.mkdtemp(dir=_folder()))
+    for name, data in files:
+        (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(data)
-    ino = folder / wiring.name / f"{wiring.name}.ino"
-    board = board or wiring.controller.name
+    (ino,) = folder.glob("*/*.ino")
     _compile(
         *WARNINGS,
         f"-D{ARCHITECTURE.get(board, 'ARDUINO_ARCH_ESP32')}",
@@ -80,6 +86,13 @@ def build(wiring: RingWiring, folder: Path, board: str = "") -> Path:
         folder / "run",
     )
     return folder / "run"
+
+
+def build(wiring: RingWiring, board: str = "") -> Path:
+    """Compile a ring's sketch with the headers of its board, or of another; equal sketches are
+    compiled once."""
+    code = {name: data for name, data in sketch(wiring).items() if not name.endswith(".md")}
+    return _program(tuple(code.items()), board or wiring.controller.name)
 
 
 def run(

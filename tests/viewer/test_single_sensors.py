@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.viewer import page_files
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup
@@ -22,7 +24,7 @@ from place_rings.viewer.quick_estimate import QuickEstimate
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 from place_rings.viewer.single_pose import SinglePose
-from place_rings.viewer.tasks import search_from
+from place_rings.viewer.tasks import prove, search_from
 
 from ..strategies.singles import mixed_setups, singles
 from ..support.viser_client import Client
@@ -110,7 +112,8 @@ def test_a_room_says_which_sensor_lies_in_a_body():
         search_from(paper_scene(), ALONE, lambda *_: None, lambda: False)
 
 
-def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path):
+def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(page_files, "prove", partial(prove, voxel=0.1, width=0.3))
     with Server(ViewerSession(paper_scene(), {"skin": ALONE}, tmp_path)) as server:
         page = Client(server.port)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")

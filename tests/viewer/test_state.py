@@ -15,6 +15,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.viewer import playback
 from place_rings.viewer.browser_page import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
 from place_rings.viewer.cut import BEHIND, CUTS, NONE, cut_of
@@ -257,17 +258,20 @@ def test_handles_read_back_where_a_ring_is(at, phase, link):
     assert moved.position == pytest.approx(at, abs=1e-6)
 
 
-def test_a_player_shows_each_pose_and_stops_at_the_last():
+def test_a_player_shows_each_pose_and_stops_at_the_last(monkeypatch):
+    monkeypatch.setattr(playback, "_WHOLE", 0.3)
+    monkeypatch.setattr(playback, "_PERIOD", 0.01)
     shown, states = [], []
-    player = Player(4, shown.append, states.append)
+    player = Player(14, shown.append, states.append)
     player._run(1, player._stop)  # in this thread
-    assert shown == [1, 2, 3]
+    assert shown == [*range(1, 14)]
     assert states == [True, False]
-    player.toggle(3)  # at the end: from the first
-    until(lambda: len(shown) > 3, "it does not play")
-    assert shown[3] == 0
+    player.toggle(13)  # at the end: from the first
+    until(lambda: len(shown) > 13, "it does not play")
+    assert shown[13] == 0
     player.toggle(0)
     until(lambda: states[-1] is False, "it does not stop")
+    assert len(shown) < 26
 
 
 def test_the_curve_passes_through_the_representative_poses():

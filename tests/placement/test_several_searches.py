@@ -1,0 +1,350 @@
+"""Several searches: the fewest sensors for a coverage, the fewest rings within a margin of the best
+coverage, and the best of several random seeds."""
+
+import json
+import math
+from itertools import count
+
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.targets import Target
+from place_rings.objectives.criterion import Criterion
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search import fewest_rings as fewest
+from place_rings.placement.search import fewest_sensors as reach
+from place_rings.placement.search import pool
+from place_rings.placement.search import repeated_search as repeated
+from place_rings.placement.search import search as searching
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.fewest_rings import fewest_rings
+from place_rings.placement.search.fewest_sensors import fewest_sensors
+from place_rings.placement.search.progress import Outcome, Progress, Statistics
+from place_rings.placement.search.repeated_search import repeated_search
+from place_rings.placement.search.round import Round
+from place_rings.placement.search.search import SearchResult, search
+from place_rings.placement.search.search_points import SearchPoints
+
+QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
+SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
+FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
+
+
+@pytest.fixture(scope="module")
+def sensors():
+    return fewest_sensors(SCENE, 0.5, seed=1, schedule=QUICK, voxel=0.05)
+
+
+def test_the_answer_reaches_what_was_wanted_and_is_the_fewest_of_those_tried(sensors):
+    best, result = sensors.result.setup.sensors, sensors.result
+    assert sensors.reached
+    assert result.exact >= 0.5
+    assert Verifier(SCENE, 0.05).judge(result.setup) == (0.0, result.exact)
+    assert all(4 <= ring.count <= 16 for ring in result.setup.rings)
+    assert sensors.tried[best] == (result.exact, True)
+    assert all(ok == (exact >= 0.5) for exact, ok in sensors.tried.values())
+    assert not any(ok for n, (_, ok) in sensors.tried.items() if n < best)
+    assert best - 1 in sensors.tried
+
+
+def test_same_seed_same_sensors(sensors):
+    again = fewest_sensors(SCENE, 0.5, seed=1, schedule=QUICK, voxel=0.05)
+    assert (again.result.setup, again.tried) == (sensors.result.setup, sensors.tried)
+
+
+def test_a_time_cap_gives_the_best_until_then():
+    capped = fewest_sensors(SCENE, 0.9, time_cap=1e-6, schedule=QUICK, voxel=0.1)
+    assert not capped.reached
+    assert capped.result.outcome is Outcome.TIME
+    assert len(capped.tried) == 1
+
+
+def test_what_cannot_be_is_refused():
+    nowhere = paper_scene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
+    with pytest.raises(InfeasibleError):
+        fewest_sensors(nowhere, 0.5, schedule=QUICK)
+    with pytest.raises(ValueError, match="0 and 1"):
+        fewest_sensors(SCENE, 1.0)
+    with pytest.raises(InfeasibleError):
+        fewest_rings(FREE, 2000, schedule=QUICK)
+    with pytest.raises(ValueError, match="below 1"):
+        fewest_rings(FREE, 20, 1.0)
+
+
+@given(
+    st.integers(1, 24),
+    st.integers(0, 20),
+    st.integers(0, 40),
+    st.integers(1, 3),
+    st.floats(0.01, 0.99),
+)
+def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
+    least, more, held, rings, wanted
+):
+    """By a search whose answers are known, and grow with the number of sensors."""
+    fixed = (Ring("forearm", 0.5, held),) if held else ()
+    scene = paper_scene(
+        rules=Rules(sensors=(least, least + more), max_rings_per_link=rings, fixed=fixed)
+    )
+
+    def known(scene, space, *_):
+        exact = 1 - math.exp(-space.sensors / 60)
+        return SearchResult(Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 0.0))
+
+    def can(n):
+        try:
+            return bool(Space(scene, sensors=n))
+        except InfeasibleError:
+            return False
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reach, "search", known)
+        found = fewest_sensors(scene, wanted)
+    least_that_would_do = math.ceil(-60 * math.log(1 - wanted) - 1e-9)
+    best = min((n for n, (_, ok) in found.tried.items() if ok), default=400)
+    assert found.reached == (best < 400)
+    assert found.reached == (found.result.exact >= wanted)
+    assert not any(can(n) for n in range(max(least_that_would_do, 1), best))
+
+
+def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
+    now = [0.0]
+
+    def slow(scene, space, *_, **__):
+        now[0] += 10
+        return _result(space.rings or 5, 0.9)
+
+    for module in (reach, fewest):
+        monkeypatch.setattr(module, "search", slow)
+        monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    found = fewest_sensors(SCENE, 0.95, time_cap=15.0)
+    assert len(found.tried) == 2
+    assert found.result.outcome is Outcome.TIME
+    found = fewest_rings(FREE, 20, time_cap=15.0, schedule=QUICK)
+    assert [*found.tried] == [4, 5]
+    assert found.result.outcome is Outcome.TIME
+
+
+@pytest.fixture(scope="module")
+def rings():
+    return fewest_rings(FREE, 30, 0.03, seed=1, schedule=QUICK, voxel=0.05)
+
+
+def test_each_setup_has_its_number_of_rings_and_all_sensors(rings):
+    verifier = Verifier(FREE, 0.05)
+    for number, result in rings.tried.items():
+        assert len(result.setup.rings) == number
+        assert result.setup.sensors == 30
+        assert verifier.judge(result.setup) == (result.short, result.exact)
+
+
+def test_the_answer_is_within_the_margin_and_one_ring_fewer_is_not(rings):
+    best, fewest = max(r.exact for r in rings.tried.values()), len(rings.result.setup.rings)
+    assert rings.best.exact == best
+    assert rings.result.exact >= best - 0.03
+    assert fewest - 1 in rings.tried or (fewest - 1) * 16 < 30
+    assert all(rings.tried[n].exact < best - 0.03 for n in rings.tried if n < fewest)
+    assert [*rings.tried] == [*range(min(rings.tried), max(rings.tried) + 1)]
+
+
+def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
+    drawn = []
+
+    class Counted(SearchPoints):
+        def __init__(self, *args):
+            drawn.append(args)
+            super().__init__(*args)
+
+    for module in (fewest, pool):
+        monkeypatch.setattr(module, "SearchPoints", Counted)
+    again = fewest_rings(FREE, 30, 0.03, seed=1, schedule=QUICK, voxel=0.05)
+    assert [(n, r.setup) for n, r in again.tried.items()] == [
+        (n, r.setup) for n, r in rings.tried.items()
+    ]
+    assert len(again.tried) > 1
+    assert len(drawn) == 1
+
+
+def test_a_search_with_the_points_of_another_is_the_same_search():
+    free, three = Space(FREE, sensors=20), Space(FREE, sensors=20, rings=3)
+    points = SearchPoints(FREE, free, Criterion(), QUICK, 2)
+    own = search(FREE, three, 2, schedule=QUICK, voxel=0.1)
+    shared = search(FREE, three, 2, schedule=QUICK, voxel=0.1, points=points)
+    assert (shared.setup, shared.exact, shared.sampled) == (own.setup, own.exact, own.sampled)
+
+
+def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED) -> SearchResult:
+    setup = Setup(tuple(Ring("forearm", 0.05 * i, 3) for i in range(rings)))
+    return SearchResult(setup, exact, exact, 0.0, outcome, Statistics(1, 0.0))
+
+
+@settings(max_examples=40)
+@given(
+    st.lists(st.floats(0, 1), min_size=1, max_size=12),
+    st.floats(0, 0.5),
+    st.integers(1, 24),
+    st.integers(1, 3),
+)
+def test_it_ends_at_the_first_number_that_falls_short(values, within, most, each):
+    """By searches whose values are drawn, for each number of rings from 1 upward."""
+    scene = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, most)))
+
+    def known(scene, space, *_, **__):
+        rings = len(values) if space.rings is None else space.rings
+        return _result(rings, values[rings - 1])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fewest, "search", known)
+        sensors = len(values) * min(each, most)
+        found = fewest_rings(scene, sensors, within, schedule=QUICK)
+    best, rings = max(r.exact for r in found.tried.values()), len(found.result.setup.rings)
+    assert found.result.exact == values[rings - 1] >= best - within
+    lowest = min(found.tried)
+    assert lowest in (rings, rings - 1)
+    if lowest == rings:  # fewer cannot hold the sensors
+        assert rings == math.ceil(sensors / most)
+    else:
+        assert values[lowest - 1] < best - within
+
+
+def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
+    def cut(scene, space, *_, **__):
+        if space.rings is None:
+            return _result(5, 0.9)
+        outcome = Outcome.FINISHED if space.rings > 3 else Outcome.INTERRUPTED
+        return _result(space.rings, 0.9, outcome)
+
+    monkeypatch.setattr(fewest, "search", cut)
+    found = fewest_rings(FREE, 20, schedule=QUICK)
+    assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.INTERRUPTED)
+
+
+def test_the_searches_share_the_time(monkeypatch):
+    """Each that uses up its share leaves some for fewer rings, and the end says so."""
+    now, shares = [0.0], []
+
+    def cut(scene, space, seed, cap, *_, **__):
+        shares.append(cap)
+        now[0] += cap
+        return _result(space.rings or 5, 0.9 if (space.rings or 5) > 2 else 0.5, Outcome.TIME)
+
+    monkeypatch.setattr(fewest, "search", cut)
+    monkeypatch.setattr(fewest.time, "monotonic", lambda: now[0])
+    found = fewest_rings(FREE, 20, time_cap=100.0, schedule=QUICK)
+    assert shares == pytest.approx([50.0, 20.0, 12.0, 7.2])
+    assert [*found.tried] == [2, 3, 4, 5]
+    assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.TIME)
+
+
+SPENT = Statistics(1, 1.0)
+
+
+def answer(seed, exact, short=0.0, outcome=Outcome.FINISHED, voxel=0.01):
+    """A result that its soft value tells from others."""
+    return SearchResult(None, float(seed), exact, short, outcome, SPENT, voxel)
+
+
+@given(
+    st.integers(0, 50),
+    st.lists(
+        st.tuples(st.sampled_from([0.2, 0.5, 0.7]), st.sampled_from([0.0, 0.1])),
+        min_size=1,
+        max_size=6,
+    ),
+)
+def test_the_best_is_kept_and_all_are_told(seed, values):
+    told = []
+
+    def run(of, cap, tell):
+        assert cap == np.inf
+        tell(Progress(stage=2, stages=5))
+        return answer(of, *values[of - seed])
+
+    found = repeated_search(run, len(values), seed, tell=told.append)
+    own = [p for p in told if p.stages]
+    assert [(p.search, p.searches) for p in own] == [
+        (i + 1, len(values)) for i in range(len(values))
+    ]
+    assert all((p.stage, p.stages) == (2, 5) for p in own)
+    begun = [p for p in told if not p.stages]  # each search but the first, with the best so far
+    assert [p.search for p in begun] == list(range(2, len(values) + 1))
+    assert [p.best for p in begun] == [
+        max(exact for exact, _ in values[: i + 1]) for i in range(len(values) - 1)
+    ]
+    assert list(found.tried) == list(range(seed, seed + len(values)))
+    least = min(short for _, short in values)
+    exact = max(exact for exact, short in values if short == least)
+    assert (found.result.short, found.result.exact) == (least, exact)
+    assert found.result.sampled == found.seed
+    assert found.tried[found.seed] == found.result
+
+
+@pytest.mark.parametrize("outcome", [Outcome.INTERRUPTED, Outcome.TIME])
+def test_a_stop_ends_all_searches_and_a_rough_count_does_not_win(outcome):
+    results = [answer(0, 0.5), answer(1, 0.9, 0.0, outcome, 0.04), answer(2, 1.0)]
+    found = repeated_search(lambda seed, *_: results[seed], 3, 0)
+    assert list(found.tried) == [0, 1]
+    assert (found.seed, found.result.exact, found.result.outcome) == (0, 0.5, outcome)
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), InfeasibleError("all collide")])
+def test_an_error_of_a_later_search_keeps_the_answers_so_far(stop):
+    def run(seed, cap, tell):
+        if seed == 1:
+            raise stop
+        return answer(seed, 0.5 + seed)
+
+    found = repeated_search(run, 3, 0)
+    interrupted = isinstance(stop, KeyboardInterrupt)
+    assert list(found.tried) == ([0] if interrupted else [0, 2])
+    assert found.result.outcome is (Outcome.INTERRUPTED if interrupted else Outcome.FINISHED)
+    with pytest.raises(type(stop)):
+        repeated_search(run, 1, 1)
+
+
+def test_searches_share_the_time(monkeypatch):
+    clock, caps = count(0.0, 10.0), []
+    monkeypatch.setattr(repeated.time, "monotonic", lambda: next(clock))
+
+    def run(seed, cap, tell):
+        caps.append(cap)
+        return answer(seed, 0.5)
+
+    found = repeated_search(run, 9, 0, 35.0)
+    assert caps == [35.0, 25.0, 15.0, 5.0]
+    assert found.result.outcome is Outcome.TIME
+
+
+def test_each_search_is_the_one_with_its_seed_and_the_command_shows_all(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(searching, "usual", lambda *_: QUICK)
+    scene = pr.Scene.paper(targets=[pr.Shell(0.5)])
+    few = {"sensors_per_ring": 8, "rings_per_link": 1, "voxel": 0.1}
+    both = pr.search(scene, **few, seed=3, searches=2)
+    single = {seed: pr.search(scene, **few, seed=seed) for seed in (3, 4)}
+    assert both.searched == {seed: one.value for seed, one in single.items()}
+    assert both.value == max(both.searched.values())
+    assert both.setup == single[both.seed].setup
+    assert single[3].searched == {}
+    args = ["--paper", "--target", "V_S:0.5", "--sensors-per-ring", 8, "--rings-per-link", 1]
+    code, out, err = run(*args, "--voxel", 0.1, "--seed", 3, "--searches", 2)
+    assert (code, err) == (0, "")
+    record = json.loads((tmp_path / "place-rings-out" / "result.json").read_text())["searches"]
+    assert [(one["seed"], one["best"]) for one in record] == [(s, s == both.seed) for s in (3, 4)]
+    for one in record:
+        assert one["exact_percent"] == pytest.approx(100 * both.searched[one["seed"]])
+        assert f"{one['seed']}: {one['exact_percent']:.2f}" in out
+
+
+@pytest.mark.parametrize("more", [{"reach_percent": 50}, {"sensors": 20, "fewest_rings": True}])
+def test_searches_for_the_fewest_are_not_repeated(more):
+    with pytest.raises(pr.InputError, match=r"searches: found 2.*fewest_rings"):
+        pr.search(searches=2, **more)
+    with pytest.raises(pr.InputError, match="searches: found 0"):
+        pr.search(searches=0)

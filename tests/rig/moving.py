@@ -1,0 +1,200 @@
+"""Faults that strike a check while it moves a simulated robot, and what it should report."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+from typing import NamedTuple
+
+import psutil
+from place_rings.rig.robot.motion import UNSEEN
+from place_rings.rig.robot.vetting import Ended
+
+RINGS = 2
+_PAUSE = 1.5  # s, pause of a stopped process before it resumes
+
+
+class MovingCheck:
+    """The check of ``moving_check.py`` at a simulated rig, in a process of its own."""
+
+    def __init__(self, rig):
+        words = [rig.address, *map(rig.ring, range(RINGS))]
+        self.process = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("moving_check.py")), *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        self._said = Queue()
+        self._reader = Thread(target=self._read)
+        self._reader.start()
+        self.wait("waiting", 200)
+
+    def _read(self):
+        for line in self.process.stdout:
+            self._said.put(json.loads(line))
+        self._said.put({"what": "gone", "why": ""})
+
+    def wait(self, what, seconds=60):
+        """The next message about ``what``, or that the check ended or its process is gone."""
+        while (said := self._said.get(timeout=seconds))["what"] not in (what, "ended", "gone"):
+            pass
+        return said
+
+    def ready(self):
+        return self.process.poll() is None and not self.process.stdin.closed
+
+    def answer(self, line):
+        with suppress(OSError, ValueError):
+            self.process.stdin.write(f"{line}\n")
+            self.process.stdin.flush()
+
+    def no_more(self):
+        with suppress(OSError):
+            self.process.stdin.close()
+
+    def children(self):
+        return psutil.Process(self.process.pid).children()
+
+    def close(self):
+        self.no_more()
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(10)
+        self.process.kill()
+        self.process.wait()
+        self._reader.join()
+        self.process.stdout.close()
+
+
+def later(do):
+    def work():
+        time.sleep(_PAUSE)
+        with suppress(psutil.NoSuchProcess, ProcessLookupError):
+            do()
+
+    Thread(target=work, daemon=True).start()
+
+
+def to_check(number):
+    """A signal to the check, which resumes later where it is stopped."""
+
+    def strike(rig, check):
+        check.process.send_signal(number)
+        if number == signal.SIGSTOP:
+            later(lambda: check.process.send_signal(signal.SIGCONT))
+
+    return strike
+
+
+def to_child(module, number):
+    """The same to one of its processes."""
+
+    def strike(rig, check):
+        child = next(c for c in check.children() if module in " ".join(c.cmdline()))
+        child.send_signal(number)
+        if number == signal.SIGSTOP:
+            later(child.resume)
+
+    return strike
+
+
+def done(do, **more):
+    return lambda rig, check: rig.do(do, **more)
+
+
+def both(one, other):
+    return lambda rig, check: [strike(rig, check) for strike in (one, other)]
+
+
+MOVER, READER = (partial(to_child, f"robot.{name}_process") for name in ("motion", "link"))
+NEAR, DROP = done("near", ring=1, at=0.05), done("drop")
+CLOSED, STALE, STOPPED, ABORTED = (
+    why.value for why in (Ended.CLOSED, Ended.STALE, Ended.STOPPED, Ended.ABORTED)
+)
+_FAULTS = {
+    "a reading is too near": (NEAR, "ring 1: .* 0 .* 150 mm"),
+    "all sensors of a ring fail": (done("fail", ring=1, share=1.0), "ring 1: 16 of 16 "),
+    "more sensors of a ring fail than may": (done("fail", ring=1, share=0.32), "ring 1: 5 of 16 "),
+    "a ring's distances no longer change": (
+        done("freeze", ring=1, share=1.0),
+        r"ring 1: .* \d frames",
+    ),
+    "half of a ring's distances no longer change": (
+        done("freeze", ring=1, share=0.5),
+        r"ring 1: \d of 16 .* \d frames",
+    ),
+    "a ring is silent": (done("silent", ring=1), "ring 1: .*silent"),
+    "a ring is unplugged": (done("unplug", ring=1), "ring 1: .*silent"),
+    "a ring sends no intact frame": (done("garble", ring=1), "ring 1: .*silent"),
+    "the robot's side closes the connection": (done("close"), f"{CLOSED}|ended its program"),
+    "the stream of states stalls": (done("stall"), STALE),
+    "the cable to the robot is pulled": (DROP, STALE),
+    "a malformed package ends the client": (done("zero"), "process ended"),
+    "a protective stop": (done("stop", how="protective"), STOPPED),
+    "an emergency stop": (done("stop", how="emergency"), STOPPED),
+    "the safeguard stops the robot": (done("stop", how="safeguard"), STOPPED),
+    "the program is stopped at the pendant": (done("pendant"), "ended its program"),
+    "the controller ignores its program's stop": (
+        both(done("ignore", how="unwilling"), NEAR),
+        "ring 1: .* 150 mm",
+    ),
+    "the controller ignores every stop": (both(done("ignore"), NEAR), UNSEEN),
+    "Ctrl-C": (to_check(signal.SIGINT), "interrupted"),
+    "SIGTERM to the check": (to_check(signal.SIGTERM), "SIGTERM"),
+    "SIGHUP to the check": (to_check(signal.SIGHUP), "SIGHUP"),
+    "SIGKILL to the check": (to_check(signal.SIGKILL), ""),
+    "SIGKILL to the check, and the controller answers nothing": (
+        both(DROP, to_check(signal.SIGKILL)),
+        "",
+    ),
+    "SIGSTOP to the check, then SIGCONT": (
+        to_check(signal.SIGSTOP),
+        f"held up|no sign of life|{STALE}",
+    ),
+    "SIGTERM to the process that moves the robot": (MOVER(signal.SIGTERM), "SIGTERM"),
+    "SIGKILL to the process that moves the robot": (MOVER(signal.SIGKILL), "SIGKILL"),
+    "SIGSTOP to the process that moves the robot, then SIGCONT": (
+        MOVER(signal.SIGSTOP),
+        "the process that moves it",
+    ),
+    "SIGHUP to the process that moves the robot": (MOVER(signal.SIGHUP), ""),
+    "SIGTERM to the process that reads the robot": (READER(signal.SIGTERM), ABORTED),
+    "SIGKILL to the process that reads the robot": (READER(signal.SIGKILL), ABORTED),
+    "SIGSTOP to the process that reads the robot, then SIGCONT": (READER(signal.SIGSTOP), STALE),
+    "SIGHUP to the process that reads the robot": (READER(signal.SIGHUP), ""),
+    "the end of input before the next question": (
+        lambda rig, check: check.no_more(),
+        "ended by the user",
+    ),
+}
+
+
+class Fault(NamedTuple):
+    """A fault and its expected report."""
+
+    strike: Callable
+    """Injects the fault."""
+    reported: str
+    """Pattern of the expected report; empty if the check cannot report."""
+    moves: bool
+    """True if the motion must complete, as the fault does not concern it."""
+    stops: bool
+    """False if nothing can stop the robot."""
+
+
+FAULTS = {
+    name: Fault(
+        *fault,
+        moves=name.startswith(("SIGHUP to the process", "the end of input")),
+        stops=name != "the controller ignores every stop",
+    )
+    for name, fault in _FAULTS.items()
+}

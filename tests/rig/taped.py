@@ -1,0 +1,56 @@
+"""A whole check of a simulated rig: its recording, and what is found."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.writing import to_toml
+from place_rings.rig.check.assessment import Assessment, assess
+from place_rings.rig.check.planned_check import PlannedCheck
+from place_rings.rig.check.plans import write_plans
+from place_rings.rig.mount.stop_plan import planned
+from place_rings.rig.recording.recording import RecordingReader
+from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import places, plan_rod
+from place_rings.rig.session.gathering import Gathered, replay
+
+from .cell import SETUP, SHELLS
+from .tape import about_file, record
+
+
+@dataclass(frozen=True)
+class Taped:
+    """A recorded check of ``SETUP`` in ``SHELLS``."""
+
+    folder: Path
+    """Its proposal small.toml, and its plans."""
+    file: Path
+    """Its recording."""
+    checked: PlannedCheck
+    """What was asked for."""
+    recorded: RecordingReader
+    """What was recorded."""
+    gathered: Gathered
+    """What it told."""
+    found: Assessment
+    """What a live check finds."""
+
+
+def stops():
+    return planned(SHELLS, SETUP, poses=10, frames=8, candidates=60)
+
+
+def recorded(folder, stops):
+    targets = [goal.target for goal in SHELLS.goals]
+    plans = [
+        plan_rod(SHELLS, SETUP, t, n, where=places(SHELLS, t, Rod(), 0.1))
+        for t, n in zip(targets, (12, 8), strict=True)
+    ]
+    asked = about_file("small.toml", SHELLS, SETUP, stops, plans)
+    file, checked = record(folder / "tape.rig", asked)
+    (folder / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SHELLS)))
+    write_plans(SHELLS, checked.plans, folder)
+    reader = RecordingReader(file)
+    gathered = replay(reader, checked.ports, checked.about.stale_s)
+    found = assess(checked, gathered, reader.wall)
+    return Taped(folder, file, checked, reader, gathered, found)

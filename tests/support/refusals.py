@@ -1,0 +1,29 @@
+"""One check of error messages: a single line that names file, key and value, in any wording."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from place_rings.formats.errors import UserError
+
+
+def has_parts(line: str, parts: str) -> bool:
+    """Return whether a line has all parts, whole words in this order.
+
+    Args:
+        line: a message.
+        parts: what the message must state, separated by blanks, such as ``scene.toml version 3``.
+    """
+    words = (rf"(?<![\w.]){re.escape(part)}(?!\w|\.\w)" for part in parts.split())
+    return "\n" not in line.strip() and re.search(".*".join(words), line) is not None
+
+
+@contextmanager
+def refused(
+    parts: str = "", error: type[Exception] = UserError
+) -> Iterator[pytest.ExceptionInfo[Exception]]:
+    """Expect an error whose message is one line with these parts."""
+    with pytest.raises(error) as caught:
+        yield caught
+    assert has_parts(str(caught.value), parts), f"{parts!r} is not in: {caught.value}"
