@@ -9,15 +9,9 @@ from ...formats.schema.versions import FILE_VERSION
 from .scenes import Rings
 
 FILE = "setups.toml"
-USE = (
-    "python -c 'import sys, tomllib, tomli_w; print(tomli_w.dumps("
-    'tomllib.load(open(sys.argv[1], "rb"))[sys.argv[2]]))\' setups.toml NAME > NAME.toml'
-)
-"""Command that writes the proposal with a name."""
-HOW = (
-    f"Each table of `{FILE}` is a proposal. To count one again, write it to a file of its own:\n\n"
-    f"```bash\n{USE}\nplace-rings verify NAME.toml\n```\n"
-)
+USE = f"place-rings verify {FILE}:NAME"
+"""Command that counts the proposal with a name."""
+HOW = f"Each table of `{FILE}` is a proposal. To count one again:\n\n```bash\n{USE}\n```\n"
 """Paragraph for the pages of studies that write setups."""
 
 
@@ -31,4 +25,4 @@ def setups_toml(setups: Mapping[str, tuple[Rings, Mapping[str, Any]]]) -> str:
         name: {"version": FILE_VERSION, "rings": rings, "scene": dict(scene)}
         for name, (rings, scene) in setups.items()
     }
-    return f"# Each table is a proposal. To write one:\n# {USE}\n\n{tomli_w.dumps(tables)}"
+    return f"# Each table is a proposal. To count one again: {USE}\n\n{tomli_w.dumps(tables)}"

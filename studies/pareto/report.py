@@ -86,7 +86,7 @@ def ends_and_knees(kept: Sequence[Point]) -> dict[str, Point]:
     Args:
         kept: points of all fronts, ordered as ``front`` returns them.
     """
-    found = {}
+    found = dict[str, Point]()
     for n in dict.fromkeys(p.sensors for p in kept):
         mine = [p for p in kept if p.sensors == n]
         a, b = mine[0], mine[-1]

@@ -4,6 +4,7 @@ answer.
 
 import _thread
 import math
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -176,6 +177,15 @@ def test_an_interrupt_keeps_the_best_so_far(scene, round_):
     assert 0 < stopped.exact < 1
 
 
+@pytest.fixture
+def interruptible():
+    """Ctrl-C interrupts the main thread, also in a process that was started to ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(("module", "name"), [(Exchange, "put"), (RuinRecreate, "improved")])
 def test_ctrl_c_while_a_thread_works_keeps_what_it_found(scene, monkeypatch, module, name):
     """The interrupt comes to the main thread, which waits; random setups would reach a third."""

@@ -10,6 +10,7 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.cli.runs import place
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
@@ -324,6 +325,7 @@ def test_searches_share_the_time(monkeypatch):
 
 def test_each_search_is_the_one_with_its_seed_and_the_command_shows_all(run, tmp_path, monkeypatch):
     monkeypatch.setattr(searching, "usual", lambda *_: QUICK)
+    monkeypatch.setattr(place, "placement_picture", lambda *_, **__: None)
     scene = pr.Scene.paper(targets=[pr.Shell(0.5)])
     few = {"sensors_per_ring": 8, "rings_per_link": 1, "voxel": 0.1}
     both = pr.search(scene, **few, seed=3, searches=2)

@@ -357,12 +357,13 @@ def test_given_rings_fixed_rings_and_single_sensors_count():
     known = upper_bound(NARROW, Space(NARROW, layout), effort=QUICK)
     zeta = Verifier(NARROW, 0.04).verify(layout, target).zeta
     assert zeta - _COUNT <= known.value < 0.9
-    ring = Ring("forearm", 0.5, 6, 0.3)
+    ring = Ring("forearm", 0.8, 6, 0.3)
     single = MountedSensor("upper_arm", (0.1, 0, 0), (0, 0, 1), NEAR.sensor)
     held = replace(NARROW, rules=Rules(mount="free", fixed=(ring,), fixed_sensors=(single,)))
     pose = AtPose(held, Space(held, sensors=6), 0)
     assert len(pose.families) == 3
     assert len(pose.held) == 7
+    held = replace(held, limits=NARROW.limits | {"forearm": NOWHERE, "tool": NOWHERE})
     nothing = upper_bound(held, Space(held, sensors=6), effort=QUICK)
     zeta = Verifier(held, 0.04).verify(Setup((ring,), (single,)), target).zeta
     assert zeta - _COUNT <= nothing.value < 0.7

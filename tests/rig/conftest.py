@@ -17,3 +17,11 @@ def taped(tmp_path_factory, stops):
     from . import taped
 
     return taped.recorded(tmp_path_factory.mktemp("taped"), stops)
+
+
+@pytest.fixture(scope="session")
+def plans():
+    """Plans of a check that moves the robot: all stops are reachable."""
+    from . import taped
+
+    return taped.plans()

@@ -1,13 +1,13 @@
 """A whole check of a simulated rig: its recording, and what is found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.rig.check.assessment import Assessment, assess
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import write_plans
+from place_rings.rig.check.plans import CheckOptions, plan_check, write_plans
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rod.rod import Rod
@@ -38,6 +38,13 @@ class Taped:
 
 def stops():
     return planned(SHELLS, SETUP, poses=10, frames=8, candidates=60)
+
+
+def plans():
+    options = CheckOptions(
+        ("self", "mount", "coverage"), 2.0, False, 10, 4, Rod(), False, False, 0.1, 0
+    )
+    return plan_check(SETUP, replace(SHELLS, goals=SHELLS.goals[1:]), options, moved=True)
 
 
 def recorded(folder, stops):

@@ -29,7 +29,7 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check import live
 from place_rings.rig.check.models import CheckResult, PortModel
-from place_rings.rig.check.plans import plan_check
+from place_rings.rig.check.plans import Plans
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.line_monitor import SILENT, Port
 from place_rings.rig.robot.link import Link
@@ -72,6 +72,12 @@ def standstill(simulated, since):
     return None
 
 
+def runs(process):
+    with suppress(psutil.NoSuchProcess):
+        return process.status() != psutil.STATUS_ZOMBIE  # nobody asks how an orphan ended
+    return False
+
+
 def struck(simulated, check, name):
     """What went wrong as a fault struck a motion; None if a busy machine disturbed it before."""
     strike, reported, moves, stops = FAULTS[name]
@@ -83,24 +89,23 @@ def struck(simulated, check, name):
     strike(simulated, check)
     still, wrong = standstill(simulated, since), []
     said = check.wait("arrived" if moves else "ended")
-    if said["what"] == "arrived":
+    arrived = said["what"] == "arrived"
+    if arrived:
         check.answer("s")
         said = check.wait("ended")
-    elif moves:
-        wrong.append("did not arrive")
     why, left = said["why"], psutil.wait_procs(family, LEFT)[1]
     if said["what"] == "gone":
         check.process.wait()
-    if not re.search(reported, why):
+    if arrived != moves or not re.search(reported, why):
         if re.search(LIMITS, why):
             return None
-        wrong.append(f"reported: {why}")
+        wrong.append(f"arrived: {arrived}, reported: {why}")
     admitted = UNSEEN in why or "only after" in why
     if still is None and stops and not moves:
         wrong.append("still moves")
     if not (moves or admitted or (still is not None and still <= STILL)):
         wrong.append(f"stood still after {still} s, and reported: {why}")
-    return wrong + [f"left: {process}" for process in left]
+    return wrong + [f"left: {process}" for process in left if runs(process)]
 
 
 def results(names):
@@ -270,12 +275,15 @@ def result_of(folder):
 
 
 @pytest.mark.slow
-def test_a_check_of_the_simulated_rig_its_replay_and_its_log_find_what_was_injected(tmp_path):
+def test_a_check_of_the_simulated_rig_and_its_replay_find_what_was_injected(
+    tmp_path, monkeypatch, plans
+):
     """Of a ring of single zones and a ring of sixteen."""
     pytest.importorskip("rtde_control")
     scene = replace(SCENE, goals=SHELLS.goals[1:])
-    small, out, voxel = written(tmp_path, ZONED, scene), tmp_path / "live", ("--voxel", "0.1")
-    words = ["--rig", "sim", "--stops", 10, "--trials", 4, "--seconds", 2, *voxel, "--bag"]
+    small, out = written(tmp_path, ZONED, scene), tmp_path / "live"
+    monkeypatch.setattr(check_runs, "plan_check", lambda *_: plans)
+    words = ["--rig", "sim", "--voxel", "0.1", "--bag"]
     assert call("check", small, *words, "--out", out) == 1
     result = result_of(out)
     assert result.verdict == "differs"
@@ -286,14 +294,12 @@ def test_a_check_of_the_simulated_rig_its_replay_and_its_log_find_what_was_injec
     assert call("check", "--replay", recording, "--out", tmp_path / "again") == 1
     for file in (tmp_path / "again").iterdir():
         assert file.read_bytes() == (out / file.name).read_bytes(), file.name
-    log = ["--joints", out / "bag-1", "--plan", out, *voxel]
-    assert call("check", small, *log, "--out", tmp_path / "log") == 1
-    logged = result_of(tmp_path / "log").mount
-    assert [ring.faults for ring in logged.rings] == [ring.faults for ring in result.mount.rings]
 
 
 @pytest.mark.slow
-def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path, monkeypatch):
+def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
+    tmp_path, monkeypatch, plans
+):
     """As on a real rig, with its questions, but with more patience than a real one has."""
     pytest.importorskip("rtde_control")
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
@@ -302,18 +308,18 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
     small = written(tmp_path, setup, scene)
     monkeypatch.setattr(live, "_REAL", 25.0)
     monkeypatch.setattr(rig_options, "PortModel", partial(PortModel, patience=25.0))
-    plans = {}  # planned once
-
-    def once(setup, scene, options, moved):
-        if options.parts not in plans:
-            plans[options.parts] = plan_check(setup, scene, options, True)
-        return plans[options.parts]
-
-    monkeypatch.setattr(check_runs, "plan_check", once)
+    few = replace(plans.mount, joints=plans.mount.joints[:3])
+    monkeypatch.setattr(
+        check_runs,
+        "plan_check",
+        lambda setup, scene, options, moved: (
+            Plans(1.0, None) if options.parts == ("self",) else Plans(None, few)
+        ),
+    )
     monkeypatch.setattr("builtins.input", lambda *_: answers.pop(0))
     with simulated_rig(scene, setup, 0, tmp_path, "none") as rig:
-        words = ["check", small, "--robot-host", rig.address, "--voxel", "0.1", "--seconds", "1"]
-        mount = ["--part", "mount", "--stops", "3"]
+        words = ["check", small, "--robot-host", rig.address, "--voxel", "0.1"]
+        mount = ["--part", "mount"]
         one, other = rig.ring(1), rig.ring(0)
         swapped = ["--ring", f"forearm={one}", "--ring", f"tool={other}"]
         with refused(one, other, "forearm", "tool") as error:

@@ -252,10 +252,9 @@ def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_t
         time.sleep(3 * SIGN)  # at rest nothing is expected
         process.stdin.write(MOVE)
         reader, said = RecordReader(), []
-        while len(said) < 3:
+        while not any("sign of life" in word for word in said):
             said += [r.data.decode() for r in reader.feed(os.read(process.stdout.fileno(), 4096))]
         assert said[:2] == ["ready", "moving"]
-        assert "sign of life" in said[2]
         process.stdin.close()
         process.stdin = None
         assert process.wait(60) == 0

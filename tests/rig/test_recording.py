@@ -286,14 +286,14 @@ def timed(arrived, clock, sequence=None, era=None):
 
 @given(st.integers(0, 2**32 - 1), st.floats(0, 65535))
 def test_a_frame_that_came_late_has_the_time_of_its_measurement_by_clock_or_by_number(seed, first):
-    rng, sent = np.random.default_rng(seed), 50 + np.arange(600) / 20
-    arrived, none = delayed(rng, sent), np.full(600, np.nan)
-    number = int(first) + np.arange(600)
+    rng, sent = np.random.default_rng(seed), 50 + np.arange(300) / 20
+    arrived, none = delayed(rng, sent), np.full(300, np.nan)
+    number = int(first) + np.arange(300)
     for clock in (1.00004 * sent - 7, none):
-        some = np.ones(600, bool) if np.isnan(clock).all() else arrived - sent < 0.1  # as lines do
+        some = np.ones(300, bool) if np.isnan(clock).all() else arrived - sent < 0.1  # as lines do
         times = timed(arrived[some], clock[some], number[some])
         np.testing.assert_allclose(np.sort(times), sent[some], atol=0.01)
-    uneven = np.cumsum(rng.uniform(0.02, 0.2, 600))  # its numbers are no clock
+    uneven = np.cumsum(rng.uniform(0.02, 0.2, 300))  # its numbers are no clock
     arrived = delayed(rng, uneven)
     np.testing.assert_array_equal(timed(arrived, none, number), arrived)
 

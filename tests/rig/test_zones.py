@@ -15,6 +15,7 @@ from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import paper_scene
+from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.part_results import part_results
 from place_rings.rig.check.plans import Plans
 from place_rings.rig.check.self_check import self_check
@@ -41,6 +42,7 @@ from place_rings.rig.simulated_cell.world import World
 
 from .cell import SCENE
 from .tape import about_file, assessed, record
+from .test_files import opened
 
 FAULTS = ("reversed ring", "swapped pair", "dead sensor", "turned sensor")
 SENSOR = effective(Use("vl53l5cx")).sensor
@@ -242,3 +244,16 @@ def test_frames_of_another_number_of_zones_are_said(zoned):
     recorded = RecordingReader(file)
     done = part_results(other, replay(recorded, checked.ports, checked.about.stale_s))
     assert done.grids == {0: (16, 64)}
+
+
+def test_the_log_of_a_check_holds_every_zone(zoned, tmp_path):
+    file, checked = zoned
+    recorded = RecordingReader(file)
+    live = replay(recorded, checked.ports, checked.about.stale_s)
+    bag = write_bag(checked, live, recorded.epoch, tmp_path)[0]
+    read = opened(tmp_path / bag, setup=checked.setup).gathered
+    (*_, distance, status), (*_, was, told) = (g.rows_with_zones(1) for g in (read, live))
+    np.testing.assert_array_equal(status, told)
+    valid = told == Status.VALID
+    assert valid.any()
+    np.testing.assert_allclose(distance[valid], was[valid], atol=2e-3)
