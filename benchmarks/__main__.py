@@ -43,31 +43,31 @@ class Part:
 PARTS = {
     "count": Part(
         "Exact count: comparison with dense counts, random points, rays and meshes",
-        *(5, 30, "more voxels, setups and sizes, and 40 printed proposals of each robot"),
+        *(4, 20, "more voxels, setups and sizes, and 40 printed proposals of each robot"),
     ),
     "certified": Part(
         "Guaranteed intervals: comparison with mesh Booleans", 1, 2, "an interval of 0.01 points"
     ),
     "estimator": Part(
         "Soft estimator: comparison with straightforward JAX, PyTorch and NumPy",
-        *(2, 4, "all widths of the sigmoid"),
+        *(1, 2, "all widths of the sigmoid"),
     ),
     "search": Part(
         "Search: comparison with other optimisers, spread over seeds, modes and scale",
-        *(12, 420, "18 questions, five seeds, differential evolution, all modes and sizes"),
+        *(9, 150, "18 questions, five seeds, differential evolution, all modes and sizes"),
     ),
     "start_up": Part(
-        "Start-up time of commands", 2, 18, "more rounds, and the questions of the docs"
+        "Start-up time of commands", 1, 10, "more rounds, and the questions of the docs"
     ),
     "rig": Part(
         "Rig: margins of checks, and times to detection and standstill under faults",
-        *(5, 240, "ten runs of each fault, alone and beside busy processes; 200 checks"),
+        *(5, 60, "ten runs of each fault, alone and beside busy processes; 200 checks"),
     ),
     "viewer": Part(
         "Viewer: accuracy of its estimates, and time to a new estimate and to the first picture",
         *(2, 5, "more events and visits"),
     ),
-    "house": Part("Size of the source tree", 0.2, 0.2, "nothing"),
+    "house": Part("Size of the source tree", 0.1, 0.1, "nothing"),
 }
 
 

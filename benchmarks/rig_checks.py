@@ -129,7 +129,14 @@ def report(runs: int, late: int) -> list[str]:
     seeds = [*range(runs), *range(late)]
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         found = list(pool.map(one, seeds, [i >= runs for i in range(len(seeds))]))
-    heads = ("statement", "frames", "trials", "true in", "p", f"significantly below {RATE:.0%}")
+    heads = (
+        "statement",
+        "frames",
+        "trials",
+        "true in",
+        "p",
+        f"significantly below {100 * RATE:g} %",
+    )
     rows = [*statements(found[:runs], "in time"), *statements(found[runs:], "late")]
     for row in rows:
         say(*row)
@@ -139,8 +146,8 @@ def report(runs: int, late: int) -> list[str]:
     )
     return [
         (__doc__ or "").split("\n\n", 1)[1].strip().replace("\n", " "),
-        f"The last column is a one-sided binomial test of a rate of {RATE:.0%} at the level of"
-        f" {LEVEL:.0%}.",
+        f"The last column is a one-sided binomial test of a rate of {100 * RATE:g} % at the level of"
+        f" {100 * LEVEL:g} %.",
         table(heads, rows),
         "Errors of the estimates, and their stated margins:",
         errors(found[:runs]),
