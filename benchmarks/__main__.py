@@ -99,7 +99,7 @@ def main() -> None:
     for name in names:
         print(f"== {name}", flush=True)
         began = time.monotonic()
-        measurement = Measurement.begin(f"python benchmarks {name}{' --full' * given.full}")
+        measurement = Measurement.begin(f"python benchmarks {name}{' --full' * given.full}", ROOT)
         blocks = importlib.import_module(name).report(given.full)
         write_section(given.page, name, "\n\n".join([measurement.header, *blocks]))
         print(f"== {name} took {(time.monotonic() - began) / 60:.1f} minutes", flush=True)

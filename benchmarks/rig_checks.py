@@ -146,8 +146,8 @@ def report(runs: int, late: int) -> list[str]:
     )
     return [
         (__doc__ or "").split("\n\n", 1)[1].strip().replace("\n", " "),
-        f"The last column is a one-sided binomial test of a rate of {100 * RATE:g} % at the level of"
-        f" {100 * LEVEL:g} %.",
+        f"The last column is a one-sided binomial test of a rate of {100 * RATE:g} % at the level"
+        f" of {100 * LEVEL:g} %.",
         table(heads, rows),
         "Errors of the estimates, and their stated margins:",
         errors(found[:runs]),
@@ -177,7 +177,7 @@ def statements(found: Sequence[dict[str, Any]], frames: str) -> Iterator[list[st
 
 
 def errors(found: Sequence[dict[str, Any]]) -> str:
-    """Return the table of errors and margins by value; a ring's last values are known to all."""
+    """Return the table of errors and margins by value; a ring without a slip has the last three."""
     rows = []
     for n, (name, unit, scale) in enumerate(VALUES):
         off, margin = (

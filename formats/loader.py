@@ -237,5 +237,6 @@ def how_found(name_or_path: str) -> FoundModel | None:
     """Return the record of the search in a proposal that ``resolve`` read; None for other
     setups."""
     path = Path(name_or_path)
-    named = not path.suffix.lower().startswith(".toml") or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
-    return None if named else read_model(path, ProposalFile).found
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) or not path.suffix.lower().startswith(".toml"):
+        return None
+    return read_model(path, ProposalFile).found

@@ -38,13 +38,18 @@ class Measurement:
     """Load average per core of the minute before it began."""
 
     @classmethod
-    def begin(cls, command: str) -> "Measurement":
-        """Read version, commit, date, processor and load."""
+    def begin(cls, command: str, root: Path = _ROOT) -> "Measurement":
+        """Read version, commit, date, processor and load.
+
+        Args:
+            command: command that measures the page again.
+            root: folder of the checkout; by default that of the rooms.
+        """
         cores = os.cpu_count() or 1
         return cls(
             command,
             version("place-rings"),
-            _commit(),
+            _commit(root),
             datetime.now(UTC).strftime("%Y-%m-%d"),
             f"{_processor()}, {cores} cores",
             psutil.getloadavg()[0] / cores,
@@ -75,11 +80,11 @@ def _processor() -> str:
     return next(names, platform.machine())
 
 
-def _commit() -> str | None:
-    """Return the commit of the checkout that holds the rooms."""
-    if not (_ROOT / ".git").exists():
+def _commit(root: Path) -> str | None:
+    """Return the commit of a checkout; None if the folder is none."""
+    if not (root / ".git").exists():
         return None
-    git = ["git", "-C", str(_ROOT)]
+    git = ["git", "-C", str(root)]
     try:
         head, changes = (
             subprocess.run([*git, *words], capture_output=True, text=True, check=True).stdout

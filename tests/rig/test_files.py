@@ -398,19 +398,16 @@ def test_a_bag_of_several_files_is_one_and_its_times_must_be_in_order(tmp_path):
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """The bytes of a small MCAP file and of a small database."""
+    """A small MCAP file and a small database."""
     folder = tmp_path_factory.mktemp("small")
     write_mcap(folder / "a.mcap", standing(0.3), chunk_size=2000)
     write_sqlite(folder / "bag", standing(0.3))
-    return {
-        ".mcap": (folder / "a.mcap").read_bytes(),
-        ".db3": (folder / "bag" / "bag_0.db3").read_bytes(),
-    }
+    return {".mcap": folder / "a.mcap", ".db3": folder / "bag" / "bag_0.db3"}
 
 
 @given(st.sampled_from([".mcap", ".db3"]), st.floats(0, 1), st.integers(1, 255), st.booleans())
 def test_a_damaged_file_is_read_or_refused(small, tmp_path_factory, kind, at, by, cut):
-    data = bytearray(small[kind])
+    data = bytearray(small[kind].read_bytes())
     place = int(at * (len(data) - 1))
     data[place] ^= by
     path = tmp_path_factory.mktemp("bad") / f"a{kind}"

@@ -185,7 +185,7 @@ except KeyboardInterrupt:
 
 
 def test_a_page_names_how_it_was_measured_below_its_title(tmp_path):
-    measured = Measurement.begin("place-rings study robots")
+    measured = Measurement.begin("place-rings study robots", ROOT)
     now = datetime.now(UTC)
     days = {(now - timedelta(days=n)).strftime("%Y-%m-%d") for n in (0, 1)}
     assert (measured.version, measured.command) == (
