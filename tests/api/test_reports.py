@@ -136,6 +136,7 @@ def test_a_motion_file_is_the_motion_of_its_numbers(tmp_path):
     np.testing.assert_array_equal(file.time_s, ours.time_s)
 
 
+@pytest.mark.slow
 def test_a_study_writes_what_the_command_writes_and_resumes(run, monkeypatch, tmp_path):
     """A study of few and coarse measurements."""
     monkeypatch.setattr(convergence, "SETUPS", ("n3_16_55",))

@@ -29,6 +29,7 @@ def caches(monkeypatch, tmp_path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_second_process_adds_no_entry(caches):
     def entries() -> set[str]:
         out = subprocess.run(

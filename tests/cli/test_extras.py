@@ -54,6 +54,7 @@ def without_extras(commands, folder):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_a_command_without_its_extra_says_what_to_install(tmp_path):
     told = without_extras([f"{words} --out none" for words in NEEDS], tmp_path)
     for parts, (code, out, err) in zip(NEEDS.values(), told, strict=True):
@@ -70,6 +71,7 @@ def test_the_core_is_enough(tmp_path):
     assert made >= {"proposal.toml", "report.html"}
 
 
+@pytest.mark.slow
 def test_pytest_starts_beside_a_plugin_of_dash_that_warns(tmp_path):
     """As where ``[test,bench]`` is installed: open3d brings dash, whose plugin warns as pytest
     loads it.

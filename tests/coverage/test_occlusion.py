@@ -324,6 +324,7 @@ def test_the_gap_of_a_cone_is_a_distance():
     assert np.all(np.abs(gap - value) >= -1e-12)
 
 
+@pytest.mark.slow
 def test_the_blinded_distance_has_its_gradient():
     """By apex and axis, against central differences; where the beam is not just grazed."""
     rng = np.random.default_rng(5)

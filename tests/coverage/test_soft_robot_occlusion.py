@@ -22,6 +22,8 @@ from place_rings.coverage.solids.polyhedra import box, hull
 
 from ..support import drawing
 
+pytestmark = pytest.mark.slow
+
 estimate, stop = jax.jit(soft_zeta), jax.jit(soft_stop)
 MIDDLE, SIZE = (0.4, 0.1, 0.2), np.array((0.2, 0.3, 0.1))  # m
 BOX = (box(MIDDLE, SIZE),)

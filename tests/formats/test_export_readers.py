@@ -321,6 +321,7 @@ EACH = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "to"), EACH)
 def test_an_export_is_read_by_a_reader_of_its_format(tmp_path, name, to):
     what = placed(name)

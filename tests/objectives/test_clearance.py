@@ -308,6 +308,7 @@ def assert_clear(
     assert all(o.body(points).min() >= scene.rules.clearance - 1e-6 for o in scene.obstacles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(ROBOTS))
 def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
     scene = CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="blind")

@@ -94,6 +94,7 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", sorted(ROBOTS))
 @pytest.mark.parametrize("occlusion", ["shadow", "blind"])
 def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, occlusion):

@@ -82,6 +82,7 @@ def _drawn(name, kind, seen=1):
     return library, field, known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_combination_keeps_the_rules_and_covers_what_its_value_says(name, kind):

@@ -225,6 +225,7 @@ def far():
     return improve(FAR, named_setup("n3_16_55"), 3, seed=1, plan=SHORT, voxel=0.04)
 
 
+@pytest.mark.slow
 def test_three_changes_to_the_papers_best_gain_points(far):
     """By the full plan 5, 7.7 and 9.6 points; the short one must come near."""
     assert far.mounted.exact == pytest.approx(0.523, abs=0.002)

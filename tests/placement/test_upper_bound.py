@@ -43,6 +43,8 @@ from scipy.ndimage import map_coordinates
 
 from ..support import drawing
 
+pytestmark = pytest.mark.slow
+
 NEAR = paper_scene(goals=(Goal(Target("V_S", 0.5)),))
 
 

@@ -44,6 +44,7 @@ def judged(seed, plan):
     return [f.holds(t) for f, t in zip(fits, truth, strict=True)], np.concatenate(each).tolist()
 
 
+@pytest.mark.slow
 def test_margins_hold_as_often_as_they_say_although_frames_come_late(stops):
     held = [judged(seed, stops) for seed in range(2)]
     for hits in (

@@ -57,6 +57,7 @@ def zoned(tmp_path_factory):
     return record(tmp_path_factory.mktemp("zones") / "tape.rig", asked)
 
 
+@pytest.mark.slow
 def test_a_swapped_pair_and_a_turned_sensor_of_zones_are_found(zoned):
     file, checked = zoned
     done = checked.injected
@@ -67,6 +68,7 @@ def test_a_swapped_pair_and_a_turned_sensor_of_zones_are_found(zoned):
     assert any(all(part in reason for part in parts) for reason in result.reasons)
 
 
+@pytest.mark.slow
 def test_a_ring_of_zones_is_found_where_it_sits():
     """Without noise: zones have rays, whose nearest is farther than the nearest point of the beam,
     which once gave an offset of 3 mm.

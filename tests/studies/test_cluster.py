@@ -20,6 +20,8 @@ from place_rings.studies.engine.store import Cell, Store
 from . import odd_works
 from .odd_works import ALL
 
+pytestmark = pytest.mark.slow
+
 ODD = {"distributed.worker.preload": [odd_works.__file__]}
 
 

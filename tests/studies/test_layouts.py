@@ -256,6 +256,7 @@ def small(monkeypatch, tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_score_lies_in_its_interval_and_the_page_is_made_of_its_cells(small, run, monkeypatch):
     folder = small / "out"
     (row,) = pr.study("layouts", folder=folder).data

@@ -47,6 +47,7 @@ def small(monkeypatch):
     return robots.measure(run), asked
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", robots.ROBOTS)
 def test_its_sensors_fit_on_real_mounts_of_each_robot(robot):
     """80 did not fit on a Panda and an iiwa, and the study ended there after minutes."""

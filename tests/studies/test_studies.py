@@ -162,6 +162,7 @@ def test_a_study_imports_the_tasks_that_it_measures_with(name):
     assert used <= in_text(r'@register\("([^"]+)"\)', reached(folder / "study.py", set()))
 
 
+@pytest.mark.slow
 def test_a_study_begins_in_a_fresh_interpreter(tmp_path):
     """With a volume of the user's own; no other module has registered its tasks there."""
     text = """

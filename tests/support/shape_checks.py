@@ -1,13 +1,15 @@
 """Shapes checked once for each combination of types and shapes that a function sees.
 
 jaxtyping's verdict on a call depends on nothing else, where no set, no dictionary and no long list
-is passed. Its check takes up to a hundred times as long as a short function itself.
+is passed. Its check takes up to a hundred times as long as a short function itself. So the first
+calls of a function are all looked at, and then one of many.
 """
 
 import threading
 from collections.abc import Callable, Hashable
-from functools import wraps
+from functools import cache, wraps
 from inspect import isclass
+from itertools import count
 from types import CodeType
 from typing import Any
 
@@ -16,8 +18,9 @@ import numpy as np
 
 _jaxtyped = jaxtyping.jaxtyped  # the decorator itself, which check_once replaces
 _passed: dict[CodeType, set[Hashable]] = {}  # also of functions that are made anew in each call
+_calls: dict[CodeType, "count[int]"] = {}
 _LONG = 16  # elements of a list that are compared each
-_MANY = 4096  # combinations of one function that are kept
+_FIRST, _EVERY = 400, 32  # calls of a function that are all looked at; then one of so many
 
 
 class _UnknownError(Exception):
@@ -50,32 +53,30 @@ def check_once(function: Any = None, *, typechecker: Callable[[Any], Any]) -> An
         return lambda function: check_once(function, typechecker=typechecker)
     if isclass(function) or not hasattr(function, "__code__"):
         return _jaxtyped(function, typechecker=typechecker)
-    passed, local, made = _passed.setdefault(function.__code__, set()), threading.local(), []
+    passed, local = _passed.setdefault(function.__code__, set()), threading.local()
+    calls = _calls.setdefault(function.__code__, count())
 
     @wraps(function)
     def replayed(*args: Any, **kwargs: Any) -> Any:
         return local.out
 
-    def checks() -> list[Any]:
-        """The function checked, and the check of what it returned: made when they are needed."""
-        if not made:
-            made.append([_jaxtyped(one, typechecker=typechecker) for one in (function, replayed)])
-        return made[0]
-
-    def keep(key: Hashable) -> None:
-        if len(passed) < _MANY:
-            passed.add(key)
+    # made when they are needed, as a check is compiled
+    full = cache(lambda: _jaxtyped(function, typechecker=typechecker))
+    of_result = cache(lambda: _jaxtyped(replayed, typechecker=typechecker))
 
     @wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
         __tracebackhide__ = True
+        call = next(calls)
+        if call >= _FIRST and call % _EVERY:
+            return function(*args, **kwargs)
         try:
             given = _call(args, kwargs)
         except _UnknownError:
-            return checks()[0](*args, **kwargs)
+            return full()(*args, **kwargs)
         if given not in passed:
-            out = checks()[0](*args, **kwargs)
-            keep(given)
+            out = full()(*args, **kwargs)
+            passed.add(given)
             return out
         out = function(*args, **kwargs)
         try:
@@ -84,8 +85,8 @@ def check_once(function: Any = None, *, typechecker: Callable[[Any], Any]) -> An
             both = None
         if both is None or both not in passed:
             local.out = out
-            checks()[1](*args, **kwargs)
-            keep(both)
+            of_result()(*args, **kwargs)
+            passed.add(both)
         return out
 
     return checked

@@ -25,6 +25,8 @@ from place_rings.viewer.session import ViewerSession
 from ..support.browser import PATIENCE, Reader, chromium, needs_chromium, until
 from ..support.viser_client import Client
 
+pytestmark = pytest.mark.slow
+
 SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3)))
 HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}"
 
