@@ -13,7 +13,7 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.formats import writing
 from place_rings.formats.errors import UserError
-from place_rings.formats.loader import read_proposal, read_scene, resolve
+from place_rings.formats.loader import how_found, read_proposal, read_scene, resolve
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
@@ -206,3 +206,19 @@ def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_pa
     path.write_text("[rules]\nrings_per_link = 5\nmax_rings_per_link = 4\n")
     with refused("scene.toml rules.rings_per_link"):
         read_scene(path)
+
+
+def test_a_file_of_several_proposals_gives_the_one_that_is_named(tmp_path):
+    """As every command takes it: FILE.toml:NAME."""
+    ring = '[[{}.rings]]\nlink = "forearm"\ncount = {}\nposition = 0.5\n'
+    path = tmp_path / "setups.toml"
+    path.write_text("".join(ring.format(name, count) for name, count in (("a", 4), ("b", 6))))
+    for name, count in (("a", 4), ("b", 6)):
+        setup, scene = resolve(f"{path}:{name}", None)
+        assert [r.count for r in setup.rings] == [count]
+        assert scene.robot.name == CoreScene().robot.name
+        assert how_found(f"{path}:{name}") is None
+    with pytest.raises(UserError) as error:
+        resolve(f"{path}:c", None)
+    for part in (path.name, '"c"', "a, b"):
+        assert part in str(error.value)
