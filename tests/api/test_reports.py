@@ -13,8 +13,9 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search.progress import Outcome
-from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study as convergence
+
+from ..support.coarse_study import make_coarse
 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
@@ -138,13 +139,7 @@ def test_a_motion_file_is_the_motion_of_its_numbers(tmp_path):
 
 @pytest.mark.slow
 def test_a_study_writes_what_the_command_writes_and_resumes(run, monkeypatch, tmp_path):
-    """A study of few and coarse measurements."""
-    monkeypatch.setattr(convergence, "SETUPS", ("n3_16_55",))
-    monkeypatch.setattr(convergence, "VOXELS", (0.1, 0.05))
-    monkeypatch.setattr(convergence, "TOUCH_FROM", 0.05)
-    monkeypatch.setattr(convergence, "TRUTH_WIDTH", 5e-2)
-    for module in (convergence, convergence_report):
-        monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
+    make_coarse(monkeypatch)
 
     def stop(heading, done, total):
         if done == 2:

@@ -159,14 +159,20 @@ def recount(scene, before, after):
     return carried, sensors, moved, tilted, turned
 
 
-@given(drawing.seeds)
-def test_costs_equal_a_recount(seed):
+def drawn_rework(seed):
+    """A problem of a drawn setup, and its rings after up to three changes."""
     rng = np.random.default_rng(seed)
     rework = RedesignProblem(paper_scene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
         t = t if trial is None else trial
+    return rework, t
+
+
+@given(drawing.seeds)
+def test_costs_equal_a_recount(seed):
+    rework, t = drawn_rework(seed)
     some = changes(rework.scene.robot, rework.before, t.rings)
     total = work(some)
     expected = recount(rework.scene, rework.before, t.rings)
@@ -201,12 +207,7 @@ def test_what_became_as_it_was_is_touched_no_more():
 @given(drawing.seeds)
 def test_every_change_has_an_instruction(seed):
     """In one line, with the ring's name; a new ring has no number."""
-    rng = np.random.default_rng(seed)
-    rework = RedesignProblem(paper_scene(), drawing.setup(rng), 2, 9)
-    t = rework.start
-    for _ in range(3):
-        trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
-        t = t if trial is None else trial
+    rework, t = drawn_rework(seed)
     mounted = len(rework.mounted.rings)
     for change in changes(rework.scene.robot, rework.before, t.rings):
         line = instruction(change, mounted, rework.scene.robot)

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings._study_arguments import StudyName
-from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
 from place_rings.objectives import verify as exact
@@ -27,6 +26,7 @@ from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
 
+from ..support.coarse_study import make_coarse
 from ..support.rooms import ROOT, imported_files
 
 JSON = st.recursive(
@@ -114,13 +114,7 @@ def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
 
 @pytest.fixture
 def small(monkeypatch):
-    """A study of few and coarse measurements."""
-    monkeypatch.setattr(study, "SETUPS", ("n3_16_55",))
-    monkeypatch.setattr(study, "VOXELS", (0.1, 0.05))
-    monkeypatch.setattr(study, "TOUCH_FROM", 0.05)
-    monkeypatch.setattr(study, "TRUTH_WIDTH", 5e-2)
-    for module in (study, convergence_report):
-        monkeypatch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
+    make_coarse(monkeypatch)
 
 
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):

@@ -6,12 +6,15 @@ import json
 import re
 import socket
 import time
+from contextlib import contextmanager
 from html import unescape
 
 import msgspec
 import viser
 import zstandard
 from websockets.sync.client import connect
+
+from .browser import until
 
 _CAMERA = {
     "type": "ViewerCameraMessage",
@@ -176,3 +179,20 @@ class Client:
 
     def close(self) -> None:
         self._socket.close()
+
+
+@contextmanager
+def pages_of(server):
+    """Yield a function that opens a page of a viewer; all are closed at the end."""
+    clients = []
+
+    def opened(**how) -> Client:
+        client = Client(server.port, **how)
+        clients.append(client)
+        client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
+        return client
+
+    yield opened
+    for client in clients:
+        client.close()
+    until(lambda: server.pages == 0, "a closed page is still kept")

@@ -25,7 +25,7 @@ from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
 from ..support.browser import until
-from ..support.viser_client import Client
+from ..support.viser_client import Client, pages_of
 
 SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -1.2)))
 HOME = CoreScene().poses[0].q
@@ -40,18 +40,8 @@ def served():
 
 @pytest.fixture
 def opened(served):
-    clients = []
-
-    def one(**how) -> Client:
-        client = Client(served.port, **how)
-        clients.append(client)
-        client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
-        return client
-
-    yield one
-    for client in clients:
-        client.close()
-    until(lambda: served.pages == 0, "a closed page is still kept")
+    with pages_of(served) as opened:
+        yield opened
 
 
 def test_the_view_is_fitted_again_until_the_browser_has_it_and_somebody_moves_it(opened):

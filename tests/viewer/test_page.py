@@ -23,7 +23,7 @@ from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
 from ..support.browser import PATIENCE, Reader, chromium, needs_chromium, until
-from ..support.viser_client import Client
+from ..support.viser_client import Client, pages_of
 
 pytestmark = pytest.mark.slow
 
@@ -129,19 +129,8 @@ def served():
 
 @pytest.fixture
 def opened(served):
-    """Opens pages, and closes them at the end, however that comes."""
-    clients = []
-
-    def one() -> Client:
-        client = Client(served.port)
-        clients.append(client)
-        client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
-        return client
-
-    yield one
-    for client in clients:
-        client.close()
-    until(lambda: served.pages == 0, "a closed page is still kept")
+    with pages_of(served) as opened:
+        yield opened
 
 
 def test_controls_move_zeta_for_their_own_page_only(opened):
