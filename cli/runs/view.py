@@ -52,8 +52,8 @@ def view(
 
 def serve_page(url: str, close: Callable[[], None], browser: bool, console: Terminal) -> NoReturn:
     """Serve a page until Ctrl-C, then end the process."""
-    say(f"{url}  (press Ctrl-C to stop)")
     try:
+        say(f"{url}  (press Ctrl-C to stop)")
         if browser:
             webbrowser.open(url)
         threading.Event().wait()

@@ -228,6 +228,7 @@ def test_a_result_draws_exports_and_shows(tmp_path, proposal):
         assert page.url.startswith("http://127.0.0.1:")
 
 
+@pytest.mark.slow
 def test_the_fewest_sensors_are_sought_with_progress():
     counts = []
     few = pr.search(

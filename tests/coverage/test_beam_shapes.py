@@ -146,6 +146,7 @@ def share_and_slopes(beams, places):
     return jax.value_and_grad(share, (0, 1, 2))(beams.apex, beams.axis, beams.up)
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(FOUR, GENERATORS)
 def test_the_soft_estimate_and_its_slopes_are_those_of_the_functions(cones, rng):

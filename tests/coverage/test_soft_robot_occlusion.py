@@ -69,6 +69,7 @@ def sharp(value):
     return float(min(SHARP, np.abs(value).min() / 40))
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(drawing.seeds)
 @example(4394)  # a point 0.75 um from a surface
@@ -96,6 +97,7 @@ def stops(cones, bodies, obstacles):
     return np.minimum(at, 1.1 * cones.range_m / np.cos(cones.half_angle))
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(drawing.seeds)
 def test_soft_stops_lie_between_exact_ones(seed):

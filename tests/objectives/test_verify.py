@@ -69,6 +69,7 @@ def test_mean_over_poses_is_weighted():
 TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(
     st.tuples(poses(), poses()),

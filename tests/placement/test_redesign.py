@@ -308,6 +308,7 @@ def run(run, monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
     _, cones, _ = run("cones", "n1_8_0", "--paper")
     (tmp_path / "mounted.csv").write_text(cones)

@@ -285,6 +285,7 @@ def drawn(space, seed):
     return space.setup(fresh(space, np.random.default_rng(seed)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("link", "target", "sensors", "seed"),  # of rough, smooth and constant prices
     [
@@ -305,6 +306,7 @@ def test_no_drawn_layout_exceeds_the_bound_of_any_prices(link, target, sensors, 
     assert min(bounds) >= max(zetas) - _COUNT
 
 
+@pytest.mark.slow
 def test_no_search_exceeds_the_bound():
     scene = only("forearm", NEAR.goals[0].target)
     space = Space(scene, sensors=9)
@@ -332,6 +334,7 @@ def single_shares(scene, points):
     return np.concatenate(some)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("radius", "close"), [(0.5, 0.05), (1.5, 0.004)])
 @pytest.mark.parametrize("seen", [1, 2])
 def test_two_sensors_come_close_to_their_bound(radius, close, seen):
@@ -353,6 +356,7 @@ def test_two_sensors_come_close_to_their_bound(radius, close, seen):
     assert pair - error <= bound.value <= (alone.max() if seen == 2 else pair) + close + error
 
 
+@pytest.mark.slow
 def test_given_rings_fixed_rings_and_single_sensors_count():
     target = NEAR.goals[0].target
     layout = Setup((Ring("upper_arm", 0.5, 4, 0.4), Ring("forearm", 0.5, 5, 0.4)))
@@ -372,6 +376,7 @@ def test_given_rings_fixed_rings_and_single_sensors_count():
     assert upper_bound(held, Space(held, sensors=12), effort=QUICK).value > nothing.value
 
 
+@pytest.mark.slow
 def test_several_poses_targets_and_sensors_have_bounds():
     scene = replace(
         NARROW,

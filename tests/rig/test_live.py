@@ -188,8 +188,12 @@ def test_the_links_own_ways_to_fail_are_found_in_time():
     pytest.importorskip("rtde_receive")
     with rig() as simulated:
         for name, why in CLIENTS_FAULTS.items():
-            found = next(f for _ in range(TRIES) if (f := spoiled(simulated, name)))
-            simulated.do("heal")
+            for _ in range(TRIES):
+                found = spoiled(simulated, name)
+                simulated.do("heal")
+                # a busy machine finds that no state comes before it finds out why
+                if found and not (why == Ended.CLOSED and found[0].why == Ended.STALE):
+                    break
             if name == "once short" and found == (None, None):
                 continue  # what was cut off did no harm
             assert why in (None, found[0].why), name
@@ -302,11 +306,11 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
 ):
     """As on a real rig, with its questions, but with more patience than a real one has."""
     pytest.importorskip("rtde_control")
+    patient = partial(monkeypatch.setattr, live, "_REAL")
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
     scene, q, answers = replace(SCENE, motion=motion), SCENE.poses[0].q, []
     setup = Setup(tuple(replace(r, serial=s) for r, s in zip(SETUP.rings, SERIALS, strict=True)))
     small = written(tmp_path, setup, scene)
-    monkeypatch.setattr(live, "_REAL", 25.0)
     monkeypatch.setattr(rig_options, "PortModel", partial(PortModel, patience=25.0))
     few = replace(plans.mount, joints=plans.mount.joints[:3])
     monkeypatch.setattr(
@@ -322,10 +326,12 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
         mount = ["--part", "mount"]
         one, other = rig.ring(1), rig.ring(0)
         swapped = ["--ring", f"forearm={one}", "--ring", f"tool={other}"]
+        patient(5.0)  # as long as it waits for each ring's frames, three seconds times this
         with refused(one, other, "forearm", "tool") as error:
             call(*words, *swapped, "--part", "self", "--out", tmp_path / "swapped")
         right = re.search(r"(--ring \S+=\S+ --ring \S+=\S+)", str(error.value))[1].split()
         words += right
+        patient(25.0)
         assert call(*words, "--part", "self", "--out", tmp_path / "looked") == 0
         answers += ["no"]
         with refused("yes"):

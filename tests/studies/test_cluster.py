@@ -189,6 +189,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_killed_driver_leaves_no_process_and_loses_no_stored_cell(tmp_path):
     program = tmp_path / "driver.py"  # its workers read it, too
     program.write_text(DRIVER)

@@ -117,6 +117,7 @@ def small(monkeypatch):
     make_coarse(monkeypatch)
 
 
+@pytest.mark.slow
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     with Store(tmp_path / "cells.sqlite", "test") as store:
         rows = study.measure(lambda cells: run(cells, TASKS, store))

@@ -47,6 +47,7 @@ def ours(reader: Reader, port: int) -> bool:
     return asked == {f"127.0.0.1:{port}"}
 
 
+@pytest.mark.slow
 @needs_chromium()
 def test_a_slider_moves_zeta_a_picture_is_saved_and_nothing_comes_from_outside(browser, tmp_path):
     with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL}, tmp_path)) as server:
