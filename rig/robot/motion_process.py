@@ -57,7 +57,7 @@ class MotionProcess:
         self._client, self._out, self._patience = client, out, patience
         self._sign, self._watchdog = sign * patience, watchdog * patience
         self._moving = False
-        self._heard = self._fed = time.monotonic()
+        self._heard = self._fed = self._listened = time.monotonic()
 
     def serve(self) -> None:
         """Execute commands from stdin until it ends; raise RuntimeError if the robot ends its
@@ -76,6 +76,7 @@ class MotionProcess:
                     return self._leave()
                 for record in reader.feed(data):
                     self._do(record)
+            self._listened = time.monotonic()
             self._watch()
             self._feed()
 
@@ -138,8 +139,11 @@ class MotionProcess:
         )
 
     def _leave(self) -> None:
-        """Stop the robot because the check is gone."""
-        self._limit(LEAVE)
+        """Stop the robot because the check is gone, since the last look at its input at the
+        earliest: a call of the client may have hung meanwhile.
+        """
+        gone = time.monotonic() - self._listened
+        self._limit(max(LEAVE - gone / self._patience, TICK))
         self._client.stopJ(DECELERATION)
         self._client.stopScript()
 

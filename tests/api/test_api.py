@@ -500,6 +500,7 @@ def test_the_gradient_with_self_occlusion_is_that_of_finite_differences():
         check_gradient(case)
 
 
+@pytest.mark.slow
 def test_jit_and_vmap_give_the_same_and_an_objective_of_ones_own_composes():
     setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(PAPER, 64)
     both = jax.value_and_grad(fraction_of(setup, PAPER, points))
@@ -516,6 +517,7 @@ def test_jit_and_vmap_give_the_same_and_an_objective_of_ones_own_composes():
     np.testing.assert_allclose(jax.jit(jax.grad(objective))(values[0]), expected, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
     setup, points = pr.Setup.named("n1_8_25"), pr.sample_points(NEAR, 4096)
     exact = pr.verify(setup, NEAR, voxel=0.03).coverage

@@ -18,7 +18,7 @@ from place_rings.rig.robot.motion import (
     MoveRefusedError,
     MoveStoppedError,
 )
-from place_rings.rig.robot.motion_process import SIGN
+from place_rings.rig.robot.motion_process import LEAVE, SIGN
 from place_rings.rig.robot.state import State, pack_move
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
@@ -245,6 +245,16 @@ def test_it_ends_once_the_check_is_gone_whatever_the_controller_does(deeds):
         process.stdin.close()
         process.stdin = None
         assert process.wait(60) is not None
+
+
+def test_a_call_that_hangs_as_the_check_goes_is_part_of_the_time_it_has_to_leave():
+    with serving(patience=1.0, kick="time.sleep(1.5); return True", stop=HANGS) as process:
+        assert b"ready" in os.read(process.stdout.fileno(), 4096)
+        time.sleep(0.2)  # it hangs in its first sign of life
+        process.stdin.close()
+        process.stdin, gone = None, time.monotonic()
+        process.wait(60)
+        assert time.monotonic() - gone < LEAVE + 0.5
 
 
 def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_then():
