@@ -1,6 +1,5 @@
 """Reader of the meshes that a scene names: obstacles, and what is attached to the robot."""
 
-import io
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,17 +7,19 @@ from typing import Any
 import numpy as np
 
 from ..coverage.robots.attached import Attached
-from ..coverage.solids.polyhedra import hull
+from ..coverage.solids.polyhedra import MOST_FACES, hull
 from ..objectives.scene import CoreScene, Obstacle
 from .errors import UserError, shown
+from .mesh_readers.mesh_numbers import MeshError
+from .mesh_readers.scene_mesh import read_scene_mesh
 from .schema.attached_models import AttachedModel
 from .schema.convex_models import ConvexModel
 from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
+from .stand_ins import refuse_stand_in
 
 MESHES = ("stl", "ply", "off", "obj")
 _PIECES = 64  # most separate parts of a mesh
-_FACES = 2000  # most faces of a part's convex hull; each adds a plane to the occlusion test
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
@@ -72,31 +73,26 @@ def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstac
         )
     import trimesh  # slow to load
 
+    refuse_stand_in(data, f"{key}: {shown(model.file)}")
     try:
-        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
-        pieces = list(mesh.split(only_watertight=False))
-    except Exception as error:  # whatever a parser of foreign files raises
-        raise UserError(
-            f"{key}: {shown(model.file)} cannot be read as a mesh: {type(error).__name__}"
-        ) from error
-    if not 0 < len(pieces) <= _PIECES:
-        raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
+        mesh = read_scene_mesh(kind, data)
+    except MeshError as error:
+        raise UserError(f"{key}: {shown(model.file)}: allowed: {error}") from error
+    parts = trimesh.graph.connected_component_labels(mesh.face_adjacency, len(mesh.faces))
+    if not 0 < (count := int(parts.max(initial=-1)) + 1) <= _PIECES:
+        raise UserError(f"{key}: found {count} separate parts, allowed: 1 to {_PIECES}")
+    pieces = list(mesh.split(only_watertight=False))
     T, obstacles = model.transform, []
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
             if not np.isfinite(corners).all() or np.abs(corners).max() > FARTHEST:
                 raise ValueError(f"corners lie beyond {FARTHEST:g} m; check scale")
-            body = hull(corners)
+            body = hull(corners, MOST_FACES)
         except ValueError as error:
             raise UserError(
                 f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts"
             ) from error
-        if len(body.offset) > _FACES:
-            raise UserError(
-                f"{key}: part {n} has {len(body.offset)} faces, allowed: at most {_FACES};"
-                " simplify the mesh"
-            )
         corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
         corners = np.round(corners, _DIGITS)
         if np.abs(corners).max() > FARTHEST:

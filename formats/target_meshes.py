@@ -1,6 +1,5 @@
 """Reader of the closed meshes that targets name."""
 
-import io
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +8,11 @@ from jaxtyping import Float, Int
 
 from ..coverage.volumes import MOST_FACES, MeshVolume
 from .errors import UserError, shown
+from .mesh_readers.mesh_numbers import MeshError
+from .mesh_readers.scene_mesh import read_scene_mesh
 from .obstacle_meshes import MESHES
 from .schema.field_types import FARTHEST
+from .stand_ins import refuse_stand_in
 
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
@@ -34,16 +36,13 @@ def closed_mesh(
     if kind not in MESHES:
         allowed = ", ".join("." + mesh for mesh in MESHES)
         raise UserError(f"{where}: found {shown(path.name)}, allowed: a mesh, {allowed}")
-    import trimesh  # slow to load
-
+    refuse_stand_in(data, f"{where}: {shown(path.name)}")
     try:
-        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
-        mesh.merge_vertices()
-        corners, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
-    except Exception as error:  # whatever a parser of foreign files raises
-        raise UserError(
-            f"{where}: {shown(path.name)} cannot be read as a mesh: {type(error).__name__}"
-        ) from error
+        mesh = read_scene_mesh(kind, data)
+    except MeshError as error:
+        raise UserError(f"{where}: {shown(path.name)}: allowed: {error}") from error
+    mesh.merge_vertices()
+    corners, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     corners = np.round(corners * scale @ T[:3, :3].T + T[:3, 3], _DIGITS)
     if corners.size and not np.abs(corners).max() <= FARTHEST:
         raise UserError(

@@ -17,6 +17,8 @@ from ...formats.escaping import printable
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
+from ...objectives.feasibility.clearance import MountClearance
+from ...objectives.link_segments import segments
 from ...objectives.mount_rules import Rules
 from ...objectives.scene import CoreScene
 from ...reporting.explained import Explained
@@ -34,17 +36,25 @@ is a capsule (a cylinder with round ends) that contains a part of the robot. The
 V_O) of a URDF is an estimate: replace it by the value of the datasheet."""
 
 
-def ring_radius(robot: Robot) -> float:
-    """Return a radius, in m, at which rings clear all sections and can be closed around all links.
+def ring_radii(robot: Robot) -> tuple[float, dict[str, float]]:
+    """Return the radius of rings on the mounts that take one, m, rounded up to the next 5 mm: there
+    rings clear all sections and can be closed; and the radius of each mount that takes none.
 
-    It is rounded up to the next 5 mm.
+    If no mount takes a ring, all count.
     """
     real = CoreScene(robot=robot, rules=Rules(mount="real"))
-    around = max(m.section for m in robot.mounts) + _CLEARANCE
-    return (
-        math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6)
-        / 200
+    clear = MountClearance(real)
+    own = {link: clear.radius(link) for link in robot.links}
+    taking = {segment.link for segment in segments(real, clear.rooms(own, ()))} or set(own)
+    around = max(
+        max(m.section + _CLEARANCE, real.least_radius(m.link))
+        for m in robot.mounts
+        if m.link in taking
     )
+    none = {
+        link: max(own[link], real.least_radius(link)) for link in robot.links if link not in taking
+    }
+    return math.ceil(200 * around - 1e-6) / 200, none
 
 
 def scene_text(robot: Robot, file: str) -> str:
@@ -57,11 +67,16 @@ def scene_text(robot: Robot, file: str) -> str:
     pose = f"q_deg = [{', '.join(f'{v:.12g}' for v in short)}]\n"
     if robot.chain.prismatic:
         pose = f"[poses.q]\n{tomli_w.dumps(joints)}"
-    keys = [tomli_w.dumps({link: 0}).removesuffix(" = 0\n") for link in robot.links]
-    links = "".join(f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n" for key in keys)
+    radius, none = ring_radii(robot)
+    links = ""
+    for link in robot.links:
+        key = tomli_w.dumps({link: 0}).removesuffix(" = 0\n")
+        links += f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n"
+        if link in none:
+            links += f"ring_radius = {none[link]:g}  # m; at this pose no ring fits here\n"
     return (
         f"# A scene on {printable(robot.name)}. Edit it, then: place-rings --scene scene.toml\n"
-        f'robot = "{file}"\nring_radius = {ring_radius(robot):g}  # m, clear of all mounts\n\n'
+        f'robot = "{file}"\nring_radius = {radius:g}  # m, clear of all mounts that take a ring\n\n'
         f"[[poses]]\n{pose}"
         f"{links}"
     )

@@ -20,6 +20,8 @@ from .tangent_bounds import Tangent, union_bounds
 from .volume_fraction import VolumeFraction
 
 _DIGITS = 7  # decimals of normals: faces of a hull that agree to these are merged
+MOST_FACES = 2000  # of a solid in a scene; each adds a plane to the occlusion test
+_PRODUCTS = 2**24  # most distances of corners from planes at once, 128 MB
 NOWHERE = 1e9  # m, offset at which a plane function of normal 0 is never the maximum
 
 
@@ -90,11 +92,15 @@ def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Pol
     return Polyhedron(normal, offset, np.array(edges), np.array(faces))
 
 
-def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
+def hull(points: Float[np.ndarray, "N 3"], most: int | None = None) -> Polyhedron:
     """Return the convex hull of points (N, 3) m; coplanar triangles are merged into one face.
 
+    Args:
+        points: the points.
+        most: largest number of faces; None: any.
+
     Raises:
-        ValueError: if the points span no volume.
+        ValueError: if the points span no volume, or the hull has more faces.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -105,10 +111,14 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
             "the points span no volume; a hull needs 4 that are not coplanar"
         ) from error
     planes, face = np.unique(np.round(convex.equations, _DIGITS), axis=0, return_inverse=True)
+    if most is not None and len(planes) > most:
+        raise ValueError(f"the hull has {len(planes)} faces, allowed: at most {most}; simplify it")
     normal = planes[:, :3]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     corners = points[convex.vertices]
-    offset = (corners @ normal.T).max(axis=0)  # rounding must not exclude a corner
+    # rounding must not exclude a corner
+    parts = np.array_split(normal, 1 + len(normal) * len(corners) // _PRODUCTS)
+    offset = np.concatenate([(corners @ part.T).max(axis=0) for part in parts])
     meet: dict[tuple[int, int], list[int]] = {}
     for triangle, of in zip(convex.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):

@@ -1,12 +1,10 @@
 """Surfaces of a URDF's links as triangles: meshes from permitted folders, and primitive shapes."""
 
-import io
-import logging
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
@@ -14,19 +12,19 @@ from jaxtyping import Float
 
 from ...coverage.choices import Surface
 from ..errors import shown
+from ..mesh_readers.collada import read_collada
+from ..mesh_readers.gltf import read_gltf
+from ..mesh_readers.mesh_numbers import MOST_TRIANGLES, MeshError, placed
+from ..mesh_readers.obj import read_obj
+from ..mesh_readers.stl import read_stl
 from .packages import MissingFileError, Packages
 from .urdf_folding import Carried
 from .urdf_model import UrdfShape
 from .xml_text import bounded_bytes, plain_xml
 
-FORMATS = (".stl", ".dae", ".obj")
+FORMATS = (".stl", ".dae", ".obj", ".gltf", ".glb")
 LARGEST = 128 * 2**20  # bytes, largest mesh file
-MOST_TRIANGLES = 3_000_000
-_HEADER = 84  # bytes of a binary STL before its triangles
 FAR = 20.0  # m, largest distance of a shape from its link's frame
-
-# trimesh reports textures that it cannot open; none is wanted
-logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 class Meshes:
@@ -77,34 +75,24 @@ class Meshes:
     def _triangles(self, file: Path, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
         if file in self._read:
             return self._read[file]
-        kind = file.suffix.lower()
+        kind, where = file.suffix.lower(), f"{self.path}: link {shown(link)}: mesh {shown(name)}"
         if kind not in FORMATS:
             raise self._fail(
                 link, name, f"a mesh of the format {', '.join(f[1:] for f in FORMATS)}"
             )
-        data = bounded_bytes(file, LARGEST, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
-        if kind == ".stl" and len(data) == _HEADER and not any(data[-4:]):
-            return np.zeros((0, 3, 3))  # a binary file of no triangles
-        unit = 1.0
-        if kind == ".dae":
-            root = plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
-            unit = self._metres(root, name, link)
+        data = bounded_bytes(file, LARGEST, where)
         try:
-            # Without a resolver, trimesh opens no other file (material, texture).
-            mesh: Any = trimesh.load(
-                io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh"
-            )
-            triangles = unit * np.array(mesh.triangles, np.float64).reshape(-1, 3, 3)
-        except Exception as error:  # whatever a parser of a broken file raises
-            raise self._fail(
-                link, name, f"a mesh that can be read ({type(error).__name__})"
-            ) from error
-        if not 0 < len(triangles) <= MOST_TRIANGLES or not np.isfinite(triangles).all():
-            raise self._fail(
-                link,
-                name,
-                f"1 to {MOST_TRIANGLES} triangles of finite numbers (it has {len(triangles)})",
-            )
+            if kind == ".dae":
+                root = plain_xml(data, where)
+                triangles = self._metres(root, name, link) * read_collada(root)
+            elif kind in (".gltf", ".glb"):
+                triangles = read_gltf(data, lambda uri: _beside(file, uri, where))
+            else:
+                triangles = (read_stl if kind == ".stl" else read_obj)(data)
+        except MeshError as error:
+            raise self._fail(link, name, str(error)) from error
+        if not len(triangles) and kind != ".stl":  # which may state that it has none
+            raise self._fail(link, name, f"1 to {MOST_TRIANGLES} triangles (it has 0)")
         self._read[file] = triangles
         return triangles
 
@@ -126,8 +114,7 @@ class Meshes:
         """Return triangles (T, 3, 3) m of a shape in its link's frame; a round shape is enclosed in
         a polyhedron with 64 sides."""
         if shape.kind == "mesh":
-            with np.errstate(over="ignore"):
-                points = self._of_file(shape.file, link) * np.array(shape.size)
+            points = placed(self._of_file(shape.file, link), np.diag([*shape.size, 1.0]))
         elif shape.kind == "box":
             points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
         elif shape.kind in ("sphere", "ellipsoid"):  # one radius, or three
@@ -144,31 +131,53 @@ class Meshes:
             points = np.asarray(made.triangles) - [0, 0, float(made.bounds.mean(axis=0)[2])]
         T = shape.T_link_shape
         with np.errstate(over="ignore", invalid="ignore"):
-            placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
-        far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max(initial=0.0))
+            moved: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
+        far = float(np.nan_to_num(np.abs(moved), nan=np.inf).max(initial=0.0))
         if far > FAR:
             where = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
                 link, where, f"at most {FAR:g} m (a mesh in millimetres has scale 0.001)"
             )
-        return placed
+        return moved
 
     def surface(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
         """Return triangles (T, 3, 3) m of a link's shapes in the chain's frame, of the kind
-        ``which`` or else of the other."""
+        ``which`` or, if it has none of these, of the other."""
+        return self.used_surface(carried, which)[1]
+
+    def used_surface(
+        self, carried: Carried, which: Surface
+    ) -> tuple[Surface, Float[np.ndarray, "T 3 3"]]:
+        """Return the kind of the shapes that ``surface`` takes, and its triangles."""
+        other: Surface = "visual" if which == "collision" else "collision"
+        for kind in (which, other):
+            triangles = self.kind(carried, kind)
+            if len(triangles):
+                return kind, triangles
+        return which, np.zeros((0, 3, 3))
+
+    def kind(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
+        """Return triangles (T, 3, 3) m of a link's shapes of one kind in the chain's frame; none
+        where it has no such shapes, or only meshes of no triangles."""
         link = carried.link
-        shapes = (
-            (link.collision or link.visual)
-            if which == "collision"
-            else (link.visual or link.collision)
-        )
+        shapes = link.shapes(which)
         if not shapes:
             return np.zeros((0, 3, 3))
         triangles = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
         points: np.ndarray = triangles @ R.T + origin
-        if not len(points):  # meshes of no triangles only
-            return points
-        if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
+        if len(points) and np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points
+
+
+def _beside(file: Path, uri: str, where: str) -> bytes:
+    """Return the content of a file in a mesh's folder or below, as its ``uri`` names it."""
+    try:
+        path = (file.parent / unquote(uri)).resolve()
+        there = path.is_relative_to(file.parent) and path.is_file()
+    except (OSError, ValueError, RuntimeError):
+        there = False
+    if not there:
+        raise MeshError(f"a mesh whose files lie in its folder ({shown(uri)} does not)")
+    return bounded_bytes(path, LARGEST, f"{where}: {shown(uri)}")

@@ -54,11 +54,11 @@ def mounts_of(chain: Chain, own: Sequence[Carried], meshes: Meshes) -> tuple[Mou
     sources: dict[int, str] = {}
     names: dict[int, str] = {}
     for carried in own:
-        frame, visual, collision = carried.frame, carried.link.visual, carried.link.collision
+        frame, (kind, triangles) = carried.frame, meshes.used_surface(carried, "visual")
         names.setdefault(frame, carried.link.name[:LONGEST_LINK])
-        source = _source(visual or collision, bool(visual))
+        source = _source(carried.link.shapes(kind), kind == "visual")
         sources[frame] = max(sources.get(frame, source), source, key=_SOURCES.index)
-        seen.setdefault(frame, []).append(meshes.surface(carried, "visual"))
+        seen.setdefault(frame, []).append(triangles)
     mounts = [
         _mount(_own_name(names[frame]), chain, frame, np.concatenate(seen[frame]), sources[frame])
         for frame in sorted(set(seen) - {BASE})

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from ..errors import UserError, shown
+from .mesh_addresses import above_equal, is_absolute, package_in, parsed
 from .xml_text import bounded_bytes, plain_xml
 
 _ABOVE = 4  # folders above a URDF, the last of which may be its package
@@ -59,6 +60,7 @@ class Packages:
                 )
         self.given = [folder.resolve() for folder in folders]
         self._stands_in = False  # whether a file was found by ``renamed``
+        self._elsewhere: list[Path] = []  # folders of packages for addresses of other machines
         package = self._own_package()
         self._own = [] if package is None else [package]
         self.addresses = [
@@ -111,15 +113,23 @@ class Packages:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence about the folder that stands for other names in the addresses, if any."""
-        if not self._stands_in:
-            return ()
-        return (f"The meshes lie in {self._as_given(self.renamed[0][1])}, under other names.",)
+        """A sentence about the folder that stands for other names in the addresses, and one about
+        the packages that stand for absolute addresses, if any."""
+        lines = []
+        if self._stands_in:
+            lines.append(
+                f"The meshes lie in {self._as_given(self.renamed[0][1])}, under other names."
+            )
+        if self._elsewhere:
+            folders = ", ".join(self._as_given(f) for f in dict.fromkeys(self._elsewhere))
+            lines.append(f"Absolute addresses of meshes lead nowhere here: taken from {folders}.")
+        return tuple(lines)
 
     @cached_property
     def _described(self) -> dict[str, Path]:
-        """Folders of packages below ``given`` by the names in their package.xml."""
-        found: dict[str, Path] = {}
+        """Folders of packages, the own one and those below ``given``, by the names in their
+        package.xml."""
+        found = {name: own for own in self._own if (name := _package_name(own))}
         visited = 0
         for top in self.given:
             for folder, inside, files in os.walk(top):
@@ -138,14 +148,12 @@ class Packages:
         Raises:
             UserError: if it does not exist, or lies outside the permitted folders.
         """
-        scheme, colon, rest = name.partition("://")
-        if colon and scheme not in ("package", "file", "model"):
+        scheme, wanted = parsed(name)
+        if scheme not in ("", "package", "file", "model"):
             raise self.fail(link, name, "package://, file:// or a path")
-        text = unquote(rest) if colon else name
-        if "\0" in text:
+        if "\0" in str(wanted):
             raise self.fail(link, name, "a file's name")
-        wanted = PurePosixPath(text.replace("\\", "/"))
-        packaged = bool(colon) and scheme in ("package", "model")
+        packaged = scheme in ("package", "model")
         outside = False
         for option, permitted in self._options(wanted, packaged):
             try:
@@ -156,12 +164,16 @@ class Packages:
             inside = any(real.is_relative_to(folder) for folder in permitted)
             if there and inside:
                 self._stands_in |= permitted is self._own
+                if is_absolute(wanted) and option != Path(wanted):
+                    self._elsewhere.append(above_equal(real, wanted))
                 return real
-            outside |= there or not inside
+            # an absolute path that leads nowhere here is missing, not outside
+            outside |= there or not (inside or is_absolute(wanted))
         given = ", ".join(dict.fromkeys(f.name or "/" for f in self.folders))
         where = f"a file in {given}" + ", or in a folder given by --packages" * (not self.given)
         where += "; this one is outside" * outside
-        fault = self.fail(link, name, where + self._remedy(wanted, packaged))
+        remedy = "" if outside and is_absolute(wanted) else self._remedy(wanted, packaged)
+        fault = self.fail(link, name, where + remedy)
         raise (
             fault if outside else MissingFileError(f"{fault}; --skip-missing-meshes leaves it out")
         )
@@ -170,10 +182,18 @@ class Packages:
         self, wanted: PurePosixPath, packaged: bool
     ) -> Iterator[tuple[Path, Sequence[Path]]]:
         """Yield the places where a file may lie, each with the folders that permit it."""
-        if not packaged:
-            places = [Path(wanted)] if wanted.is_absolute() else [f / wanted for f in self.folders]
-            yield from ((place, self.folders) for place in places)
-            return
+        if packaged:
+            yield from self._in_package(wanted)
+            if (renamed := self._renamed(wanted)) is not None:
+                yield renamed, self._own
+        elif not is_absolute(wanted):
+            yield from ((folder / wanted, self.folders) for folder in self.folders)
+        else:
+            yield Path(wanted), self.folders
+            yield from self._on_other_machine(wanted)
+
+    def _in_package(self, wanted: PurePosixPath) -> Iterator[tuple[Path, Sequence[Path]]]:
+        """Yield the places of a file whose address begins with the name of a package."""
         package, *inside = wanted.parts or ("",)
         if package in self.named:
             yield self.named[package].joinpath(*inside), self.folders
@@ -187,8 +207,26 @@ class Packages:
                 yield up.joinpath(*inside), [up]
         if package in self._described:
             yield self._described[package].joinpath(*inside), self.folders
-        if (renamed := self._renamed(wanted)) is not None:
-            yield renamed, self._own
+
+    def _on_other_machine(self, wanted: PurePosixPath) -> Iterator[tuple[Path, Sequence[Path]]]:
+        """Yield the places of a file whose absolute address was written on another machine.
+
+        The name of a package follows a folder ``share`` of an installation; or it is that of a
+        package that the user gave, or of the own one.
+        """
+        parts = wanted.parts
+        if ".." in parts:
+            return
+        installed = [i for i in range(2, len(parts) - 1) if parts[i - 1] == "share"]
+        known = [i for i in range(1, len(parts) - 1) if parts[i] in self._known]
+        for i in dict.fromkeys([*installed, *known]):
+            yield from self._in_package(PurePosixPath(*parts[i:]))
+
+    @cached_property
+    def _known(self) -> set[str]:
+        """Names of packages that the user gave, and of the own one."""
+        beside = {f.name for given in self.given for f in given.iterdir() if f.is_dir()}
+        return {*self.named, *self._described, *beside, *(f.name for f in self.folders)}
 
     def _renamed(self, wanted: PurePosixPath) -> Path | None:
         """Return the place of a file in the own package under another name, if that is unique."""
@@ -200,8 +238,13 @@ class Packages:
     def _remedy(self, wanted: PurePosixPath, packaged: bool) -> str:
         """Return the option that finds a file which lies near the URDF; otherwise, for a package,
         the option to name its folder."""
-        if ".." in wanted.parts[1:] or wanted.is_absolute() or not wanted.parts:
+        if ".." in wanted.parts[1:] or not wanted.parts:
             return ""
+        if is_absolute(wanted):
+            package = package_in(wanted)
+            if package in self.named:
+                return f"; {self._as_given(self.named[package])} has no such file"
+            return f"; name the folder of its package: --package {package}=FOLDER"
         package, *inside = wanted.parts
         if packaged and len(self.renamed) > 1 and wanted.parts in self.addresses:
             options = ((f"{package}=" if n else "", n, top) for n, top in self.renamed)

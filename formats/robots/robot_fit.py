@@ -13,15 +13,19 @@ from ...coverage.choices import Surface
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import Body, Robot
 from ...coverage.solids.capsules import Capsules
+from ..errors import shown
 from .capsule_fit import fit_capsules, union_volume
 from .default_pose import reach_and_pose
 from .meshes import Meshes
 from .mount_axes import LONGEST_LINK, directions, mounts_of
 from .urdf_folding import Carried, Picked
+from .xml_text import some
 
 CAPSULES = 3  # most capsules of a link
 _SMALL = 0.2  # m, extent of a link beside the chain below which it gets a single capsule
 _SOURCE = 1000  # most characters of a robot's source
+_OUTSIDE = 0.005  # m, depth of a visual surface outside its body from which it is named
+_SAMPLES = 4000  # most corners of a visual surface that are compared with its body
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,11 @@ def fit_robot(
             label = link.name[:LONGEST_LINK] + (f"_{i}" if len(link.capsules) > 1 else "")
             bodies.append(Body(label, link.frame, c))
     own = [carried for carried, _ in whole if not carried.beside]
+    outside = {
+        carried.link.name: _outside(link, meshes.kind(carried, "visual"))
+        for (carried, _), link in zip(whole, links, strict=True)
+        if which == "collision" and not carried.beside and carried.link.collision
+    }
     mounts = mounts_of(picked.chain, own, meshes)
     reach, home = reach_and_pose(picked.chain, picked.limits)
     source = f"{picked.urdf.path.name}, {picked.base} to {picked.tip}"
@@ -110,7 +119,34 @@ def fit_robot(
         source[:_SOURCE],
         picked.held,
     )
-    return RobotFit(robot, tuple(links), (*picked.notes, *meshes.notes))
+    notes = (*picked.notes, *meshes.notes, *_outside_note(outside))
+    return RobotFit(robot, tuple(links), notes)
+
+
+def _outside(link: FittedLink, visual: Float[np.ndarray, "T 3 3"]) -> float:
+    """Return the largest distance, m, of a visual surface's corners from the link's capsules; of
+    many corners a sample counts, with the extreme ones along the axes."""
+    points = visual.reshape(-1, 3)
+    if not len(points):
+        return 0.0
+    extreme = points[np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])]
+    sample = np.concatenate([points[:: 1 + len(points) // _SAMPLES], extreme])
+    return float(np.min([c.distance(sample) for c in link.capsules], axis=0).max())
+
+
+def _outside_note(outside: dict[str, float]) -> list[str]:
+    """Return a sentence about the links whose visual surface lies outside their bodies, if any."""
+    far = [
+        f"{shown(link)} by {1000 * depth:.0f} mm"
+        for link, depth in sorted(outside.items(), key=lambda item: -item[1])
+        if depth > _OUTSIDE
+    ]
+    if not far:
+        return []
+    return [
+        f"Bodies are fitted to the collision shapes, and visual surfaces lie outside: {some(far)};"
+        " place-rings robot --surface visual fits these."
+    ]
 
 
 def _fitted(

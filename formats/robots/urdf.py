@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from ...coverage.robots.kinematics import transform
 from ..errors import UserError, shown
+from .left_over_xacro import unused_definitions
 from .urdf_model import JOINT_KINDS, MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
 from .xml_text import bounded_bytes, plain_xml, some
 
@@ -34,6 +35,7 @@ class _Reader:
         self.empty: list[str] = []  # links with shapes of no size
         self.absent: list[str] = []  # parents of joints, without an element
         self.unlimited: list[str] = []  # joints whose limits do not limit
+        self.left_over: list[str] = []  # definitions of xacro
 
     def notes(self) -> tuple[str, ...]:
         """Return the notes, at most one of a kind."""
@@ -45,6 +47,7 @@ class _Reader:
                 "No limits, or limits beyond a turn, or in the wrong order: taken as"
                 " without limits:",
             ),
+            (self.left_over, "Ignored definitions of xacro, which nothing uses:"),
         )
         return tuple(f"{text} {some(list(dict.fromkeys(of)), _NAMED)}." for of, text in lines if of)
 
@@ -181,6 +184,7 @@ def read_urdf(path: Path) -> Urdf:
     reader = _Reader(path)
     if root.tag != "robot":
         raise reader.fail("root", root.tag[:100], "robot, the root of a URDF")
+    reader.left_over = unused_definitions(root, str(path))
     links: dict[str, UrdfLink] = {}
     joints: dict[str, Joint] = {}
     for element in root:
@@ -194,9 +198,13 @@ def read_urdf(path: Path) -> Urdf:
             if joint.name in joints:
                 raise reader.fail("joint", joint.name, "unique names")
             joints[joint.name] = joint
-        elif "xacro" in element.tag:
-            raise reader.fail("root", element.tag[:100], "a URDF; expand xacro first")
-    if not links or len(links) > MOST_LINKS:
+    if not links:
+        raise reader.fail(
+            "link",
+            0,
+            f"1 to {MOST_LINKS} links; expand the top-level xacro file, which calls the macro",
+        )
+    if len(links) > MOST_LINKS:
         raise reader.fail("link", len(links), f"1 to {MOST_LINKS} links")
     for joint in joints.values():
         if joint.child not in links:

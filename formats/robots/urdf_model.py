@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from ...coverage.choices import Surface
 from ...coverage.robots.kinematics import transform
 
 MOST_LINKS = 2000
@@ -39,6 +40,10 @@ class UrdfLink:
     """Shapes for collision."""
     visual: tuple[UrdfShape, ...] = ()
     """Shapes for display."""
+
+    def shapes(self, which: Surface) -> tuple[UrdfShape, ...]:
+        """Return the shapes of one kind."""
+        return self.collision if which == "collision" else self.visual
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,10 @@ from pathlib import Path
 from xml.parsers import expat
 
 from ..errors import UserError
+from ..stand_ins import refuse_stand_in
+
+_MOST_DEEP = 500  # elements in each other
+_MOST = 1_000_000  # elements of a file
 
 
 def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
@@ -19,10 +23,11 @@ def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
     are kept with ``comments``.
 
     Raises:
-        UserError: if the text is not XML or has a document type.
+        UserError: if the text is not XML, has a document type, or has too many elements.
     """
     parser, builder = expat.ParserCreate(), ET.TreeBuilder(insert_comments=comments)
     parser.buffer_text = True
+    depth, count = 0, 0
 
     def refuse(*_: object) -> None:
         raise UserError(
@@ -30,10 +35,24 @@ def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
             " without one"
         )
 
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1
+        if depth > _MOST_DEEP or count > _MOST:
+            most = f"{_MOST_DEEP} levels" if depth > _MOST_DEEP else f"{_MOST} elements"
+            line = parser.CurrentLineNumber
+            raise UserError(f"{name}: line {line}: found more, allowed: at most {most}")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
     parser.CharacterDataHandler = builder.data
     parser.CommentHandler = builder.comment
     try:
@@ -41,8 +60,6 @@ def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
         return builder.close()
     except (expat.ExpatError, ET.ParseError, ValueError, LookupError) as error:
         raise UserError(f"{name}: not XML: {error}") from error
-    except RecursionError as error:
-        raise UserError(f"{name}: not XML: nested too deeply") from error
 
 
 def some(names: Sequence[str], most: int = 8) -> str:
@@ -54,7 +71,7 @@ def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
     """Return the content of a file of at most ``most`` bytes.
 
     Raises:
-        UserError: if it cannot be read or is larger.
+        UserError: if it cannot be read, is larger, or is no such file at all.
     """
     name = name or str(path)
     try:
@@ -69,4 +86,5 @@ def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
     if len(data) > most:
         limit = most // 2**20
         raise UserError(f"{name}: found more than {limit} MB, allowed: at most {limit} MB")
+    refuse_stand_in(data, name)
     return data

@@ -8,10 +8,12 @@ from jaxtyping import Float
 from pydantic import Field, model_validator
 
 from ...coverage.robots.kinematics import transform
-from ...coverage.solids.polyhedra import Polyhedron, box, hull
+from ...coverage.solids.polyhedra import MOST_FACES, Polyhedron, box, hull
 from .base_model import StrictModel, fault
 from .field_types import FARTHEST, LONGEST_NAME, THREE, Angles, Metres
 
+# rounded corners may split the faces of a mesh that has MOST_FACES
+_MOST_FACES = 2 * MOST_FACES
 SolidPoint = Annotated[
     list[
         Annotated[
@@ -67,9 +69,10 @@ class ConvexModel(StrictModel):
             raise fault(f"scale {self.scale:g}", "no scale without file, because it scales a mesh")
         if self.points is not None:
             try:
-                hull(np.array(self.points))
+                hull(np.array(self.points), _MOST_FACES)
             except ValueError as error:
-                raise fault(self.points, "points that do not all lie in one plane") from error
+                allowed = f"points that span a volume, with at most {_MOST_FACES} faces around them"
+                raise fault(self.points, allowed) from error
         return self
 
     def given(self, keys: tuple[str, ...]) -> Iterator[str]:

@@ -6,7 +6,9 @@ offsets of the links' bodies, which a table sums into one length, and the meshes
 mounts were fitted. Frames lie as on the reference UR10: each on its joint's axis, in the middle of
 the body that the joint moves, so that the pose curve follows the bodies.
 
-Bodies contain the visual meshes. Mounts run along the clear tubes of the arms: 0 is where the
+Bodies contain the visual meshes. Those of wrist 3 also contain the meshes where the maker moved them
+in 2026 (pull request 393 of the description: 0.5 mm, and 0.55 mm on the UR3, across the joint's
+axis), and as far along the axis. Mounts run along the clear tubes of the arms: 0 is where the
 housing of one joint ends, 1 where the next one's begins.
 """
 
@@ -116,7 +118,7 @@ UR3 = _arm(
         ("forearm_2", 2, (-0.0004, 0.0008, 0.2077), (0.0003, 0.0015, 0.2127), 0.0523),
         ("wrist_1", 3, (0.0005, 0.0807, 0.0007), (0, 0.0828, 0.0014), 0.0523),
         ("wrist_2", 4, (-0.0005, -0.0012, 0.081), (0.0004, 0.0001, 0.083), 0.0521),
-        ("wrist_3", 5, (0, 0.06, -0.0008), (-0.0001, 0.0599, -0.0024), 0.0376),
+        ("wrist_3", 5, (-0.0001, 0.0599, -0.0025), (-0.0002, 0.06, 0.0015), 0.0378),
     ),
 )
 
@@ -184,7 +186,7 @@ UR5E = _arm(
         ("wrist_1_0", 3, (0, 0.0688, -0.0003), (0, 0.0688, -0.0003), 0.0411),
         ("wrist_1_1", 3, (0, 0.1231, -0.0104), (0, 0.1256, 0.0139), 0.0546),
         ("wrist_2", 4, (0.0003, -0.0075, 0.0962), (-0.0004, 0.0099, 0.0987), 0.0577),
-        ("wrist_3", 5, (0, 0.0722, -0.0006), (0.0001, 0.0714, 0.002), 0.0421),
+        ("wrist_3", 5, (0.0003, 0.0716, 0.0023), (0, 0.0722, -0.0009), 0.0423),
     ),
 )
 
@@ -207,7 +209,7 @@ UR10E = _arm(
         ("forearm_2", 2, (0, -0.0033, 0.5637), (0, 0.0207, 0.5706), 0.0644),
         ("wrist_1", 3, (0, 0.1209, -0.0004), (0, 0.135, 0.0116), 0.071),
         ("wrist_2", 4, (0, -0.0021, 0.1125), (0, 0.0203, 0.1193), 0.0652),
-        ("wrist_3", 5, (0, 0.0876, -0.0007), (0.0001, 0.0871, 0.0025), 0.0496),
+        ("wrist_3", 5, (0, 0.0876, -0.001), (0, 0.0878, 0.003), 0.0497),
     ),
 )
 
@@ -230,6 +232,6 @@ UR16E = _arm(
         ("forearm_2", 2, (0.0004, -0.0055, 0.3524), (-0.0019, 0.0253, 0.358), 0.0628),
         ("wrist_1", 3, (0, 0.1202, -0.0004), (0, 0.1343, 0.0116), 0.071),
         ("wrist_2", 4, (0, -0.0021, 0.1125), (0, 0.0203, 0.1193), 0.0652),
-        ("wrist_3", 5, (0, 0.0876, -0.0007), (0.0001, 0.0871, 0.0025), 0.0496),
+        ("wrist_3", 5, (0, 0.0876, -0.001), (0, 0.0878, 0.003), 0.0497),
     ),
 )

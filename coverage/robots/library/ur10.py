@@ -6,7 +6,8 @@ and bodies lie on the lines between the joints. In the other, which serves real 
 along the tubes of the public meshes: 0 is where the housing of one joint ends, 1 where the next
 one's begins. The tube of the upper arm lies 45.7 mm beside the line between the joints, towards the
 robot's middle. Bodies contain the visual meshes, but for a fragment of 1 mm that lies 25 mm beside
-the upper arm.
+the upper arm. That of wrist 3 also contains its mesh where the maker moved it in 2026 (pull request
+393 of the description: 1 mm across the joint's axis), and 1 mm along the axis.
 """
 
 import math
@@ -76,7 +77,7 @@ _CAPSULES: tuple[
     ("forearm_2", 2, (0, -0.0083, 0.5671), (0, 0.0199, 0.5733), 0.061),
     ("wrist_1", 3, (0.0006, 0.1078, 0.0004), (-0.0045, 0.114, 0.0173), 0.0669),
     ("wrist_2", 4, (0.0001, -0.0014, 0.1089), (-0.0007, 0.017, 0.113), 0.0656),
-    ("wrist_3", 5, (0, 0.0701, 0.001), (0, 0.0701, 0.001), 0.0461),
+    ("wrist_3", 5, (0, 0.0701, 0.0002), (0, 0.0701, 0.0018), 0.0463),
 )
 _BODIES = tuple(
     Body(name, frame, Capsules(np.array(start), np.array(end), radius))

@@ -1,0 +1,121 @@
+"""Triangles of one geometry in a COLLADA mesh."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .mesh_numbers import AGAIN, MOST_TRIANGLES, MeshError, bounded, fans, numbers, picked
+
+Triangles = Float[np.ndarray, "T 3 3"]
+Named = Callable[[ET.Element, str, str], ET.Element]
+_SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+
+
+def geometry_triangles(geometry: ET.Element, named: Named) -> Triangles:
+    """Return the triangles (T, 3, 3) of a geometry; polygons become fans.
+
+    Args:
+        geometry: the element.
+        named: returns the element of a tag that an element's attribute names.
+
+    Raises:
+        MeshError: if it has no mesh, lacks a part, or has too many triangles.
+    """
+    mesh = geometry.find("mesh")
+    if mesh is None:
+        raise MeshError(f"geometries with a mesh ({geometry.get('id', '')[:60]} has none); {AGAIN}")
+    found = [_triangles(part, named) for part in mesh if part.tag in _SURFACES]
+    bounded(sum(len(t) for t in found), MOST_TRIANGLES, "triangles")
+    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+
+
+def _triangles(part: ET.Element, named: Named) -> Triangles:
+    """Return the triangles of one element of a mesh, such as ``polylist``."""
+    inputs = part.findall("input")
+    vertex = next((i for i in inputs if i.get("semantic") == "VERTEX"), None)
+    if vertex is None:
+        raise MeshError(f"{part.tag} with an input VERTEX; {AGAIN}")
+    place, width = _whole(vertex, "offset"), 1 + max(_whole(i, "offset") for i in inputs)
+    if part.find("ph") is not None:
+        raise MeshError("polygons without holes; triangulate the mesh")
+    rows = [_corners(p.text or "", width, place) for p in part.findall("p")]
+    corners = np.concatenate(rows) if rows else np.zeros(0, np.int64)
+    if not len(corners):
+        return np.zeros((0, 3, 3))
+    index = corners[_order(part, [len(row) for row in rows])]
+    if part.tag != "polygons" and part.get("count") is not None:
+        count = {"triangles": len(index), "tristrips": len(rows), "trifans": len(rows)}
+        found = count.get(part.tag, len((part.findtext("vcount") or "").split()))
+        if (stated := _whole(part, "count")) != found:
+            raise MeshError(f"{stated} {part.tag}, as it states (it has {found}); {AGAIN}")
+    return picked(_points(vertex, named), index)
+
+
+def _order(part: ET.Element, rows: list[int]) -> Int[np.ndarray, "T 3"]:
+    """Return the numbers (T, 3) of the corners of each triangle, among those of all ``rows``."""
+    total = sum(rows)
+    if part.tag == "triangles":
+        if total % 3:
+            raise MeshError(f"triangles of three corners (it has {total} in all); {AGAIN}")
+        bounded(total // 3, MOST_TRIANGLES, "triangles")
+        return np.arange(total).reshape(-1, 3)
+    if part.tag == "tristrips":
+        bounded(total, MOST_TRIANGLES, "triangles")
+        return np.concatenate([_strip(begin, end) for begin, end in _ranges(rows)])
+    if part.tag == "polylist":
+        counts: np.ndarray = numbers(part.findtext("vcount") or "", np.int64, "vcount")
+        if counts.sum() != total:
+            raise MeshError(f"{counts.sum()} corners, as it states (it has {total}); {AGAIN}")
+        return fans(counts)
+    return fans(np.array(rows))
+
+
+def _ranges(rows: list[int]) -> list[tuple[int, int]]:
+    return list(pairwise(np.concatenate([[0], np.cumsum(rows)]).tolist()))
+
+
+def _strip(begin: int, end: int) -> Int[np.ndarray, "T 3"]:
+    """Return the triangles of a strip; every second one is turned, so that all face one way."""
+    first = np.arange(begin, max(end - 2, begin))
+    odd = (first - begin) % 2
+    triangles: np.ndarray = np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)
+    return triangles
+
+
+def _corners(text: str, width: int, place: int) -> Int[np.ndarray, " C"]:
+    """Return the numbers (C,) of the points of an element's corners."""
+    values: np.ndarray = numbers(text, np.int64, "corners")
+    if len(values) % width:
+        raise MeshError(f"{width} numbers for each corner (it has {len(values)}); {AGAIN}")
+    return values[place::width]
+
+
+def _points(vertex: ET.Element, named: Named) -> Float[np.ndarray, "V 3"]:
+    """Return the points (V, 3) that an input VERTEX names."""
+    vertices = named(vertex, "source", "vertices")
+    position = next((i for i in vertices.findall("input") if i.get("semantic") == "POSITION"), None)
+    if position is None:
+        raise MeshError(f"vertices with an input POSITION; {AGAIN}")
+    source = named(position, "source", "source")
+    accessor, array = source.find("technique_common/accessor"), source.find("float_array")
+    if accessor is None or array is None:
+        raise MeshError(f"sources with a float_array and an accessor; {AGAIN}")
+    values: np.ndarray = numbers(array.text or "", np.float64, "points")
+    count, begin = _whole(accessor, "count"), _whole(accessor, "offset")
+    stride = _whole(accessor, "stride", 1)
+    if stride < 3 or len(values) < begin + count * stride:
+        raise MeshError(
+            f"{begin + count * stride} coordinates, as it states (it has {len(values)}); {AGAIN}"
+        )
+    points: np.ndarray = values[begin : begin + count * stride].reshape(count, stride)[:, :3]
+    return points
+
+
+def _whole(element: ET.Element, key: str, default: int = 0) -> int:
+    text = element.get(key, str(default))
+    if not text.isdecimal() or len(text) > 9:
+        raise MeshError(f"whole numbers as {key} (one is {text[:60]}); {AGAIN}")
+    return int(text)

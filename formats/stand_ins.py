@@ -1,0 +1,45 @@
+"""Content that is not the file that its name says: a pointer of Git LFS, an HTML page, or both
+sides of a merge conflict."""
+
+import re
+
+from .errors import UserError
+
+_START = 4096  # bytes in which a page or a pointer states what it is
+_HTML = re.compile(
+    rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml.*?\?>\s*)?(?:<!--.*?-->\s*)*<(?:!doctype\s+html|html)[\s>]",
+    re.IGNORECASE | re.DOTALL,
+)
+_POINTER = re.compile(
+    rb"\A(?:version https://(?:git-lfs|hawser)\.github\.com/spec/|\S*/annex/objects/)"
+)
+_MARK = re.compile(rb"^[ \t]*(?:(?:<{7}|>{7}|\|{7})(?:[ \t][^\n]*)?|={7})[ \t]*\r?$", re.MULTILINE)
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+
+
+def refuse_stand_in(data: bytes, name: str) -> None:
+    """Refuse the content of a file if it is no such file at all.
+
+    A merge conflict within an XML comment changes nothing and is no reason.
+
+    Args:
+        data: the content.
+        name: the file, for messages.
+
+    Raises:
+        UserError: for a pointer, a page or a merge conflict.
+    """
+    start = data[:_START]
+    if _POINTER.match(start):
+        raise UserError(f"{name}: found a pointer of Git LFS, not the file; run: git lfs pull")
+    if _HTML.match(start):
+        raise UserError(f"{name}: found an HTML page, not the file; download the raw file again")
+    if _MARK.search(data) is None:
+        return
+    bare = _COMMENT.sub(lambda comment: b"\n" * comment[0].count(b"\n"), data)
+    if (mark := _MARK.search(bare)) is not None:
+        line = bare.count(b"\n", 0, mark.start()) + 1
+        raise UserError(
+            f"{name}: found a merge conflict at line {line}, allowed: one version; resolve it in"
+            " the file"
+        )

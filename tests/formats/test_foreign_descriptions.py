@@ -1,0 +1,277 @@
+"""Robot descriptions as they lie in public repositories: left-over xacro, merge conflicts, pointers
+of Git LFS, addresses of other machines. Each loads or is one line that helps."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.packages import Packages
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.robots.urdf_options import UrdfOptions
+
+from ..support.refusals import has_parts, refused
+
+XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+LINES = [
+    '<robot name="arm" {xacro}>',
+    '<link name="base"/>',
+    '<link name="upper"><collision><origin xyz="0 0 {z}"/><geometry>',
+    '<cylinder radius="{r}" length="0.4"/></geometry></collision></link>',
+    '<link name="{tip}"/>',
+    '<joint name="turn" type="revolute"><parent link="base"/><child link="upper"/>',
+    '<axis xyz="0 1 0"/><limit lower="-2" upper="2"/></joint>',
+    '<joint name="end" type="fixed"><parent link="upper"/><child link="{tip}"/>',
+    '<origin xyz="0 0 0.4"/></joint>',
+    "</robot>",
+]
+PLAIN = {"xacro": "", "z": "0.2", "r": "0.05", "tip": "tool0"}
+words = st.text("abcxyz_", min_size=1, max_size=8)
+
+
+def text(**parts):
+    return "\n".join(LINES).format(**(PLAIN | parts))
+
+
+def bodies(path):
+    return [repr(body) for body in UrdfOptions().fit(path).robot.bodies]
+
+
+# elephantrobotics/mycobot_ros: 87 of 91 URDFs have a property that nothing uses
+@settings(max_examples=12)
+@given(words, words, st.sampled_from(["property", "arg", "macro"]), st.booleans())
+def test_left_over_definitions_of_xacro_change_nothing(tmp_path_factory, name, value, kind, first):
+    folder = tmp_path_factory.mktemp("xacro")
+    left = f'<xacro:{kind} name="{name}" value="${{{value}}}"/>'
+    whole = text(xacro=XACRO)
+    at = whole.index("<link") if first else whole.rindex("</robot>")
+    (folder / "left.urdf").write_text(whole[:at] + left + whole[at:])
+    (folder / "plain.urdf").write_text(text())
+    (note,) = read_urdf(folder / "left.urdf").notes
+    assert name in note
+    assert bodies(folder / "left.urdf") == bodies(folder / "plain.urdf")
+
+
+@settings(max_examples=12)
+@given(words, st.sampled_from(["z", "r", "tip"]), st.booleans(), st.data())
+def test_an_expression_of_xacro_is_named_with_what_expands_it(
+    tmp_path_factory, name, where, declared, data
+):
+    path = tmp_path_factory.mktemp("xacro") / "used.urdf"
+    found = data.draw(st.sampled_from(["${%s}", "${2*%s}", "$(arg %s)"])) % name
+    left = f'<xacro:property name="{name}" value=".05"/>' if declared else ""
+    path.write_text(text(xacro=f"{XACRO}>{left}<a/", **{where: found}))
+    key = {"z": "xyz", "r": "radius", "tip": "name"}[where]
+    with refused(f'used.urdf {key} "{found}" xacro xacrodoc'):
+        read_urdf(path)
+
+
+def test_what_xacro_would_replace_is_refused_and_simulators_addresses_are_not(tmp_path, run):
+    path = tmp_path / "arm.urdf"
+    for call in ("<xacro:include filename='a.xacro'/>", "<xacro:arm prefix='l_'/>"):
+        path.write_text(text(xacro=f"{XACRO}>{call}<a/"))
+        with refused(f"arm.urdf {call[1:].split()[0]} xacro"):
+            read_urdf(path)
+    plugin = "<gazebo><plugin><parameters>$(find arm)/a.yaml</parameters></plugin></gazebo>"
+    path.write_text(text(xacro=f"{XACRO}>{plugin}<a/"))
+    assert read_urdf(path).notes == ()
+    # https://github.com/robot-descriptions/robot_descriptions.py/issues/59
+    for inside in ("", '<xacro:macro name="arm"><link name="a"/></xacro:macro>'):
+        path.write_text(f"<robot name='macro_only' {XACRO}>{inside}</robot>")
+        code, _, err = run("robot", path, "--out", tmp_path / "out")
+        assert code == 2
+        assert has_parts(err, "arm.urdf link 0 xacro macro")
+
+
+conflicts = st.sampled_from(
+    [
+        ("<<<<<<< HEAD\n{0}\n=======\n{1}\n>>>>>>> 1a2b3c4 (pose)\n"),
+        ("<<<<<<< ours\r\n{0}\n||||||| base\n{0}\n=======\n{1}\n>>>>>>> theirs\r\n"),
+        ("  <<<<<<< HEAD\n{0}\n  =======\n{1}\n  >>>>>>> branch\n"),
+        (">>>>>>> 1a2b3c4\n{0}\n"),
+        ("=======\n{0}\n"),
+    ]
+)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, len(LINES) - 1), conflicts)
+def test_a_merge_conflict_is_named_with_its_line(tmp_path_factory, at, form):
+    path = tmp_path_factory.mktemp("conflict") / "arm.urdf"
+    lines = text().split("\n")
+    path.write_bytes(
+        "\n".join([*lines[:at], form.format(lines[at], lines[at]), *lines[at + 1 :]]).encode()
+    )
+    with refused(f"arm.urdf line {at + 1}"):
+        read_urdf(path)
+    remark = f"<!--\n{form.format('', '')}-->"  # nothing of it counts
+    path.write_text(text().replace("</robot>", f"{remark}</robot>"))
+    assert read_urdf(path).notes == ()
+
+
+STAND_INS = {
+    "Git LFS": b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 684\n",
+    "HTML": b"\n<!DOCTYPE html>\n<html lang='en'><head></head></html>",
+    "HTML page": b"\xef\xbb\xbf<!-- saved --><html><body>404</body></html>",
+    "conflict 3": b"v 0 0 0\nv 1 0 0\n<<<<<<< HEAD\nv 0 1 0\n=======\nv 0 2 0\n>>>>>>> a\n",
+}
+
+
+@pytest.mark.parametrize(("parts", "data"), STAND_INS.items())
+def test_what_stands_in_place_of_a_file_is_named(tmp_path, run, parts, data):
+    """Git LFS: https://github.com/ros-industrial/motoman/issues/60 and many others."""
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(data)
+    code, _, err = run("robot", path, "--out", tmp_path / "out")
+    assert code == 2
+    assert has_parts(err, f"arm.urdf {parts}")
+    for suffix in ("stl", "obj", "dae", "gltf", "glb"):
+        (tmp_path / f"upper.{suffix}").write_bytes(data)
+        mesh = f'<mesh filename="upper.{suffix}"/>'
+        path.write_text(text().replace('<cylinder radius="0.05" length="0.4"/>', mesh))
+        with refused(f'arm.urdf "upper" "upper.{suffix}" {parts}'):
+            UrdfOptions().fit(path)
+    (tmp_path / "scene.toml").write_text('[[obstacles]]\nfile = "cell.obj"\n')
+    (tmp_path / "cell.obj").write_bytes(data)
+    code, _, err = run("verify", "n1_8_0", "--scene", "scene.toml")
+    assert code == 2
+    assert has_parts(err, f'scene.toml obstacles[0].file "cell.obj" {parts}')
+    assert not (tmp_path / "out").exists()
+
+
+starts = st.sampled_from(
+    ["file:///home/me/ws", "file://localhost/opt/ros", "file:/opt/ros", "/home/me", "file:///C:/ros",
+     "file:///c%3A/ros", r"file:///C:\ros", r"C:\ros", "D:/ros", "file:////srv/ros"]
+)  # fmt: skip
+
+
+# https://github.com/Kinovarobotics/ros2_kortex: addresses of the machine on which xacro ran
+@settings(max_examples=40)
+@given(starts, st.sampled_from(["share", "src", "install/arm/share"]), st.booleans(), st.data())
+def test_absolute_addresses_of_another_machine_are_found_by_their_package(
+    tmp_path_factory, start, above, doubled, data
+):
+    """By what follows share/NAME, or NAME of a package that the user gives; the note names it."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+    file = folder / "given" / "arm" / "meshes" / "upper.stl"
+    file.parent.mkdir(parents=True)
+    trimesh.creation.box().export(file)
+    (folder / "urdf").mkdir()
+    slash = "\\" if "\\" in start else "/"
+    parts = [start, *above.split("/"), "arm", "meshes" + slash * doubled, "upper.stl"]
+    name, urdf = slash.join(parts), folder / "urdf" / "arm.urdf"
+    with refused('"upper" --package arm=FOLDER --skip-missing-meshes'):
+        Packages(urdf).find(name, "upper")
+    options = data.draw(
+        st.sampled_from(
+            [
+                {"folders": [folder / "given"]},
+                {"folders": [folder / "given" / "arm"]},
+                {"named": {"arm": folder / "given" / "arm"}},
+            ]
+        )
+    )
+    packages = Packages(urdf, **options)
+    assert packages.find(name, "upper") == file.resolve()
+    (note,) = packages.notes
+    assert str(folder / "given") in note
+    with refused("none.stl"):
+        packages.find(name.replace("upper", "none"), "upper")
+    climbing = name.replace(f"arm{slash}", f"arm{slash}..{slash}..{slash}", 1)
+    with refused("upper"):
+        packages.find(climbing, "upper")
+
+
+def test_an_own_package_serves_absolute_addresses_and_others_stay_outside(tmp_path):
+    own = tmp_path / "checkout"
+    (own / "urdf").mkdir(parents=True)
+    (own / "meshes").mkdir()
+    (own / "package.xml").write_text("<package><name>arm_description</name></package>")
+    trimesh.creation.box().export(own / "meshes" / "a.stl")
+    trimesh.creation.box().export(tmp_path / "b.stl")
+    packages = Packages(own / "urdf" / "arm.urdf")
+    for start in ("file:///home/x/src", "file:///opt/ros/jazzy/share"):
+        found = packages.find(f"{start}/arm_description/meshes/a.stl", "l")
+        assert found == (own / "meshes" / "a.stl").resolve()
+    with refused("outside"):
+        packages.find(f"file://{tmp_path}/b.stl", "l")
+    assert Packages(tmp_path / "arm.urdf").find(f"file://{tmp_path}/b.stl", "l").name == "b.stl"
+
+
+def test_meshes_of_another_machine_can_be_left_out(tmp_path):
+    mesh = '<mesh filename="file:///home/me/arm/meshes/upper.stl"/></geometry></collision>'
+    cylinder = '<cylinder radius="0.05" length="0.4"/></geometry></collision>'
+    more = f"{cylinder}<collision><geometry>{mesh}"
+    (tmp_path / "arm.urdf").write_text(text().replace(cylinder, more))
+    (tmp_path / "plain.urdf").write_text(text())
+    with refused("--skip-missing-meshes"):
+        UrdfOptions().fit(tmp_path / "arm.urdf")
+    fit = UrdfOptions(skip_missing_meshes=True).fit(tmp_path / "arm.urdf")
+    assert [repr(body) for body in fit.robot.bodies] == bodies(tmp_path / "plain.urdf")
+    assert any("upper.stl" in note for note in fit.notes)
+
+
+# TechmanRobotInc/tmr_ros2: visual meshes that are not there
+def test_mounts_of_links_whose_visual_meshes_are_left_out_follow_the_collision_shapes(tmp_path):
+    cylinder = '<cylinder radius="0.05" length="0.4"/></geometry></collision>'
+    gone = '<visual><geometry><mesh filename="gone.obj"/></geometry></visual>'
+    (tmp_path / "arm.urdf").write_text(text().replace(cylinder, cylinder + gone))
+    (tmp_path / "plain.urdf").write_text(text())
+    options = UrdfOptions(skip_missing_meshes=True)
+    fits = [options.fit(tmp_path / name) for name in ("arm.urdf", "plain.urdf")]
+    assert [repr(m) for m in fits[0].robot.mounts] == [repr(m) for m in fits[1].robot.mounts]
+    bare = text().replace("cylinder radius=", "mesh filename='gone.stl' radius=")
+    (tmp_path / "bare.urdf").write_text(bare)
+    assert options.fit(tmp_path / "bare.urdf").robot.bodies == ()
+
+
+# https://github.com/elephantrobotics/mycobot_ros/issues/54
+@settings(max_examples=6)
+@given(st.floats(0.3, 0.6), st.floats(0.02, 0.06), st.booleans())
+def test_a_visual_surface_outside_the_body_is_noted_with_its_depth(
+    tmp_path_factory, length, radius, beside
+):
+    """A cylinder across (or along) a rod: how far its end is outside is known."""
+    path = tmp_path_factory.mktemp("beside") / "arm.urdf"
+    turned = 'rpy="0 1.5707963267948966 0"' if beside else ""
+    shape = f'<geometry><cylinder radius="{radius}" length="{length}"/></geometry>'
+    rod = f'<visual><geometry><cylinder radius="0.004" length="{length}"/></geometry></visual>'
+    path.write_text(
+        "<robot name='r'><link name='a'/><link name='b'><collision>"
+        f"<origin xyz='0 0 0' {turned}/>{shape}</collision>{rod}</link>"
+        "<joint name='j' type='continuous'><parent link='a'/><child link='b'/>"
+        "<origin xyz='0 0 0.1'/></joint></robot>"
+    )
+    notes = UrdfOptions().fit(path).notes
+    if not beside:
+        assert notes == ()
+        return
+    (note,) = notes
+    depth = float(note.partition('"b" by ')[2].partition(" mm")[0])
+    assert depth == pytest.approx(1000 * (length / 2 - radius), abs=4)
+    assert "--surface visual" in note
+    assert UrdfOptions().fit(path, surface="visual").notes == ()
+    only = path.read_text().replace(rod, "")
+    path.write_text(only)
+    assert UrdfOptions().fit(path).notes == ()
+
+
+@settings(max_examples=10)
+@given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=3, max_size=3), st.floats(0.5, 2))
+def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
+    """https://github.com/enactic/openarm_description/pull/57: a half mesh with a negative scale."""
+    folder = tmp_path_factory.mktemp("mirror")
+    wedge = trimesh.convex.convex_hull([[0, 0, 0], [0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.3]])
+    wedge.export(folder / "half.stl")
+    scale = factor * np.array(signs)
+    shape = f'<mesh filename="half.stl" scale="{scale[0]} {scale[1]} {scale[2]}"/>'
+    path = folder / "arm.urdf"
+    path.write_text(text().replace('<cylinder radius="0.05" length="0.4"/>', shape))
+    urdf = read_urdf(path)
+    made = Meshes(path).shape(urdf.links["upper"].collision[0], "upper")
+    mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(made))
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(factor**3 * 0.1 * 0.2 * 0.3 / 6, rel=1e-5)
+    outward = np.einsum("ti,ti->t", mesh.face_normals, mesh.triangles_center - mesh.center_mass)
+    assert (outward > 0).all()
