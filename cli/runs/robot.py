@@ -14,12 +14,14 @@ from ...coverage.robots.joint_values import from_file_units, in_file_units, join
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, shown
 from ...formats.escaping import printable
+from ...formats.robots.left_over_xacro import EXPAND
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import segments
 from ...objectives.mount_rules import Rules
+from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene
 from ...reporting.explained import Explained
 from ...reporting.robot_picture import robot_picture
@@ -42,7 +44,7 @@ def ring_radii(robot: Robot) -> tuple[float, dict[str, float]]:
 
     If no mount takes a ring, all count.
     """
-    real = CoreScene(robot=robot, rules=Rules(mount="real"))
+    real = CoreScene(robot=robot, poses=(Pose(robot.rest),), rules=Rules(mount="real"))
     clear = MountClearance(real)
     own = {link: clear.radius(link) for link in robot.links}
     taking = {segment.link for segment in segments(real, clear.rooms(own, ()))} or set(own)
@@ -98,9 +100,10 @@ def robot(
     elif is_urdf:
         fit = import_urdf(Path(what), reading.resolve(), capsules, surface, name)
     else:
+        more = f"; {EXPAND}" if what.lower().endswith(".xacro") else ""
         raise UserError(
             f"robot: found {shown(what)}, allowed: a URDF (.urdf), an MJCF (.xml), or one of"
-            f" {', '.join(ROBOTS)}"
+            f" {', '.join(ROBOTS)}{more}"
         )
     fitted = fit.robot
     folder = output_folder(out)

@@ -34,7 +34,7 @@ def numbers(text: str | bytes, dtype: type, what: str) -> Any:
         try:
             return np.fromstring(text, dtype, sep=" ")  # type: ignore[call-overload]
         except (ValueError, OverflowError, Warning) as error:
-            raise MeshError(f"{what} of numbers only; {AGAIN}") from error
+            raise MeshError(f"numbers only as {what}; {AGAIN}") from error
 
 
 def bounded(found: int, most: int, what: str) -> None:

@@ -18,6 +18,7 @@ _DEEP = 6  # levels of folders below --packages in which packages are searched
 _MOST = 20_000  # folders that a search visits
 _FILES = 50_000  # files of the own package that are considered
 _LARGEST = 2**20  # bytes, largest package.xml
+_SHOWN = 60  # most characters of a mesh's name in a message
 _MODELS = ("urdf", "urdfs", "robot", "robots")  # folders of a package that hold its URDFs
 
 
@@ -274,7 +275,8 @@ class Packages:
         return shlex.quote(str(folder) if self.path.is_absolute() else os.path.relpath(folder))
 
     def fail(self, link: str, found: str, allowed: str) -> UserError:
-        """Return the error for a mesh of a link."""
+        """Return the error for a mesh of a link; of a long name the end is shown."""
+        found = found if len(found) <= _SHOWN else f"…{found[1 - _SHOWN :]}"
         return UserError(
             f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}"
         )

@@ -6,6 +6,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.formats.loader import read_scene
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf import read_urdf
@@ -275,3 +276,37 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     assert mesh.volume == pytest.approx(factor**3 * 0.1 * 0.2 * 0.3 / 6, rel=1e-5)
     outward = np.einsum("ti,ti->t", mesh.face_normals, mesh.triangles_center - mesh.center_mass)
     assert (outward > 0).all()
+
+
+def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path, run):
+    """A wide shaft within the base's housing takes no ring, so its radius does not count; the scene
+    stays valid. TechmanRobotInc/tmr_ros2: 18 % instead of 40.6."""
+
+    def link(name, radius, length):
+        at = f'<origin xyz="0 0 {length / 2}"/>'
+        shape = f'<geometry><cylinder radius="{radius}" length="{length}"/></geometry>'
+        return f'<link name="{name}"><collision>{at}{shape}</collision></link>'
+
+    def joint(name, kind, parent, child, z):
+        ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="0 0 {z}"/>'
+        return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="0 0 1"/></joint>'
+
+    def robot(housing):
+        (tmp_path / "arm.urdf").write_text(
+            f'<robot name="arm">{link("base", housing, 0.5)}{link("shaft", 0.15, 0.5)}'
+            f'{link("fore", 0.04, 0.5)}<link name="tip"/>'
+            f"{joint('turn', 'continuous', 'base', 'shaft', 0)}"
+            f"{joint('bend', 'continuous', 'shaft', 'fore', 0.5)}"
+            f"{joint('end', 'fixed', 'fore', 'tip', 0.5)}</robot>"
+        )
+        code, _, _ = run("robot", "arm.urdf", "--capsules", "1", "--out", f"out{housing}")
+        assert code == 0
+        return read_scene(tmp_path / f"out{housing}" / "scene.toml")
+
+    open_shaft, housed = robot(0.05), robot(0.4)
+    assert open_shaft.ring_radius > 0.15
+    assert housed.ring_radius < 0.1
+    assert housed.limits["shaft"].radius > 0.15
+    code, _, _ = run("--scene", "out0.4/scene.toml", "--sensors", "6", "--voxel", "0.1",
+                     "--target", "V_S", "--radius", "0.4", "--seconds", "1", "--out", "placed")  # fmt: skip
+    assert code == 0

@@ -224,9 +224,7 @@ def test_gltf_needs_no_compression_no_loops_and_only_files_beside_it(tmp_path):
     odd = {
         "KHR_draco_mesh_compression": {"extensionsRequired": ["KHR_draco_mesh_compression"]},
         "tree 0": {"nodes": [{"mesh": 0, "children": [0]}]},
-        "cut short 96": {
-            "accessors": [file["accessors"][0], {**file["accessors"][1], "count": 24}]
-        },
+        "cut short 96": {"accessors": [points, {**index, "count": 24}]},
         "sparse": {"accessors": [{**a, "sparse": {}} for a in file["accessors"]]},
         "4 points 9": {},
         "standard": {"meshes": []},
@@ -319,12 +317,12 @@ HOSTILE = {
     ),
     "3 corners": ("obj", lambda: b"v 0 0 0\nv 1 0 0\nf 1 2\n"),
     "3 points 6": ("obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"),
-    "1 2": ("obj", lambda: b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
-    "whole numbers": ("obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n"),
+    "2 3": ("obj", lambda: b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+    "numbers": ("obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n"),
     "count from 1": ("obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n"),
     "5 triangles 4": ("dae", lambda: dae(faces=FACES.replace('"4"', '"5"'))),
     "4 points 9": ("dae", lambda: dae(faces=FACES.replace("2 3</p>", "2 9</p>"))),
-    "coordinates 12 11": ("dae", lambda: dae(points=POINTS[:-2])),
+    "12 11": ("dae", lambda: dae(points=POINTS[:-2])),
     "geometry #h": ("dae", lambda: dae(scene='<node><instance_geometry url="#h"/></node>')),
     "levels": ("dae", lambda: b"<a>" * 5000),
 }
@@ -338,9 +336,7 @@ def test_a_hostile_file_is_refused_before_the_work(parts, case):
     tracemalloc.start()
     begin = time.process_time()
     try:
-        with refused(
-            "" if parts == "levels" else parts.replace("points 0 1", "numbers"), Exception
-        ):
+        with refused(parts, Exception):
             read(kind, data)
         assert tracemalloc.get_traced_memory()[1] < 100e6
         assert time.process_time() - begin < 5
