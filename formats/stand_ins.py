@@ -7,13 +7,14 @@ from .errors import UserError
 
 _START = 4096  # bytes in which a page or a pointer states what it is
 _HTML = re.compile(
-    rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml.*?\?>\s*)?(?:<!--.*?-->\s*)*<(?:!doctype\s+html|html)[\s>]",
+    rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*>\s*)?<(?:!doctype\s+html|html)[\s>]",
     re.IGNORECASE | re.DOTALL,
 )
 _POINTER = re.compile(
     rb"\A(?:version https://(?:git-lfs|hawser)\.github\.com/spec/|\S*/annex/objects/)"
 )
 _MARK = re.compile(rb"^[ \t]*(?:(?:<{7}|>{7}|\|{7})(?:[ \t][^\n]*)?|={7})[ \t]*\r?$", re.MULTILINE)
+_MARKS = (b"<<<<<<<", b">>>>>>>", b"|||||||", b"=======")
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
@@ -32,9 +33,9 @@ def refuse_stand_in(data: bytes, name: str) -> None:
     start = data[:_START]
     if _POINTER.match(start):
         raise UserError(f"{name}: found a pointer of Git LFS, not the file; run: git lfs pull")
-    if _HTML.match(start):
+    if _HTML.match(_COMMENT.sub(b"", start)):
         raise UserError(f"{name}: found an HTML page, not the file; download the raw file again")
-    if _MARK.search(data) is None:
+    if not any(mark in data for mark in _MARKS) or _MARK.search(data) is None:
         return
     bare = _COMMENT.sub(lambda comment: b"\n" * comment[0].count(b"\n"), data)
     if (mark := _MARK.search(bare)) is not None:

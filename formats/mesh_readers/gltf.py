@@ -19,6 +19,7 @@ from .mesh_numbers import AGAIN, MOST_TRIANGLES, MeshError, bounded, picked, pla
 
 _TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTH = {"SCALAR": 1, "VEC3": 3}
+_MOST_VALUES = 2_000_000  # of a file's text
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # modes of a primitive that have a surface
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 _UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
@@ -46,6 +47,7 @@ class _Gltf:
     def __init__(self, data: bytes, beside: Callable[[str], bytes]) -> None:
         self._beside, self._bytes = beside, dict[int, bytes]()
         text, self._chunk = _chunks(data) if data[:4] == b"glTF" else (data, b"")
+        bounded(sum(text.count(mark) for mark in (b",", b"[", b"{")), _MOST_VALUES, "values")
         self._json: dict[str, Any] = json.loads(text)
         for name in self._json.get("extensionsRequired", ()):
             if name in _UNREADABLE:

@@ -14,6 +14,7 @@ from ..stand_ins import refuse_stand_in
 
 _MOST_DEEP = 500  # elements in each other
 _MOST = 1_000_000  # elements of a file
+_MOST_ATTRIBUTES = 2_000_000
 
 
 def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
@@ -25,6 +26,9 @@ def plain_xml(text: bytes, name: str, comments: bool = False) -> ET.Element:
     Raises:
         UserError: if the text is not XML, has a document type, or has too many elements.
     """
+    if text.count(b"=") > _MOST_ATTRIBUTES:
+        allowed = f"at most {_MOST_ATTRIBUTES} attributes"
+        raise UserError(f"{name}: found more, allowed: {allowed}")
     parser, builder = expat.ParserCreate(), ET.TreeBuilder(insert_comments=comments)
     parser.buffer_text = True
     depth, count = 0, 0

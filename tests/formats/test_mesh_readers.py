@@ -325,6 +325,8 @@ HOSTILE = {
     "12 11": ("dae", lambda: dae(points=POINTS[:-2])),
     "geometry #h": ("dae", lambda: dae(scene='<node><instance_geometry url="#h"/></node>')),
     "levels": ("dae", lambda: b"<a>" * 5000),
+    "attributes": ("dae", lambda: b"<a " + b"b='' " * 3_000_000 + b"/>"),
+    "values": ("gltf", lambda: b"[" + b"[]," * 1_500_000 + b"0]"),
 }
 
 
