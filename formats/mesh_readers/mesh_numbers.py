@@ -32,7 +32,7 @@ def numbers(text: str | bytes, dtype: type, what: str) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return np.fromstring(text, dtype, sep=" ")  # type: ignore[call-overload]
+            return np.fromstring(text, dtype, sep=" ")
         except (ValueError, OverflowError, Warning) as error:
             raise MeshError(f"numbers only as {what}; {AGAIN}") from error
 

@@ -31,7 +31,7 @@ def read_scene_mesh(kind: str, data: bytes) -> Any:
         return trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
     _bound_counts(kind, data)
     try:
-        mesh = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
+        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
         if not len(mesh.faces):  # a cloud of points has no such field
             raise ValueError("no triangles")
         return mesh
