@@ -1,18 +1,25 @@
 """Robot descriptions as they lie in public repositories: left-over xacro, merge conflicts, pointers
 of Git LFS, addresses of other machines. Each loads or is one line that helps."""
 
+import io
+
 import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli.runs.robot import ring_radii
+from place_rings.coverage.rings.ring import Setup
+from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.loader import read_scene
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_options import UrdfOptions
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.feasible_set import FeasibleSet
+from place_rings.reporting.export_formats import FORMATS
 
 from ..support.refusals import has_parts, refused
 
@@ -263,7 +270,7 @@ def test_a_visual_surface_outside_the_body_is_noted_with_its_depth(
     assert UrdfOptions().fit(path, capsules=1, surface="visual").notes == ()
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=3, max_size=3), st.floats(0.5, 2))
 def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     """https://github.com/enactic/openarm_description/pull/57: a half mesh with a negative scale."""
@@ -281,6 +288,11 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     assert mesh.volume == pytest.approx(factor**3 * 0.1 * 0.2 * 0.3 / 6, rel=1e-5)
     outward = np.einsum("ti,ti->t", mesh.face_normals, mesh.triangles_center - mesh.center_mass)
     assert (outward > 0).all()
+    robot = UrdfOptions().fit(path, capsules=1).robot
+    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),))
+    data = FORMATS["glb"](PlacedSetup(scene, Setup(()), 0, folder, urdf))["scene.glb"]
+    exported = trimesh.load(io.BytesIO(data), file_type="glb").geometry["body_upper"]
+    assert exported.volume == pytest.approx(mesh.volume, rel=1e-4)
 
 
 def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path, run):
