@@ -20,6 +20,8 @@ from .enclosing_circle import across, circle_centre
 
 SLABS = 8  # slabs along an axis, between which capsules begin and end
 WORTH = 0.05  # share of the volume that an additional capsule must save
+_MOST = 2000  # most corners for which a capsule is optimised; it then grows to contain all
+_PRODUCTS = 2**22  # most distances at once, 32 MB
 _AXES = 4  # most axes along which a link is cut
 _GROW = 1 + 1e-7  # factor on a radius, against rounding
 
@@ -33,6 +35,21 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
         return corners
     except QhullError:
         return points
+
+
+def _thinned(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
+    """Return the points that lie farthest in evenly spread directions, at most ``_MOST``; few
+    points as they are."""
+    if len(points) <= _MOST:
+        return points
+    i = np.arange(_MOST) + 0.5
+    z, turn = 1 - 2 * i / _MOST, math.pi * (1 + math.sqrt(5)) * i
+    around = np.sqrt(1 - z**2)
+    towards = np.stack([around * np.cos(turn), around * np.sin(turn), z])
+    parts = np.array_split(towards, 1 + _MOST * len(points) // _PRODUCTS, axis=1)
+    farthest = np.concatenate([(points @ part).argmax(axis=0) for part in parts])
+    thinned: np.ndarray = points[np.unique(farthest)]
+    return thinned
 
 
 def _on_line(
@@ -99,8 +116,9 @@ def _enclosing(
     corners: Float[np.ndarray, "N 3"], axes: Sequence[Float[np.ndarray, " 3"]], polish: bool
 ) -> Capsules:
     """See ``enclosing``; of points without those inside their hull."""
-    origin = corners.mean(axis=0)
-    seen = corners - origin
+    few = _thinned(corners)
+    origin = few.mean(axis=0)
+    seen = few - origin
     scale = max(float(np.linalg.norm(seen, axis=1).max()), 1e-9)
     seen = seen / scale
     begun = _starts(seen, [*axes, *_axes(seen)])
@@ -212,7 +230,8 @@ def _cut_best(
 ) -> list[tuple[float, list[Float[np.ndarray, "N 3"]]]]:
     """Return, for 2 to ``most`` capsules, the least sum of volumes, m^3, of cuts across ``axis``,
     and the corners of the surface's parts."""
-    cells = _cells(triangles, axis, slabs)
+    whole = _cells(triangles, axis, slabs)
+    cells = [_thinned(cell) for cell in whole]
     parts: dict[tuple[int, int], Float[np.ndarray, "N 3"]] = {}
     cost: dict[tuple[int, int], float] = {}
     for i, j in itertools.combinations(range(slabs + 1), 2):
@@ -227,6 +246,8 @@ def _cut_best(
             if options:
                 value, i = min(options)
                 path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
+    if any(len(a) < len(b) for a, b in zip(cells, whole, strict=True)):
+        parts = {cut: np.concatenate(whole[cut[0] : cut[1]]) for cut in parts}
     best = [path[k, slabs] for k in range(2, most + 1)]
     return [(value, [parts[cut] for cut in cuts if len(parts[cut])]) for value, cuts in best]
 

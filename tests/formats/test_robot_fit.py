@@ -101,6 +101,17 @@ def test_an_arm_takes_a_few_tight_capsules(seed):
     assert np.max([-c.distance(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
 
 
+def test_many_corners_lie_in_capsules_that_are_fitted_to_a_sample():
+    """A ball of 12,000 triangles: a sphere around it, and nothing outside."""
+    i = np.arange(6000) + 0.5
+    z, turn = 1 - i / 3000, np.pi * (1 + 5**0.5) * i
+    r = 0.2 * np.sqrt(1 - z**2)
+    ball = trimesh.convex.convex_hull(np.stack([r * np.cos(turn), r * np.sin(turn), 0.2 * z], 1))
+    capsules = fit_capsules(np.array(ball.triangles), most=1)
+    assert min(float(c.distance(ball.vertices).max()) for c in capsules) <= 0
+    assert sum(c.volume for c in capsules) < 1.02 * 4 / 3 * np.pi * 0.2**3
+
+
 def test_volume_of_a_union():
     a = Capsules(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
     assert union_volume([a]) == pytest.approx(a.volume, rel=0.01)
