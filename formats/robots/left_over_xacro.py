@@ -16,8 +16,8 @@ _READ = ("link", "joint")  # elements of a URDF that the reader takes
 def unused_definitions(root: ET.Element, name: str) -> list[str]:
     """Return the names of the properties, arguments and macros in a URDF, which nothing uses.
 
-    Expressions count wherever they are if the file has elements of xacro. In other files they count
-    in links and joints only, as simulators have addresses such as ``$(find pkg)``.
+    Expressions count in the root, links and joints; beside definitions those of properties count
+    wherever they are. Elsewhere simulators have addresses such as ``$(find pkg)``.
 
     Args:
         root: root of the URDF.
@@ -43,7 +43,8 @@ def unused_definitions(root: ET.Element, name: str) -> list[str]:
         else:
             used += [(place, key, found) for key, found in _expressions(element)]
     for place, key, expression in used:
-        if defined or place.startswith(("robot", *_READ)):
+        read = place.startswith(("robot", *_READ))
+        if read or (defined and expression.startswith("${")):
             raise UserError(
                 f"{name}: {place}: {key}: found {shown(expression)}, an expression of xacro,"
                 f" allowed: its value; {EXPAND}"

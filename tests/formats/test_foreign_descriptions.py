@@ -92,6 +92,13 @@ def test_what_xacro_would_replace_is_refused_and_simulators_addresses_are_not(tm
     plugin = "<gazebo><plugin><parameters>$(find arm)/a.yaml</parameters></plugin></gazebo>"
     path.write_text(text(xacro=f"{XACRO}>{plugin}<a/"))
     assert read_urdf(path).notes == ()
+    left = '<xacro:property name="a" value="1"/>'
+    path.write_text(text(xacro=f"{XACRO}>{left}{plugin}<a/"))
+    assert len(read_urdf(path).notes) == 1
+    colour = '<material name="m"><color rgba="${a} 0 0 1"/></material>'
+    path.write_text(text(xacro=f"{XACRO}>{left}{colour}<a/"))
+    with refused('arm.urdf "m" rgba "${a}" xacro'):
+        read_urdf(path)
     # https://github.com/robot-descriptions/robot_descriptions.py/issues/59
     for inside in ("", '<xacro:macro name="arm"><link name="a"/></xacro:macro>'):
         path.write_text(f"<robot name='macro_only' {XACRO}>{inside}</robot>")
