@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from jaxtyping import Float, Integer
+from jaxtyping import Bool, Float, Integer
 
 from ...formats.ring_frame import Grid
+from ...objectives.motion_limits import Motion
 from .status import DISTANT, MOST_MM, Status, known_status
 
 _MOST_SIGMA, _MOST_SIGNAL = 0xFF, 0xFFFF
@@ -60,17 +61,22 @@ class Zones:
         n = len(self.mm)
         return self.distance[..., 0].reshape(n, -1), self.status[..., 0].reshape(n, -1)
 
+    def failed(self, share: float = Motion.failed_share) -> Bool[np.ndarray, " n"]:
+        """Return whether more than ``share`` of each sensor's zones failed."""
+        failed: np.ndarray = (self.status[..., 0] == Status.FAILED).mean(axis=(1, 2)) > share
+        return failed
+
     def nearest(self) -> tuple[Float[np.ndarray, " n"], Integer[np.ndarray, " n"]]:
         """Return the distance, m, and the status of the nearest target of each sensor: its first
-        return. A sensor failed if all its zones failed.
+        return. A sensor without any target failed if too many of its zones did to say that there is
+        none.
         """
-        distance, status = self.distance.reshape(len(self.mm), -1), self.status[..., 0]
+        distance = self.distance.reshape(len(self.mm), -1)
         far = np.where(np.isnan(distance), np.inf, distance)
         which = far.argmin(axis=1)[:, None]
         least = np.take_along_axis(far, which, axis=1)[:, 0].astype(float)
         of = np.take_along_axis(self.status.reshape(len(far), -1), which, axis=1)[:, 0]
-        failed = (status == Status.FAILED).reshape(len(far), -1).all(axis=1)
-        none = np.where(failed, Status.FAILED, Status.NO_TARGET).astype(np.uint8)
+        none = np.where(self.failed(), Status.FAILED, Status.NO_TARGET).astype(np.uint8)
         some = np.isfinite(least)
         return np.where(some, least, np.nan), np.where(some, of, none)
 

@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 from ..recording.records import Kind, Record
-from .protocol_version import refusal
+from .rtde_requests import refusal
 from .state import VARIABLES, State, complaint
 
 _POLL = 0.0005  # s
@@ -52,10 +52,11 @@ def main() -> None:
                 continue
             q, speed = client.getActualQ(), client.getActualQd()
             runtime, safety = client.getRuntimeState(), client.getSafetyStatusBits()
+            mode = client.getRobotMode()
             if client.getTimestamp() != clock:
                 continue  # parts of two packages
             last, now = clock, time.monotonic()
-            state = State(now, clock, np.array(q), np.array(speed), runtime, safety)
+            state = State(now, clock, np.array(q), np.array(speed), runtime, safety, mode)
             os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
         else:
             os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())

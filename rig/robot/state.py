@@ -7,10 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from .robot_mode import RobotMode
+
 JOINTS = 6  # of every robot that ur-rtde supports
 # a short package spoils the last
-VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")
-_LAYOUT = struct.Struct("<d6d6dII")
+VARIABLES = (
+    *("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "robot_mode"),
+    "timestamp",
+)
+_LAYOUT, _LAYOUT_WITHOUT_MODE = struct.Struct("<d6d6dIIi"), struct.Struct("<d6d6dII")
 # safety status bits; all higher bits mean stops, faults and violations
 NORMAL, REDUCED = 1 << 0, 1 << 1
 _TURNS = 2 * math.pi + 0.1  # rad; no joint of these robots turns farther
@@ -36,22 +41,30 @@ class State:
     """Runtime state, as in RTDE."""
     safety: int = NORMAL
     """Safety status bits, as in RTDE."""
+    mode: int | None = RobotMode.RUNNING
+    """Robot mode, as in RTDE; None in recordings of versions that did not ask for it."""
 
     def pack(self) -> bytes:
         """Return everything but the arrival as bytes."""
-        return _LAYOUT.pack(self.clock, *self.q, *self.speed, self.runtime, self.safety)
+        values = (self.clock, *self.q, *self.speed, self.runtime, self.safety)
+        if self.mode is None:
+            return _LAYOUT_WITHOUT_MODE.pack(*values)
+        return _LAYOUT.pack(*values, self.mode)
 
     @staticmethod
     def unpack(time: float, data: bytes) -> "State":
         """Decode a state that arrived at ``time`` s; raise ValueError if ``data`` has another
         length.
         """
-        if len(data) != _LAYOUT.size:
+        mode: int | None = None
+        if len(data) == _LAYOUT_WITHOUT_MODE.size:
+            clock, *values, runtime, safety = _LAYOUT_WITHOUT_MODE.unpack(data)
+        elif len(data) == _LAYOUT.size:
+            clock, *values, runtime, safety, mode = _LAYOUT.unpack(data)
+        else:
             raise ValueError(f"a state of {len(data)} bytes, allowed: {_LAYOUT.size}")
-        clock, *values, runtime, safety = _LAYOUT.unpack(data)
-        return State(
-            time, clock, np.array(values[:JOINTS]), np.array(values[JOINTS:]), runtime, safety
-        )
+        q, speed = np.array(values[:JOINTS]), np.array(values[JOINTS:])
+        return State(time, clock, q, speed, runtime, safety, mode)
 
 
 def implausible(state: State) -> str | None:

@@ -344,5 +344,5 @@ def test_a_sensor_reads_the_nearest_of_its_zones(seed):
             assert status[k] in {s for d, s in read if abs(d - distance[k]) < 1e-5}
         else:
             assert np.isnan(distance[k])
-            failed = (zones.status[k, ..., 0] == Status.FAILED).all()
+            failed = (zones.status[k, ..., 0] == Status.FAILED).mean() > 0.25
             assert status[k] == (Status.FAILED if failed else Status.NO_TARGET)

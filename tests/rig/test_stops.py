@@ -2,6 +2,7 @@
 not.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -9,9 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.rig.rings.line_monitor import Event, Happened
 from place_rings.rig.rings.protocol import Frame, Status
+from place_rings.rig.rings.zones import Zones
+from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
+from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 from place_rings.rig.session.stop_conditions import RingWatch, StopConditions, StopRules
 
@@ -29,11 +34,12 @@ def seeing(n, count, distance=1.0):
     return frame(n, np.full(count, distance + 0.001 * (n % 7)), np.full(count, Status.VALID))
 
 
-def watched(frames, rules=None, moving=True, near=FAR):
-    """What each frame asks for, one after another."""
+def watched(frames, rules=None, turn=2.0, near=FAR):
+    """What each frame asks for, one after another; the robot turns by ``turn`` degrees between."""
     watch = RingWatch(rules or StopRules())
     return [
-        watch.fault(f, np.full(1 if f is None else len(f.status), near), moving) for f in frames
+        watch.fault(f, np.full(1 if f is None else len(f.status), near), np.radians([0, i * turn]))
+        for i, f in enumerate(frames)
     ]
 
 
@@ -95,15 +101,70 @@ def test_some_frozen_sensors_stop_it_beyond_the_share_that_may_fail(count, data)
 
 
 @pytest.mark.parametrize(
-    ("distance", "status", "moving"),
-    [(0.7, Status.VALID, False), (0.7, Status.NO_TARGET, True), (0.0, Status.VALID, True)],
+    ("distance", "status", "turn"),
+    [(0.7, Status.VALID, 0.0), (0.7, Status.NO_TARGET, 2.0), (0.0, Status.VALID, 2.0)],
     ids=["standing", "nothing in range", "covered"],
 )
 def test_a_robot_that_stands_and_a_ring_that_measures_nothing_are_not_frozen(
-    distance, status, moving
+    distance, status, turn
 ):
     frames = [frame(n, np.full(4, distance), np.full(4, status)) for n in range(50)]
-    assert watched(frames, moving=moving, near=0.0) == [None] * 50
+    assert watched(frames, turn=turn, near=0.0) == [None] * 50
+
+
+@given(
+    st.floats(0.01, 0.9),
+    st.integers(1, 6),
+    st.integers(2, 12),
+    st.floats(-1, 1),
+    st.integers(0, 30),
+    st.integers(0, 2**31),
+)
+def test_a_frozen_ring_stops_it_within_a_degree_however_slowly_it_turns(
+    step, joints, most, start, still, seed
+):
+    """Degrees a frame, of any joint, after any time at rest; encoders have noise."""
+    rng, watch = np.random.default_rng(seed), RingWatch(StopRules(frozen_frames=most))
+    way = rng.uniform(-1, 1, joints)
+    way /= np.abs(way).max()
+    frames = still + most + int(1 / step) + 3
+    for n in range(frames):
+        turned = np.radians(step) * max(n - still, 0)
+        q = start + way * turned + rng.uniform(-1e-4, 1e-4, joints)
+        said = watch.fault(frame(n, np.full(3, 0.7), np.zeros(3, int)), np.zeros(3), q)
+        if n - still < most or turned < np.radians(0.97):
+            assert said is None
+    assert said is not None
+
+
+@given(st.integers(0, 2**31), st.floats(0.0, 0.5), st.integers(1, 8), st.integers(1, 8))
+def test_a_sensor_fails_with_more_of_its_zones_than_may(seed, share, rows, columns):
+    """Whatever the others see: a target, a weak one, or none."""
+    rng, n, z = np.random.default_rng(seed), 4, rows * columns
+    failing = rng.integers(0, z + 1, n)
+    status = rng.choice([Status.VALID, Status.NO_TARGET, Status.WEAK], (n, z))
+    for k, count in enumerate(failing):
+        status[k, rng.permutation(z)[:count]] = Status.FAILED
+    shape = (n, rows, columns, 1)
+    zones = Zones.of(np.full(shape, 1.0), status.reshape(shape))
+    distance, first = zones.nearest()
+    said = RingWatch(StopRules(failed_share=share)).fault(
+        Frame(0.0, 0.0, 0, distance, first, zones=zones), np.full(n, FAR), np.zeros(6)
+    )
+    lost = int((failing / z > share).sum())
+    too_many = lost == n or (lost > 1 and lost > share * n)
+    assert said == (f"{lost} of {n} sensors report failure" if too_many else None)
+
+
+def test_zones_that_failed_do_not_say_that_there_is_no_target():
+    """15 of 16 failed and one without a target, on every sensor: nothing was seen."""
+    status = np.full((3, 4, 4, 1), Status.FAILED)
+    status[:, 2, 1] = Status.NO_TARGET
+    distance, first = Zones.of(np.zeros(status.shape), status).nearest()
+    assert np.isnan(distance).all()
+    assert (first == Status.FAILED).all()
+    status[:, :3] = Status.NO_TARGET  # a quarter may fail
+    assert (Zones.of(np.zeros(status.shape), status).nearest()[1] == Status.NO_TARGET).all()
 
 
 def test_the_same_frame_asked_for_again_is_no_new_one():
@@ -126,28 +187,33 @@ def test_a_near_reading_of_a_sensor_stops_it(readings, least, data):
         )
     )
     distance, status = (np.array(column) for column in zip(*readings, strict=True))
-    said = RingWatch(StopRules()).fault(frame(0, distance, status), near, True)
+    said = RingWatch(StopRules()).fault(frame(0, distance, status), near, np.zeros(6))
     wrong = np.flatnonzero((distance < near) & np.isin(status, (Status.VALID, Status.WEAK)))
     assert (said is None) == (len(wrong) == 0)
     assert said is None or f"sensor {wrong[0]} " in said
 
 
+AT_SPEED = State(0.0, 0.0, np.zeros(6), np.full(6, 0.1))
+AT_REST = replace(AT_SPEED, speed=np.zeros(6))
+
+
 class Link:
     """A link that gives a state, or a fault."""
 
-    def __init__(self, fault):
-        self.fault = fault
+    def __init__(self, fault, state):
+        self.fault, self.state = fault, state
 
     def latest(self):
         if self.fault:
             raise self.fault
-        return State(0.0, 0.0, np.zeros(6), np.full(6, 0.1))
+        return self.state
 
 
-def session(frames, fault=None, trouble=""):
+def session(frames, fault=None, trouble="", state=AT_SPEED):
     """A session of which a test says what it says."""
     rings = SimpleNamespace(counts=frames, latest=lambda: frames)
-    return Mock(spec=Session, link=Link(fault), rings=rings, trouble=trouble)
+    data, link = Gathered(), Link(fault, state)
+    return Mock(spec=Session, link=link, rings=rings, trouble=trouble, gathered=data)
 
 
 def test_conditions_name_the_ring_and_go_by_where_the_robot_is():
@@ -171,3 +237,37 @@ def test_conditions_name_the_ring_and_go_by_where_the_robot_is():
     lost = LinkFaultError(Ended.STALE)
     assert calm(frames, fault=lost) == str(lost)
     assert calm(frames, trouble="the disk is full") == "the disk is full"
+
+
+def conditions(of):
+    return StopConditions(of, lambda q: [np.zeros(3), np.zeros(2)], StopRules(), ["one", "other"])
+
+
+@pytest.mark.parametrize("mode", list(RobotMode))
+def test_a_robot_that_does_not_run_stops_and_its_mode_is_named(mode):
+    said = conditions(session([seeing(0, 3), seeing(0, 2)], state=replace(AT_SPEED, mode=mode)))()
+    assert (said is None) == (mode == RobotMode.RUNNING)
+    assert said is None or mode.name in said
+
+
+def test_a_mode_that_no_controller_had_is_no_running_one_and_an_unasked_one_is_not_judged():
+    for mode, stops in ((42, True), (-7, True), (None, False)):
+        of = session([seeing(0, 3), seeing(0, 2)], state=replace(AT_SPEED, mode=mode))
+        assert (conditions(of)() is not None) == stops
+
+
+@given(st.sampled_from(list(Happened)), st.booleans(), st.integers(0, 1), st.integers(0, 3))
+def test_a_ring_that_is_another_one_stops_it(what, moving, ring, before):
+    """Another board, or two, for good; one that began anew, which may be another, while it moves.
+    What happened before the conditions began is known to the person who confirmed."""
+    of = session([seeing(0, 3), seeing(0, 2)], state=AT_SPEED if moving else AT_REST)
+    of.gathered.events += [Event(ring, Happened.OTHER, 0.0)] * before
+    stops = conditions(of)
+    assert stops() is None
+    of.gathered.take(Event(ring, what, 1.0, "detail"))
+    other = what in (Happened.OTHER, Happened.TWO)
+    anew = what in (Happened.RESTARTED, Happened.CLOCK) and moving
+    for still in (other or anew, other):
+        said = stops()
+        assert (said is not None) == still
+        assert said is None or said.startswith(("one", "other")[ring])
