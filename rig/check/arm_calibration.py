@@ -9,8 +9,11 @@ import numpy as np
 from ...coverage.robots.calibration import dh_table
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Robot
+from ...formats.errors import UserError
 from ...formats.robots.calibration_files import calibrated_by
 from ...objectives.scene import CoreScene
+from ..robot.dashboard import ModelUnreadError, read_model
+from ..robot.primary_interface import PORT as KINEMATICS_PORT
 from ..robot.primary_interface import CalibrationUnreadError, read_kinematics
 
 _SECONDS = 3.0  # s to connect and to receive the first state
@@ -27,30 +30,61 @@ class ArmKinematics:
     """Why the kinematics may not be those of the arm."""
 
 
-def arm_kinematics(scene: CoreScene, host: str) -> ArmKinematics:
+def arm_kinematics(scene: CoreScene, host: str, move: bool = False) -> ArmKinematics:
     """Return a scene with the calibration that the controller at ``host`` states.
 
     A calibration that the scene has already stays, and a warning says if the controller states
     another one.
 
+    Args:
+        scene: the scene of the check.
+        host: the controller.
+        move: whether the check moves the arm, which must then be known to be the scene's.
+
     Raises:
-        UserError: if the controller's arm is another robot than the scene's.
+        UserError: if the controller's arm is another robot than the scene's, or if the arm shall
+            move and its controller states neither its kinematics nor its model.
     """
     robot, given = scene.robot, scene.robot.calibration
     try:
         dh_table(robot.nominal.chain)
-    except ValueError as error:
-        reason = f"the controller's calibration is not used: {error}"
-        return ArmKinematics(scene, () if given else (reason,))
-    try:
         info = read_kinematics(host, _SECONDS)
+    except ValueError as error:
+        why = str(error)
+        reason = f"the controller's calibration is not used: {error}"
     except CalibrationUnreadError as error:
+        why = str(error)
         reason = (
             f"the controller's calibration was not read ({error}), so the kinematics are those of"
             " the model, which may be off by some millimetres; give --calibration FILE"
         )
-        return ArmKinematics(scene, () if given else (reason,))
-    own = calibrated_by(robot, info.table.origin, f"controller {host}")
+    else:
+        return _compared(scene, calibrated_by(robot, info.table.origin, f"controller {host}"))
+    if move:
+        _require_model(robot, host, why)
+    return ArmKinematics(scene, () if given else (reason,))
+
+
+def _require_model(robot: Robot, host: str, why: str) -> None:
+    """Raise UserError unless the dashboard states the model of ``robot``; ``why`` says why its
+    kinematics do not tell."""
+    wanted = robot.name.removesuffix("_dh")  # other bodies of the same arm
+    try:
+        model = read_model(host, _SECONDS)
+    except ModelUnreadError as error:
+        raise UserError(
+            f"--move: controller {host} does not state which arm it moves ({why}; {error}), wanted:"
+            f" {robot.name}, as in the scene; open port {KINEMATICS_PORT} of the controller"
+        ) from error
+    if model != wanted:
+        raise UserError(
+            f"--move: controller {host} moves a {model}, wanted: {robot.name}, as in the scene"
+        )
+
+
+def _compared(scene: CoreScene, own: Robot) -> ArmKinematics:
+    """Return a scene with the kinematics of its controller, ``own``, unless it has a file's."""
+    given = scene.robot.calibration
     if given is None:
         return ArmKinematics(replace(scene, robot=own))
     if (apart := _apart(scene, own)) <= _EQUAL:

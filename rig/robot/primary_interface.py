@@ -20,6 +20,7 @@ HEAD = struct.Struct(">iB")  # size including this header, kind; of packages and
 STATE, KINEMATICS = 16, 5
 INFO = struct.Struct(">6I24dI")  # checksums, theta, a, d, alpha, status of the calibration
 _MOST = 1 << 20  # bytes of a package
+_MOST_BYTES = 8 << 20  # in all; a controller sends some 100 kB a second
 _FARTHEST = 1e5  # rad or m
 
 
@@ -85,11 +86,17 @@ def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
 
 
 def _packages(line: socket.socket, until: float) -> Iterator[tuple[int, bytes]]:
+    left = _MOST_BYTES
     while True:
         head = _read(line, HEAD.size, until)
         size, kind = HEAD.unpack(head)
         if not HEAD.size <= size <= _MOST:
             raise CalibrationUnreadError(f"port {PORT}: a package of {size} bytes")
+        left -= size
+        if left < 0:
+            raise CalibrationUnreadError(
+                f"port {PORT}: no kinematics in its first {_MOST_BYTES >> 20} MiB"
+            )
         yield kind, _read(line, size - HEAD.size, until)
 
 
@@ -103,10 +110,12 @@ def _parts(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _read(line: socket.socket, size: int, until: float) -> bytes:
-    data = b""
+    data = bytearray()
     while len(data) < size:
-        line.settimeout(max(until - time.monotonic(), 1e-3))
+        if (left := until - time.monotonic()) <= 0:
+            raise TimeoutError("timed out")
+        line.settimeout(left)
         if not (piece := line.recv(size - len(data))):
             raise ConnectionError("closed before its kinematics")
         data += piece
-    return data
+    return bytes(data)

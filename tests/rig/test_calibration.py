@@ -7,7 +7,7 @@ import os
 import socket
 import struct
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,9 @@ from place_rings.rig.check import arm_calibration
 from place_rings.rig.check.arm_calibration import arm_kinematics
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.poses.clear import drawn
+from place_rings.rig.robot import dashboard as dashboard_server
 from place_rings.rig.robot import primary_interface
+from place_rings.rig.robot.dashboard import ModelUnreadError, read_model
 from place_rings.rig.robot.primary_interface import (
     CalibrationUnreadError,
     KinematicsInfo,
@@ -129,10 +131,42 @@ def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
         read_kinematics("127.0.0.1", 5.0)
 
 
+@pytest.mark.parametrize("piece", [b"", bytes(3), bytes(60_000)])
+@pytest.mark.parametrize("kind", [16, 20])
+def test_a_port_that_never_ends_gives_a_reason_in_time(monkeypatch, kind, piece):
+    """However small or large its packages are: bounded in time and in bytes."""
+    ended, most = threading.Event(), 50 << 20
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
+        package = framed(kind, framed(0, piece) if piece and kind == 16 else piece)
+        sent = []
+
+        def serve():
+            line, _ = server.accept()
+            with line, suppress(OSError):
+                while not ended.is_set() and sum(sent) < most:
+                    sent.append(line.send(package * max(1, 4096 // len(package))))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        with refused(primary_interface.PORT, by=CalibrationUnreadError):
+            read_kinematics("127.0.0.1", 0.3)
+        ended.set()
+        thread.join()
+    assert sum(sent) < most
+
+
 @pytest.fixture
 def stated(monkeypatch):
     """What the controller states, in place of one."""
-    answers = {"info": None}
+    answers = {"info": None, "model": None}
+
+    def model(host, seconds):
+        if answers["model"] is None:
+            raise ModelUnreadError("port 29999: timed out")
+        return answers["model"]
+
+    monkeypatch.setattr(arm_calibration, "read_model", model)
 
     def read(host, seconds):
         if answers["info"] is None:
@@ -167,6 +201,71 @@ def test_an_unread_calibration_is_a_warning_unless_a_file_is_given(stated):
     assert "--calibration FILE" in warning
     assert arm.scene is SCENE
     assert arm_kinematics(OWN, "192.0.2.7").warnings == ()
+
+
+@pytest.mark.parametrize("own", [OWN, SCENE])
+def test_an_arm_that_nobody_names_is_not_moved(stated, own):
+    """Neither its kinematics nor its model: a file of the user's does not prove whose arm it is."""
+    with refused("--move", "192.0.2.7", "30001", "29999", "ur10"):
+        arm_kinematics(own, "192.0.2.7", move=True)
+    stated["model"] = "ur5e"
+    with refused("--move", "192.0.2.7", "ur5e", "ur10"):
+        arm_kinematics(own, "192.0.2.7", move=True)
+    stated["model"] = "ur10"
+    arm = arm_kinematics(own, "192.0.2.7", move=True)
+    assert len(arm.warnings) == (own is SCENE)
+    stated["info"] = info_of(own.robot)
+    stated["model"] = None
+    assert arm_kinematics(own, "192.0.2.7", move=True).warnings == ()
+
+
+def test_a_robot_that_no_controller_of_universal_robots_has_is_not_moved(stated):
+    stated["info"] = info_of(SCENE.robot)
+    panda = replace(SCENE, robot=replace(ROBOTS["panda"], name="panda"))
+    with refused("--move", "panda"):
+        arm_kinematics(panda, "192.0.2.7", move=True)
+
+
+@contextmanager
+def dashboard(monkeypatch, answers):
+    """A dashboard server; its address."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        monkeypatch.setattr(dashboard_server, "PORT", server.getsockname()[1])
+
+        def serve():
+            line, _ = server.accept()
+            with line, suppress(OSError):
+                line.sendall(b"Connected: Universal Robots Dashboard Server\n")
+                for asked in line.makefile("rb"):
+                    line.sendall(answers.get(asked.decode().strip().lower(), b"could not\n"))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield "127.0.0.1"
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("model", "version", "name"),
+    [
+        (b"UR10\n", b"URSoftware 5.11.0.108249 (Jan 01 2021)\n", "ur10e"),
+        (b"UR10\n", b"3.15.8.106339 (May 04 2022)\n", "ur10"),
+        (b"UR5e\r\n", b"URSoftware 5.4.3.530 (Jan 01 2020)\r\n", "ur5e"),
+        (b"UR20\n", b"URSoftware 5.14.0.1 (Jan 01 2023)\n", "ur20"),
+        (b"could not understand\n", b"3.15\n", None),
+        (b"UR10\n", b"?\n", None),
+        (b"x" * 9000, b"3.15\n", None),
+        (b"UR10", b"", None),
+    ],
+)
+def test_the_dashboard_names_the_model(monkeypatch, model, version, name):
+    answers = {"get robot model": model, "polyscopeversion": version}
+    with dashboard(monkeypatch, answers) as host:
+        if name:
+            assert read_model(host, 5.0) == name
+        else:
+            with refused(dashboard_server.PORT, by=ModelUnreadError):
+                read_model(host, 0.3)
 
 
 def test_a_file_that_differs_from_the_controller_is_a_warning(stated):
