@@ -24,7 +24,7 @@ from .link import Link
 from .motion_control import MotionControl, NoAnswerError
 from .motion_process import DECELERATION
 from .noted_signals import noted_signals
-from .state import JOINTS, pack_move
+from .state import JOINTS, State, pack_move
 from .vetting import LinkFaultError
 
 # rad/s and rad/s²; upper bounds on any request
@@ -37,6 +37,7 @@ LOOK = 0.01  # s
 _STEP = math.radians(2)  # rad between checked poses of a path
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
 _FIRM = 0.1  # s of the robot's clock for which it must be seen to stand still
+HELD = 1.0  # s without motion on the way, after which the robot is held by somebody or something
 _AGAIN = 3.0  # s until a lost robot answers again
 _PATIENCE = 2.0  # s, in addition to the duration of a motion
 _DASHBOARD = 29999
@@ -68,6 +69,10 @@ class MoveRefusedError(Exception):
 
 class MoveStoppedError(Exception):
     """The robot was stopped on its way; the text says why."""
+
+
+class MoveHeldError(MoveStoppedError):
+    """The robot stood still on its way, held by its speed slider or a pause, and was stopped."""
 
 
 class Mover:
@@ -148,6 +153,8 @@ class Mover:
 
         Raises:
             MoveRefusedError: if the motion is not allowed; nothing moves.
+            MoveHeldError: if something held it on its way for more than ``HELD`` s: it may go on
+                only if a person says so.
             MoveStoppedError: if the robot was stopped on its way.
         """
         if wrong := self.refusal(q):
@@ -194,6 +201,7 @@ class Mover:
         """
         self._control.heard = turn = time.monotonic()
         most = self._signs.sign_of_life * self._patience
+        stands = _Standstill(turn)
         while True:
             before, turn = turn, time.monotonic()
             if turn - before > most:
@@ -206,6 +214,11 @@ class Mover:
                 return
             if wrong := self._danger():
                 raise MoveStoppedError(wrong)
+            if (held := stands.seconds(self._link.latest(), turn)) > HELD * self._patience:
+                raise MoveHeldError(
+                    f"it stood still on its way for {held:.1f} s, as if held by its speed slider, a"
+                    " pause or an enabling device"
+                )
             if turn > until:
                 raise MoveStoppedError("it did not arrive in time")
             self._control.tell(Kind.ALIVE)
@@ -287,3 +300,16 @@ class Mover:
             link.wait(_AGAIN * self._patience)
             return self._stands(link)
         return False
+
+
+class _Standstill:
+    """Measures for how long a robot has not moved, from ``now`` s on."""
+
+    def __init__(self, now: float) -> None:
+        self._since, self._at = now, np.full(JOINTS, np.inf)
+
+    def seconds(self, state: State, now: float) -> float:
+        """Return for how long it has stood where it is, s."""
+        if np.abs(state.speed).max() >= _STANDS or np.abs(state.q - self._at).max() > _THERE:
+            self._since, self._at = now, state.q
+        return now - self._since

@@ -1,13 +1,21 @@
-"""Negotiate the version of the robot's data protocol, which ur-rtde does not check."""
+"""Requests to the robot's data protocol that ur-rtde does not make, or makes too late: the version
+of the protocol, and which of its inputs another client holds.
+"""
 
 import socket
 import struct
 from contextlib import suppress
 
 PORT, VERSION = 30004, 2
+# inputs that ur-rtde's control interface takes (version 1.6.5); one client holds an input
+INPUTS = (
+    *(f"input_int_register_{i}" for i in range(8)),
+    *(f"input_double_register_{i}" for i in range(18)),
+)
 _HEAD = struct.Struct(">HB")  # size including this header, kind
-_REQUEST = ord("V")
+_VERSION, _INPUTS = b"VI"
 _MOST = 16  # packages before the answer, such as messages of the controller
+_IN_USE = "IN_USE"
 
 
 def refusal(host: str, seconds: float) -> str:
@@ -18,17 +26,42 @@ def refusal(host: str, seconds: float) -> str:
     """
     with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
         line.settimeout(seconds)
-        line.sendall(_HEAD.pack(_HEAD.size + 2, _REQUEST) + struct.pack(">H", VERSION))
-        for _ in range(_MOST):
-            size, kind = _HEAD.unpack(_read(line, _HEAD.size))
-            data = _read(line, max(size - _HEAD.size, 0))
-            if kind == _REQUEST:
-                return (
-                    ""
-                    if data[:1] == b"\1"
-                    else f"its controller refuses version {VERSION} of RTDE; update its software"
-                )
+        if _accepts(line) is False:
+            return f"its controller refuses version {VERSION} of RTDE; update its software"
     return ""
+
+
+def inputs_in_use(host: str, seconds: float) -> list[str]:
+    """Return which of ``INPUTS`` another client of the controller holds. They are taken for a
+    moment and nothing is written to them.
+
+    Empty if it cannot be reached or does not answer within ``seconds``: then the client that
+    connects next tells why.
+    """
+    with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
+        line.settimeout(seconds)
+        if _accepts(line):
+            answer = _asked(line, _INPUTS, ",".join(INPUTS).encode()) or b""
+            kinds = answer[1:].decode(errors="replace").strip(",").split(",")
+            return [n for n, kind in zip(INPUTS, kinds, strict=False) if kind == _IN_USE]
+    return []
+
+
+def _accepts(line: socket.socket) -> bool | None:
+    """Return whether the controller accepts the version; None without an answer."""
+    answer = _asked(line, _VERSION, struct.pack(">H", VERSION))
+    return None if answer is None else answer[:1] == b"\1"
+
+
+def _asked(line: socket.socket, kind: int, data: bytes) -> bytes | None:
+    """Return the answer to a request; None if there is none among the next packages."""
+    line.sendall(_HEAD.pack(_HEAD.size + len(data), kind) + data)
+    for _ in range(_MOST):
+        size, of = _HEAD.unpack(_read(line, _HEAD.size))
+        answer = _read(line, max(size - _HEAD.size, 0))
+        if of == kind:
+            return answer
+    return None
 
 
 def _read(line: socket.socket, size: int) -> bytes:
