@@ -14,9 +14,10 @@ from ...rig.check.dry_run import motion_of
 from ...rig.check.models import DISCLAIMER
 from ...rig.check.planned_check import ring_names
 from ...rig.check.plans import Plans
-from ...rig.check.stopping import StopBound
+from ...rig.check.stopping import UNDETECTED, StopBound
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops, by_ring
+from ...rig.robot.motion import HELD
 
 EXEMPT = (
     "The simulated rig moves without --move, without a floor and [motion] cell_complete in the"
@@ -77,6 +78,7 @@ def show_stopping(bounds: Sequence[StopBound], warning: str | None, console: Ter
     for bound in bounds:
         table.add_row(bound.event, f"{1000 * bound.seconds:.0f}", f"{1000 * bound.metres:.0f}")
     console.print(table)
+    console.print(UNDETECTED, highlight=False, soft_wrap=True)
     if warning:
         console.print(f"Warning: {warning}", highlight=False, soft_wrap=True)
 
@@ -99,8 +101,9 @@ def confirm(scene: CoreScene, plans: Plans, itinerary: Itinerary, console: Termi
             f"The robot will move to {reached} of {sum(map(len, plans.poses))} poses, its leading"
             f" joint at up to {math.degrees(motion.speed):g}°/s and"
             f" {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in the"
-            " table above, on a ring that is silent, frozen or reports failures, on a fault of a"
-            " connection, and on Ctrl-C."
+            " table above, on a ring that is silent, frozen, exchanged or reports failures, on a"
+            " fault of a connection, and on Ctrl-C. If its speed slider holds it for more than"
+            f" {HELD:g} s, it is stopped and you are asked before it goes on."
         ),
         HEADING,
         *(

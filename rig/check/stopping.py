@@ -1,11 +1,12 @@
 """How long a moving robot takes to stop after an event, and how far it travels meanwhile, at most.
 
 Both follow from the limits of the links (``[link]`` in a scene) and of the motion. A reading may be
-as old as ``ring_late`` and ``ring_silent`` allow together. The check may then be held up for
+as old as ``ring_late`` and ``ring_silent`` allow together, and a ring that freezes may send each of
+``frozen_frames`` frames only just in time. The check may then be held up for
 ``sign_of_life``, and the process that moves the robot for ``watchdog``, before the next of them
 stops the robot. Each is assumed to be held up once at most. Not included: the time that a sensor
-measures, the network, and the robot's controller, which decelerates in its own way where its
-watchdog ends the program.
+measures, the network, the robot's controller, which decelerates in its own way where its watchdog
+ends the program, and what ``UNDETECTED`` names.
 """
 
 import math
@@ -25,9 +26,16 @@ from ...objectives.scene import CoreScene
 from ..robot.motion import LOOK
 from ..robot.motion_process import DECELERATION, TICK
 from ..sensing.expected import beams_at
+from ..session.stop_conditions import TURNED
 
 LOOPS = LOOK + TICK  # s between two looks of the check, and of the process that moves the robot
 NEAR = "a reading below near_m"
+FROZEN = "distances of a ring that freeze"
+UNDETECTED = (
+    "Not detected: a delay that is the same for all frames of a ring, in its sensors, its firmware"
+    " or its adapter. It adds to the times of near readings and of rings. Measure it before a"
+    " motion: docs/rig.md says how."
+)
 
 
 @dataclass(frozen=True)
@@ -88,12 +96,18 @@ def stop_bounds(link: LinkLimits, motion: Motion, lever: float) -> list[StopBoun
     held_up = link.sign_of_life + link.watchdog + LOOPS
     times = {
         NEAR: link.oldest_reading + held_up,
+        "sensors of a ring that fail, more than failed_share": link.oldest_reading + held_up,
+        FROZEN: link.ring_late + motion.frozen_frames * link.ring_silent + held_up,
         "a ring that falls silent": link.oldest_reading + held_up,
         "states of the robot that cease": 2 * link.state_stale + held_up,
         "this program ends or is held up": held_up,
         "the process that moves the robot ends or is held up": link.watchdog,
     }
-    return [StopBound(event, t, travelled(motion.speed, t, lever)) for event, t in times.items()]
+    least = {FROZEN: lever * (TURNED + travelled(motion.speed, held_up, 1.0))}
+    return [
+        StopBound(event, t, max(travelled(motion.speed, t, lever), least.get(event, 0.0)))
+        for event, t in times.items()
+    ]
 
 
 def travelled(speed: float, seconds: float, lever: float) -> float:
@@ -130,27 +144,38 @@ def bounds_of_route(
         real: whether the robot is real; a simulated one is not warned of.
 
     Raises:
-        UserError: if a real robot may, and a limit is longer than its default.
+        UserError: if a real robot may, and a limit is longer than its default; or if it may travel
+            that far before it stops for a frozen ring, and ``frozen_frames`` is above its default.
     """
     most = lever(scene, setup, joints)
     bounds = stop_bounds(scene.link, scene.motion, most)
-    if not real or bounds[0].metres <= scene.motion.near:
+    if not real:
+        return bounds, None
+    motion, frozen = scene.motion, next(b for b in bounds if b.event == FROZEN)
+    if frozen.metres > motion.near and motion.frozen_frames > Motion.frozen_frames:
+        default = f"frozen_frames = {Motion.frozen_frames}"
+        raise UserError(f"--move: {_too_far(frozen, scene, most)}, or {default}, its default")
+    if bounds[0].metres <= motion.near:
         return bounds, None
     warning = _too_far(bounds[0], scene, most)
     if scene.link.longer_than(USUAL_LIMITS):
         raise UserError(f"--move: {warning}, or set the times under [link] to their defaults")
+    if motion.failed_share > Motion.failed_share:
+        default = f"failed_share = {Motion.failed_share:g}"
+        raise UserError(f"--move: {warning}, or set {default}, its default")
     return bounds, warning
 
 
 def _too_far(bound: StopBound, scene: CoreScene, lever: float) -> str:
     """Say in one line how far the robot travels, and what would keep it within ``near_m``."""
-    near = scene.motion.near
+    near, event = scene.motion.near, bound.event
+    if event == NEAR:
+        event = f"{NEAR} = {near:g}"
     speed = math.degrees(slow_enough(near, bound.seconds, lever))
     keeps = [f"near_m = {math.ceil(100 * bound.metres) / 100:g}"]
     if speed >= 1:
         keeps.insert(0, f"speed_deg_s = {math.floor(10 * speed) / 10:g}")
     return (
-        f"after a reading below near_m = {near:g} the robot may travel"
-        f" {1000 * bound.metres:.0f} mm within the limits under [link]; under [motion],"
-        f" {' or '.join(keeps)} keeps the distance"
+        f"after {event} the robot may travel {1000 * bound.metres:.0f} mm within the limits under"
+        f" [link] and [motion]; under [motion], {' or '.join(keeps)} keeps the distance"
     )

@@ -21,6 +21,7 @@ from place_rings.objectives.motion_limits import Motion
 from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.stopping import (
+    UNDETECTED,
     bounds_of_route,
     lever,
     slow_enough,
@@ -115,9 +116,10 @@ def test_a_longer_limit_never_stops_the_robot_sooner(link, name, more):
 
 
 def test_the_usual_limits_give_these_times():
-    """0.1 + 0.25 s until the reading is seen, then 0.2 and 0.2 s of programs held up, 0.03 s."""
+    """0.1 + 0.25 s until the reading is seen, then 0.2 and 0.2 s of programs held up, 0.03 s; of a
+    frozen ring, six times 0.25 s."""
     seconds = [bound.seconds for bound in stop_bounds(USUAL_LIMITS, Motion(), 1.0)]
-    np.testing.assert_allclose(seconds, [0.78, 0.78, 0.59, 0.43, 0.2])
+    np.testing.assert_allclose(seconds, [0.78, 0.78, 2.03, 0.78, 0.59, 0.43, 0.2])
     first = stop_bounds(USUAL_LIMITS, Motion(speed=0.5), 2.0)[0]
     assert first.metres == pytest.approx(2.0 * (0.5 * 0.78 + 0.5**2 / 4))
 
@@ -188,6 +190,33 @@ def test_a_limit_that_does_not_keep_the_near_stop_is_refused_with_one_that_does(
         assert kept[1] is None
 
 
+@given(st.floats(0.01, 1.0), st.integers(2, 100), st.floats(0.1, 3.0), limits)
+def test_a_frozen_ring_stops_it_within_its_bound(speed, frames, reach, link):
+    """By the slowest frames that are not silent, at any share of the speed; the programs are held
+    up once."""
+    bound = stop_bounds(link, Motion(speed=speed, frozen_frames=frames), reach)[2]
+    held = link.sign_of_life + link.watchdog + 0.03
+    for share in (1.0, 0.3, 0.05):
+        seconds = max(frames * link.ring_silent + link.ring_late, np.radians(1) / (share * speed))
+        turned = share * speed * (seconds + held) + (share * speed) ** 2 / 4
+        assert bound.metres >= reach * turned - 1e-9
+    assert bound.seconds == pytest.approx(frames * link.ring_silent + link.ring_late + held)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "default"), [("frozen_frames", 100, "6"), ("failed_share", 0.4, "0.25")]
+)
+def test_a_rule_for_rings_laxer_than_its_default_is_refused_where_it_travels_too_far(
+    key, value, default
+):
+    lax = replace(SCENE, motion=replace(SCENE.motion, **{key: value}))
+    with refused("--move", f"{key} = {default}"):
+        bounds_of_route(lax, SETUP, ROUTE, True)
+    assert bounds_of_route(lax, SETUP, ROUTE, False)[1] is None  # a simulated robot
+    near = replace(lax, motion=replace(lax.motion, near=100.0))
+    assert bounds_of_route(near, SETUP, ROUTE, True)[1] is None
+
+
 def test_the_usual_limits_are_warned_of_and_shown():
     bounds, warning = bounds_of_route(SCENE, SETUP, ROUTE, True)
     console = Terminal(record=True, width=140, file=io.StringIO())
@@ -198,6 +227,7 @@ def test_the_usual_limits_are_warned_of_and_shown():
         assert f"{1000 * bound.seconds:.0f}" in row
         assert f"{1000 * bound.metres:.0f}" in row
     assert warning in text
+    assert UNDETECTED in " ".join(text.split())
 
 
 @pytest.mark.parametrize(
