@@ -5,8 +5,8 @@ import math
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Float
@@ -19,8 +19,10 @@ from ..rings.line_monitor import LATE, Event, Line, Port
 from ..rings.protocol import ABSENT, Counts, Frame
 from ..robot.state import State
 from ..robot.vetting import GAP, LinkFaultError, Vetting, between
+from .thinning import Thinning
 
 _TURN = 1 << 16  # of frame numbers
+_BATCH = 1000  # states after which data is thinned out
 # s; the quickest of a ring's frames keep to a steady rate so closely, if its firmware has one
 _STEADY = 0.01
 
@@ -50,18 +52,70 @@ class Gathered:
     standing: float = 0.0
     """Gap between states, s, over which a robot at the same place before and after it stood still.
     """
+    thinning: Thinning | None = None
+    """Leaves out data that no step reads; None keeps all."""
     lock: threading.Lock = field(default_factory=threading.Lock)
     """Guards all lists."""
+
+    _received: int = 0
+
+    @classmethod
+    def of(cls, limits: LinkLimits, patience: float, thinned: bool) -> Self:
+        """Return a session's data before any arrives.
+
+        Args:
+            limits: of the links.
+            patience: factor on all time limits; 1 for a real rig.
+            thinned: leave out what no step reads.
+        """
+        margin = 1.0 + patience * (2 * limits.ring_late + GAP)
+        thinning = Thinning(margin) if thinned else None
+        return cls(late=limits.ring_late, patience=patience, thinning=thinning)
 
     def take(self, piece: Frame | Event | State, ring: int = 0) -> None:
         """Add one item; safe to call from any thread."""
         with self.lock:
             if isinstance(piece, State):
                 self.states.append(piece)
+                self._received += 1
+                if self.thinning and self._received % _BATCH == 0:
+                    self.thinning.thin(self.states, self.frames, piece.time)
             elif isinstance(piece, Frame):
                 self.frames.append((ring, piece))
             else:
                 self.events.append(piece)
+
+    def note(self, time: float, said: dict[str, Any]) -> None:
+        """Add a note of the check, made at ``time`` s; safe to call from any thread."""
+        with self.lock:
+            self.said.append((time, said))
+            if self.thinning:
+                self.thinning.note(time, said)
+
+    def settle(self) -> None:
+        """Note that nothing more arrives."""
+        with self.lock:
+            if self.thinning:
+                self.thinning.thin(self.states, self.frames)
+
+    @property
+    def state_count(self) -> int:
+        """Number of states received."""
+        return len(self.states) + (self.thinning.states if self.thinning else 0)
+
+    def snapshot(self, counts: list[Counts]) -> "Gathered":
+        """Return the data received so far, with the counts of each ring's line."""
+        with self.lock:
+            return replace(
+                self,
+                states=list(self.states),
+                frames=list(self.frames),
+                events=list(self.events),
+                said=list(self.said),
+                counts=counts,
+                thinning=None,
+                lock=threading.Lock(),
+            )
 
     def clocks(self, rings: int) -> list[Alignment | None]:
         """Align each ring's clock with the host's, in its longest time without a restart or jump;
@@ -198,6 +252,7 @@ def replay(
     ports: Sequence[Port],
     stale: float | None = None,
     limits: LinkLimits = USUAL_LIMITS,
+    thinned: bool = False,
 ) -> Gathered:
     """Collect the data of a recording: all bytes and states pass through the same code again.
 
@@ -209,9 +264,10 @@ def replay(
         ports: of the rings, in the setup's order.
         stale: maximum age of a robot's state, s; by default that of the limits.
         limits: of the links, as the scene states them.
+        thinned: leave out what no step reads, as a live check does.
     """
     stale = limits.state_stale if stale is None else stale
-    gathered = Gathered(late=limits.ring_late, patience=stale / limits.state_stale)
+    gathered = Gathered.of(limits, stale / limits.state_stale, thinned)
     vetting, lines = Vetting(stale), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
@@ -235,6 +291,7 @@ def replay(
             case Kind.EVENT:
                 with suppress(ValueError):
                     if isinstance(said := json.loads(record.data), dict):
-                        gathered.said.append((record.time, said))
+                        gathered.note(record.time, said)
+    gathered.settle()
     gathered.counts = [lines[i].counts if i in lines else Counts() for i in range(len(ports))]
     return gathered

@@ -31,6 +31,7 @@ class Session:
         limits: of the links.
         start: time limit for the first state, s.
         patience: factor on all time limits; 1 for a real rig.
+        thinned: keep in memory only what a step reads; a recording has all.
     """
 
     def __init__(
@@ -42,9 +43,10 @@ class Session:
         limits: LinkLimits = USUAL_LIMITS,
         start: float = START,
         patience: float = 1.0,
+        thinned: bool = False,
     ) -> None:
         self.patience = patience
-        self.gathered = Gathered(patience=patience, late=limits.ring_late)
+        self.gathered = Gathered.of(limits, patience, thinned)
         self._recording, self._on_event = recording, on_event
         with ExitStack() as stack:
             if recording:
@@ -80,6 +82,7 @@ class Session:
         """Stop receiving; the collected data stays."""
         self._stack.close()
         self.gathered.counts = self.rings.counts
+        self.gathered.settle()
 
     @property
     def trouble(self) -> str:
@@ -91,8 +94,7 @@ class Session:
     def say(self, what: str, **more: Any) -> None:
         """Record a note about an action of the check or an answer of the person at the rig."""
         now, text = time.monotonic(), json.dumps({"what": what, **more})
-        with self.gathered.lock:
-            self.gathered.said.append((now, json.loads(text)))
+        self.gathered.note(now, json.loads(text))
         self._record(Record(Kind.EVENT, 0, now, text.encode()))
 
     def _record(self, record: Record) -> None:

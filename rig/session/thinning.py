@@ -1,0 +1,91 @@
+"""Data of a long session, thinned out where no step of the check reads it. The recording on disk
+has all of it.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from ..rings.protocol import Frame
+from ..robot.state import State
+
+EVERY = 64  # frames of a ring of which one stays, to align its clock
+
+
+class Thinning:
+    """Decides which data stays: that of the steps and of ``margin`` s around them, and little of
+    the rest, from which clocks are aligned.
+
+    Every item is decided once, in the order of arrival, by its own time and by the steps alone. So
+    data that arrived live and data that is replayed lose the same.
+
+    Args:
+        margin: s before and after a step that its readings may come from.
+    """
+
+    def __init__(self, margin: float) -> None:
+        self._margin, self._second = margin, -1
+        self._steps, self._begun = list[tuple[float, float]](), np.inf
+        self._decided = [0, 0]  # states and frames
+        self.states = 0
+        """Number of states left out."""
+
+    def note(self, time: float, said: dict[str, Any]) -> None:
+        """Take a note of the session, which may begin or end a step."""
+        if said.get("what") not in ("begin", "end"):
+            return
+        if self._begun < np.inf:
+            self._steps.append((self._begun, time))
+        self._begun = time if said["what"] == "begin" else np.inf
+
+    def thin(
+        self, states: list[State], frames: list[tuple[int, Frame]], now: float = np.inf
+    ) -> None:
+        """Leave out states and frames that are older than all that a step may still begin with.
+
+        Args:
+            states: in order of arrival; shortened in place.
+            frames: the same.
+            now: s; by default the session is over.
+        """
+        due = now - 2 * self._margin
+        start = self._decided[0]
+        some = states[start : _before(due, [s.time for s in states[start:]]) + start]
+        last = [i == len(states) - start - 1 for i, _ in enumerate(some)]
+        kept = (
+            self._within([s.time for s in some])
+            | self._first_of_seconds(some)
+            | np.array(last, bool)
+        )
+        states[start : start + len(some)] = [s for s, k in zip(some, kept, strict=True) if k]
+        self._decided[0] += int(kept.sum())
+        self.states += len(some) - int(kept.sum())
+        start = self._decided[1]
+        more = frames[start : _before(due, [f.time for _, f in frames[start:]]) + start]
+        stays = self._within([f.time for _, f in more]) | np.array(
+            [f.sequence % EVERY == 0 for _, f in more], bool
+        )
+        frames[start : start + len(more)] = [f for f, k in zip(more, stays, strict=True) if k]
+        self._decided[1] += int(stays.sum())
+
+    def _within(self, times: Sequence[float]) -> Bool[np.ndarray, " n"]:
+        """Return which of these times are in a step or near to one."""
+        time, near = np.array(times, float), np.zeros(len(times), bool)
+        for begin, end in [*self._steps, (self._begun, np.inf)]:
+            if len(time) and end + self._margin >= time.min():
+                near |= (time >= begin - self._margin) & (time <= end + self._margin)
+        return near
+
+    def _first_of_seconds(self, states: Sequence[State]) -> Bool[np.ndarray, " n"]:
+        """Return which states are the first in a second of this computer's clock."""
+        first = np.zeros(len(states), bool)
+        for i, state in enumerate(states):
+            first[i], self._second = int(state.time) != self._second, int(state.time)
+        return first
+
+
+def _before(due: float, times: Sequence[float]) -> int:
+    """Return how many of the first ``times`` are before ``due``."""
+    return next((i for i, time in enumerate(times) if time >= due), len(times))
