@@ -165,10 +165,20 @@ class PartOptions:
         ),
     ] = False
 
+    allow_differing_self_check: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help="Move although the self check found sensors that differ from the proposal.",
+        ),
+    ] = False
+
     def refuse_unfit(self) -> None:
         """Raise UserError if an option needs another one."""
         if self.allow_reduced_near_stop and not self.move:
             raise UserError("--allow-reduced-near-stop: allowed only with --move")
+        if self.allow_differing_self_check and not self.move:
+            raise UserError("--allow-differing-self-check: allowed only with --move")
         if not self.browser and not self.dry_run:
             raise UserError("--no-browser: allowed only with --dry-run")
 
@@ -227,6 +237,7 @@ class ExtentOptions:
         return CheckOptions(
             *(chosen, self.seconds, self.wave, self.stops, self.trials, resolve_rod(self.rod_mm)),
             *(parts.move, parts.allow_reduced_near_stop, voxel, seed, rig.injected),
+            parts.allow_differing_self_check,
         )
 
 

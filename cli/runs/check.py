@@ -53,6 +53,9 @@ class TerminalAttendant:
     def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
         confirm(scene, plans, itinerary, self._console)
 
+    def note(self, text: str) -> None:
+        self._console.print(text, highlight=False, soft_wrap=True, markup=False)
+
     def alarm(self, text: str) -> None:
         say(f"ATTENTION: {text}", error=True)
 
@@ -103,7 +106,7 @@ def check_live(
         files = [*write_files(record.check, assessment, folder), *files, record.file.name]
         code = tell(assessment, files, folder, as_json)
         if bag:
-            _write_bag(record.check, record.gathered, recorded, folder, console)
+            _write_bag(record.check, recorded, folder, console)
         return code
     except KeyboardInterrupt:
         text = f"interrupted; the recording is complete: check --replay {record.file} assesses it"
@@ -132,23 +135,26 @@ def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_js
         )
     folder, console = output_folder(out), Terminal(stderr=True)
     with console.status("assessing"):
-        gathered = replay(recorded, check.ports, check.about.stale_s, check.scene.link)
+        gathered = _replayed(recorded, check, thinned=True)
         assessment = assess(check, gathered, recorded.wall, recorded.damage)
     code = tell(assessment, write_files(check, assessment, folder), folder, as_json)
     if bag:
-        _write_bag(check, gathered, recorded, folder, console)
+        _write_bag(check, recorded, folder, console)
     return code
 
 
+def _replayed(recorded: RecordingReader, check: PlannedCheck, *, thinned: bool) -> Gathered:
+    """Return the data of a recorded check, all of it or what its report needs."""
+    return replay(recorded, check.ports, check.about.stale_s, check.scene.link, thinned)
+
+
 def _write_bag(
-    check: PlannedCheck,
-    gathered: Gathered,
-    recorded: RecordingReader,
-    folder: Path,
-    console: Terminal,
+    check: PlannedCheck, recorded: RecordingReader, folder: Path, console: Terminal
 ) -> None:
-    """Write the data as a bag after the verdict, which counts whatever becomes of the bag."""
+    """Write the recorded data as a bag after the verdict, which counts whatever becomes of the
+    bag."""
     with console.status("writing the bag"):
+        gathered = _replayed(recorded, check, thinned=False)
         files = write_bag(check, gathered, recorded.epoch, folder)
     say(f"  {folder / files[0]}", error=True)
 

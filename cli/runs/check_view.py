@@ -84,17 +84,25 @@ class CheckView:
         Raises:
             EndedError: for q, or at the end of the input.
         """
-        try:
-            self._live.stop()
-            prompt = Text(f"{words}\n  Enter: done, s: skip, q: end the check > ")
-            answer = self._console.input(prompt).strip().lower()
-        except (EOFError, OSError, UnicodeDecodeError):
-            answer = "q"
-        if self._console.is_terminal:
-            self._live.start()
+        answer = self._answer(f"{words}\n  Enter: done, s: skip, q: end the check > ", "q")
         if answer == "q":
             raise EndedError("ended by the user")
         return answer != "s"
+
+    def resume(self, words: str) -> bool:
+        """Tell a person why the robot was stopped; return whether it may go on: only with yes."""
+        return self._answer(f"{words}\n  Type yes to let it go on > ", "") == "yes"
+
+    def _answer(self, words: str, otherwise: str) -> str:
+        """Return the answer to a question; ``otherwise`` at the end of the input."""
+        try:
+            self._live.stop()
+            answer = self._console.input(Text(words)).strip().lower()
+        except (EOFError, OSError, UnicodeDecodeError):
+            answer = otherwise
+        if self._console.is_terminal:
+            self._live.start()
+        return answer
 
     def table(self) -> Group:
         """Return the table, the progress and the disclaimer."""

@@ -228,7 +228,10 @@ class MotionModel(MappedModel[Motion]):
         default=Motion.near_share,
         ge=0,
         le=1,
-        description="least share of the sensors that must keep the full near_m",
+        description=(
+            "least share of the sensors that must keep the full near_m; for `check --move`, values"
+            " below the default count as the default"
+        ),
     )
     failed_share: float = Field(
         default=Motion.failed_share,

@@ -14,7 +14,13 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
-from ..robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
+from ..robot.motion import (
+    MotionLimits,
+    MoveHeldError,
+    Mover,
+    MoveRefusedError,
+    MoveStoppedError,
+)
 from ..robot.state import State
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
@@ -48,6 +54,7 @@ class MovedRobot:
         itinerary: the paths to take.
         route: near stops along the whole itinerary.
         alarm: called at once if the robot is not seen to stand still.
+        ask: a person whether a robot that was held on its way may go on; None: it does not.
     """
 
     def __init__(
@@ -58,7 +65,9 @@ class MovedRobot:
         itinerary: Itinerary,
         route: NearStops,
         alarm: Callable[[str], None],
+        ask: Ask | None = None,
     ) -> None:
+        self._ask = ask
         limits, motion, setup = scene.robot.limits, scene.motion, itinerary.clearance.setup
         joints = (
             np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1))
@@ -99,12 +108,22 @@ class MovedRobot:
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
         for node in self._itinerary.next(q):
             try:
-                self._move(node)
+                self._reach(node)
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error
             self._itinerary.at = node
         time.sleep(_SETTLE)
         return True
+
+    def _reach(self, node: int) -> None:
+        """Move to a node; where the robot was held on its way, ask before it goes on."""
+        while True:
+            try:
+                return self._move(node)
+            except MoveHeldError as held:
+                self._session.say("held", why=str(held))
+                if self._ask is None or not self._ask(f"{held}; it was stopped"):
+                    raise
 
     def _move(self, node: int) -> None:
         """Move to a node, with the near stops of the path to it."""

@@ -3,7 +3,8 @@
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
@@ -23,6 +24,7 @@ from ..recording.recording import Recording
 from ..rings.line_monitor import BAUD
 from ..robot.link import START
 from ..robot.motion import MoveRefusedError
+from ..robot.robot_mode import not_running
 from ..robot.state import JOINTS
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
@@ -30,24 +32,40 @@ from ..session.gathering import Gathered
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
-from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper, hurried
+from .actors import (
+    Ask,
+    GuidedRobot,
+    Helper,
+    MovedRobot,
+    RobotAndHelper,
+    SimulatedHelper,
+    hurried,
+)
 from .arm_calibration import ArmKinematics, arm_kinematics
+from .findings import differences
 from .models import AboutFile, PortModel
+from .part_results import part_results
 from .plan_files import mount_plan_model, rod_plan_model
-from .planned_check import PlannedCheck
+from .planned_check import PlannedCheck, ring_names
 from .plans import CheckOptions, Part, Plans
 from .preconditions import (
+    require_boards,
+    require_free_inputs,
     require_known_cell,
     require_near_stop,
     require_ports,
     require_revolute,
+    require_running,
 )
-from .procedure import run
+from .procedure import EndedError, run
+from .records import lines_of
 from .stopping import StopBound, bounds_of_route
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
 _FIRST = 3.0  # s for the first frames of all rings
+_STARTING = 20.0  # s for those of a ring that starts: seconds for each of its sensors
+_ANSWER = 1.0  # s, for the inputs that another client holds
 _HELLO, _LOOK = 2.5, 0.02  # s for the first hello of all rings; s between looks at it
 
 
@@ -67,6 +85,10 @@ class LiveView(AbstractContextManager["LiveView"], Protocol):
         Raises:
             EndedError: if the person ended the check.
         """
+        ...
+
+    def resume(self, words: str) -> bool:
+        """Say why the robot was stopped, and ask whether it may go on."""
         ...
 
 
@@ -91,6 +113,10 @@ class Attendant(Protocol):
 
     def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
         """Ask whether a real robot may move; raise UserError unless the answer is yes."""
+        ...
+
+    def note(self, text: str) -> None:
+        """Show a line."""
         ...
 
     def alarm(self, text: str) -> None:
@@ -147,7 +173,8 @@ class LiveCheck:
 
         Raises:
             UserError: if ur-rtde does not support the robot, or the robot shall move in a cell that
-                is not completely described, or the controller's arm is another robot.
+                is not completely described, or the controller's arm is another robot or, if it
+                shall move, not known.
         """
         scene = with_cell(scene) if host is None else scene
         require_revolute(scene.robot)
@@ -156,9 +183,10 @@ class LiveCheck:
                 f"check: robot {scene.robot.name} has {len(scene.robot.chain)} joints; ur-rtde"
                 f" supports only robots with {JOINTS}"
             )
-        if options.move and {"mount", "coverage"} & set(options.parts):
+        moves = options.move and bool({"mount", "coverage"} & set(options.parts))
+        if moves:
             require_known_cell(scene)
-        arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host)
+        arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host, moves)
         setup = rounded(setup, scene.sensor)
         return LiveCheck(name, setup, arm.scene, options, host, arm.warnings)
 
@@ -190,6 +218,7 @@ class LiveCheck:
                 *(rig.address, check.ports, recording),
                 limits=self.scene.link,
                 patience=self._patience,
+                thinned=True,
             )
             try:
                 self._follow(session, check, rig, attendant)
@@ -243,18 +272,24 @@ class LiveCheck:
         for warning in self.warnings:
             session.say("warning", text=warning)
         try:
-            start = session.link.wait((START + 1) * session.patience).q
+            state = session.link.wait((START + 1) * session.patience)
         except LinkFaultError as fault:
             raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
-        session.rings.wait(_FIRST * session.patience)
+        moves = self.moved and bool(plans.poses)
+        if why := not moves and not_running(state.mode):
+            session.say("warning", text=why)
+        self._await_rings(session, rig, attendant)
         if rig.simulated is None:
             self._require_ports(session, [port.name for port in rig.ports])
-        moves = self.moved and bool(plans.poses)
+            if moves:
+                require_boards(setup, session.rings.counts)
+                require_running(state.mode)
+                require_free_inputs(rig.address, _ANSWER * session.patience)
         with ExitStack() as stack:
             view = attendant.view(session, setup)
             robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
             if moves:
-                robot = self._moved_robot(session, check, rig, start, attendant)
+                robot = self._moved_robot(session, check, rig, state.q, attendant, view.resume)
                 stack.callback(robot.close)
             rod = plans.rods[0].rod if plans.rods else Rod()
             helper = (
@@ -263,7 +298,41 @@ class LiveCheck:
                 else SimulatedHelper(rig.simulated, setup, rod)
             )
             stack.enter_context(view)
-            run(session, plans, RobotAndHelper(robot, helper, view.show))
+            before = partial(self._require_self_check, session, check, moves)
+            run(session, plans, RobotAndHelper(robot, helper, view.show), before)
+
+    def _await_rings(self, session: Session, rig: _Rig, attendant: Attendant) -> None:
+        """Wait for the first frames of all rings, longer for those that are starting."""
+        session.rings.wait(_FIRST * session.patience)
+        if rig.simulated is None and (starting := session.rings.starting):
+            names = [ring_names(self.setup)[ring] for ring in starting]
+            attendant.note(
+                f"{', '.join(names)}: starting, no frame in {_FIRST * session.patience:g} s;"
+                f" waiting for up to {_STARTING * session.patience:g} s"
+            )
+            session.say("starting", rings=starting)
+            until = time.monotonic() + (_STARTING - _FIRST) * session.patience
+            while session.rings.starting and time.monotonic() < until:
+                time.sleep(_LOOK)
+
+    def _require_self_check(self, session: Session, check: PlannedCheck, moves: bool) -> None:
+        """Raise EndedError if a real robot would move although the self check differs."""
+        if self.host is None or not moves or check.plans.seconds is None:
+            return
+        gathered = session.gathered.snapshot(session.rings.counts)
+        only = replace(check, plans=replace(check.plans, mount=None, rods=()))
+        done, lines = part_results(only, gathered), lines_of(check.setup, check.ports, gathered)
+        if differs := [*done.failures, *differences(check.setup, done, None, (), lines)]:
+            if not self.options.differing_self_check:
+                raise EndedError(
+                    f"the self check differs, so the robot was not moved: {'; '.join(differs)};"
+                    " --allow-differing-self-check moves it anyway"
+                )
+            session.say(
+                "warning",
+                text="the robot moved although the self check differs"
+                " (--allow-differing-self-check)",
+            )
 
     def _require_ports(self, session: Session, devices: Sequence[str]) -> None:
         """Raise UserError if ports are swapped, once the known boards had time to say hello."""
@@ -282,6 +351,7 @@ class LiveCheck:
         rig: _Rig,
         start: Float[np.ndarray, " J"],
         attendant: Attendant,
+        resume: Ask,
     ) -> MovedRobot:
         """Return the robot, ready to move, once a person has confirmed; raise UserError if it may
         not move.
@@ -308,7 +378,8 @@ class LiveCheck:
         waived = waived and stops.share < scene.motion.near_share
         session.say("near stop", share=stops.share, waived=waived)
         try:
-            return MovedRobot(rig.address, scene, session, itinerary, stops, attendant.alarm)
+            ask = resume if rig.simulated is None else None
+            return MovedRobot(rig.address, scene, session, itinerary, stops, attendant.alarm, ask)
         except (MoveRefusedError, LinkFaultError) as error:
             raise UserError(f"--move: {error}") from error
 

@@ -63,6 +63,8 @@ class CheckOptions:
     """Seed of all random draws."""
     faults: Faults = "random"
     """Errors and faults of a simulated rig."""
+    differing_self_check: bool = False
+    """Whether it may move the robot although the self check differs from the proposal."""
 
 
 @dataclass(frozen=True)

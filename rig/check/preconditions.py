@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError
+from ...objectives.motion_limits import Motion
 from ...objectives.scene import CoreScene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
 from ..rings.protocol import Counts
+from ..robot.robot_mode import not_running
+from ..robot.rtde_requests import inputs_in_use
 from .planned_check import ring_names
 from .port_matching import by_lines, text
 
@@ -52,8 +55,10 @@ def require_known_cell(scene: CoreScene) -> None:
 
 
 def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
-    """Raise UserError if too few sensors keep the full near stop, unless ``waived``."""
-    least = scene.motion.near_share
+    """Raise UserError if too few sensors keep the full near stop, unless ``waived``. A scene may
+    ask for more sensors than by default, not for fewer: that is a waiver.
+    """
+    least = max(scene.motion.near_share, Motion.near_share)
     if stops.share >= least or waived:
         return
     hint = (
@@ -66,6 +71,32 @@ def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
         f" stop; at least {100 * least:.0f} % are required (near_share under [motion]){hint};"
         " --allow-reduced-near-stop moves anyway"
     )
+
+
+def require_running(mode: int | None) -> None:
+    """Raise UserError if a robot in this mode does not move."""
+    if why := not_running(mode):
+        raise UserError(f"--move: {why}")
+
+
+def require_free_inputs(host: str, seconds: float) -> None:
+    """Raise UserError if another client of the controller holds an input that moves the robot."""
+    if held := inputs_in_use(host, seconds):
+        raise UserError(
+            f"--move: another client of controller {host} holds {', '.join(held)}, which ur-rtde"
+            " needs: disable EtherNet/IP, PROFINET, MODBUS and other RTDE clients, or restart the"
+            " controller"
+        )
+
+
+def require_boards(setup: Setup, counts: Sequence[Counts]) -> None:
+    """Raise UserError if a board other than the proposal's answers at the port of a ring."""
+    for ring, name, c in zip(setup.rings, ring_names(setup), counts, strict=False):
+        if ring.serial and (others := set(c.serials) - {ring.serial}):
+            raise UserError(
+                f"--ring {name}: found board {', '.join(sorted(others))}, wanted: {ring.serial}, as"
+                f" the proposal names it; if the board is meant, correct serial in [[rings]] {name}"
+            )
 
 
 def require_ports(setup: Setup, counts: Sequence[Counts], devices: Sequence[str]) -> None:

@@ -5,7 +5,7 @@ readings belong to which step.
 """
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -130,8 +130,20 @@ def unfinished(said: Sequence[tuple[float, dict[str, Any]]], step: str) -> float
     return begun
 
 
-def run(session: Session, plans: Plans, operator: Operator) -> str:
+def run(
+    session: Session,
+    plans: Plans,
+    operator: Operator,
+    before_poses: Callable[[], None] = lambda: None,
+) -> str:
     """Run all plans; return why they ended early, or an empty string.
+
+    Args:
+        session: robot and rings.
+        plans: what to do.
+        operator: who does it.
+        before_poses: called after the self check, before the robot leaves its place; raises
+            EndedError if it must not.
 
     Ctrl-C ends the check like any other reason; so does a signal that is raised as a
     KeyboardInterrupt, whose text is the reason.
@@ -142,6 +154,7 @@ def run(session: Session, plans: Plans, operator: Operator) -> str:
             _self(session, plans.seconds, operator)
         if plans.wave:
             _wave(session, operator)
+        before_poses()
         if plans.mount is not None:
             _mount(session, plans.mount, operator)
         if plans.rods:

@@ -40,6 +40,7 @@ _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "offset": (1000.0, "mm"),
 }
 _WORTH = (Happened.BACK,)  # events that are no warning
+_STARTING = (Happened.SILENT.value, Happened.GARBLED.value)
 _DIGITS = 6
 
 
@@ -68,7 +69,7 @@ def link_of(gathered: Gathered) -> LinkModel:
             t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
         )
     drift, jitter = _clock(gathered.clock())
-    states, seconds = len(gathered.states), seconds_of(gathered)
+    states, seconds = gathered.state_count, seconds_of(gathered)
     return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
 
 
@@ -102,14 +103,11 @@ def events_of(gathered: Gathered) -> list[EventModel]:
 
 def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
     """List reasons to distrust the result."""
+    waited = _waited_for(gathered)
     happened = [
         f"{setup.group_name(e.ring)}: {e.what}{': ' + e.detail if e.detail else ''}"
         for e in events_of(gathered)
-    ]
-    happened = [
-        f
-        for f, e in zip(happened, events_of(gathered), strict=True)
-        if e.what not in {w.value for w in _WORTH}
+        if e.what not in {w.value for w in _WORTH} and e not in waited
     ]
     link = link_of(gathered).ended
     waived = [
@@ -129,6 +127,26 @@ def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
         *([f"the recording is damaged: {damage}"] if damage else []),
         *dict.fromkeys(happened),
     ]
+
+
+def _waited_for(gathered: Gathered) -> list[EventModel]:
+    """Return the silence of rings that were starting, before their first frames."""
+    rings = {ring for _, said in gathered.said for ring in _rings_of(said)}
+    found, begun = list[EventModel](), set[int]()
+    for event in events_of(gathered):
+        if event.what == Happened.BACK.value:
+            begun.add(event.ring)
+        elif event.ring in rings - begun and event.what in _STARTING:
+            found.append(event)
+    return [event for event in found if event.ring in begun]
+
+
+def _rings_of(said: Mapping[str, Any]) -> list[int]:
+    """Return the rings that a note says to be starting."""
+    match said:
+        case {"what": "starting", "rings": list(rings)}:
+            return [ring for ring in rings if isinstance(ring, int)]
+    return []
 
 
 def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:

@@ -37,7 +37,7 @@ class RingReader:
             on_event,
             record,
         )
-        self._line, self._last = Line(number, port, time.monotonic()), None
+        self._line, self._last, self._open = Line(number, port, time.monotonic()), None, False
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
         self._thread.start()
@@ -48,6 +48,14 @@ class RingReader:
     def counts(self) -> Counts:
         """Counts of the line."""
         return self._line.counts
+
+    @property
+    def starting(self) -> bool:
+        """Whether the ring may still be starting: its port is open, as which it may have restarted,
+        and no frame of any ring has come yet.
+        """
+        counts = self._line.counts
+        return self._open and not counts.frames and not counts.sizes
 
     def latest(self) -> Frame | None:
         """Return the newest frame if it is fresh, else None."""
@@ -76,13 +84,14 @@ class RingReader:
                 ) as port:
                     self._line.opened(now := time.monotonic())
                     self._record(Record(Kind.OPENED, self._number, now))
+                    self._open = True
                     while not self._ended.is_set():
                         data = port.read(1)
                         self._take(
                             data + port.read(port.in_waiting) if data else b"", time.monotonic()
                         )
             except (OSError, ValueError) as error:  # serial.SerialException is an OSError
-                self._last = None
+                self._last, self._open = None, False
                 for event in self._line.gone(time.monotonic(), str(error)):
                     self._on_event(event)
                 self._ended.wait(_RETRY)
@@ -128,6 +137,11 @@ class RingReaders:
     def latest(self) -> list[Frame | None]:
         """Return each ring's newest frame; None where it is not fresh."""
         return [reader.latest() for reader in self._readers]
+
+    @property
+    def starting(self) -> list[int]:
+        """Numbers of the rings that may still be starting."""
+        return [i for i, reader in enumerate(self._readers) if reader.starting]
 
     def wait(self, seconds: float) -> bool:
         """Wait for a frame of every ring; return whether all arrived within ``seconds``."""

@@ -31,6 +31,8 @@ class Arm:
     """Joint speeds, rad/s."""
     moving: bool = False
     """Whether the arm moves."""
+    scaling: float = 1.0
+    """Share of the requested speed, as the speed slider of the pendant sets it; 0 holds the arm."""
 
     def __post_init__(self) -> None:
         self._motion = Ruckig(JOINTS, self.step)
@@ -62,13 +64,16 @@ class Arm:
 
     def tick(self) -> None:
         """Advance by one time step."""
-        if not self.moving:
+        if not self.moving or self.scaling <= 0:
+            self.speed = np.zeros(JOINTS)
             return
+        self._motion.delta_time = self.step * self.scaling  # of the motion's own time
         result = self._motion.update(self._now, self._next)
         if result not in (Result.Working, Result.Finished):
             raise RuntimeError(f"the simulated arm cannot go there: {result}")
         self._next.pass_to_input(self._now)
-        self.q, self.speed = np.array(self._next.new_position), np.array(self._next.new_velocity)
+        self.q = np.array(self._next.new_position)
+        self.speed = self.scaling * np.array(self._next.new_velocity)
         self.moving = result == Result.Working
         if not self.moving:
             self.speed = np.zeros(JOINTS)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..robot import primary_interface as primary
+from ..robot.robot_mode import RobotMode
 from . import rtde
 from .arm import Arm
 
@@ -61,7 +62,8 @@ class Controller:
     Attributes for fault injection: each function in ``spoil`` changes the bytes of a data package
     before they are sent; ``mute`` suppresses answers, ``frozen`` suppresses sending, ``deaf``
     ignores all input; ``refusing`` refuses the version of the protocol but serves it; ``stubborn``
-    moves on whatever should stop it, ``unwilling`` whatever its program should do.
+    moves on whatever should stop it, ``unwilling`` whatever its program should do; ``held`` names
+    inputs that another client holds; ``mode`` is the robot mode, in which it moves only if running.
 
     Args:
         arm: the arm to move.
@@ -83,7 +85,7 @@ class Controller:
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.refusing = False
         self.spoil: Callable[[bytes], bytes] | None = None
-        self.safety = _NORMAL
+        self.safety, self.mode, self.held = _NORMAL, RobotMode.RUNNING, frozenset[str]()
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
         self._now = self._start  # nominal time of the arm's last step, which may run late
         self._clients: set[Client] = set()
@@ -142,6 +144,7 @@ class Controller:
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.refusing = False
         self.spoil, self.safety = None, _NORMAL
+        self.mode, self.held, self.arm.scaling = RobotMode.RUNNING, frozenset(), 1.0
         self.stop()
         await self.open()
 
@@ -153,6 +156,12 @@ class Controller:
         self._watchdog = 0.0
         self._stop_arm(_SAFE_DECELERATION)
         self.safety = SAFETY_STOPS.get(safety, self.safety)
+
+    def switch(self, mode: RobotMode) -> None:
+        """Change the robot mode; in any but RUNNING the arm does not move."""
+        self.mode = mode
+        if mode != RobotMode.RUNNING:
+            self.stop()
 
     def drop(self) -> None:
         """Simulate a lost cable: nothing is sent, received or closed."""
@@ -176,13 +185,13 @@ class Controller:
             "target_q": self.arm.q.tolist(),
             "actual_qd": self.arm.speed.tolist(),
             "target_qd": self.arm.speed.tolist(),
-            "robot_mode": 7,
+            "robot_mode": self.mode,
             "safety_mode": 1 if self.safety == _NORMAL else 3,
             "safety_status_bits": self.safety,
             "robot_status_bits": _RUNNING,
             "runtime_state": 2 if self._playing else 1,
-            "speed_scaling": 1.0,
-            "target_speed_fraction": 1.0,
+            "speed_scaling": self.arm.scaling,
+            "target_speed_fraction": self.arm.scaling,
             **self._registers,
         }
 
@@ -219,7 +228,10 @@ class Controller:
                 client.outputs = rtde.Recipe(1, data[8:].decode().strip(",").split(","))
                 return client.outputs.answer
             case rtde.INPUTS:
-                recipe = rtde.Recipe(len(client.inputs) + 1, data.decode().strip(",").split(","))
+                names = data.decode().strip(",").split(",")
+                if self.held & set(names):
+                    return rtde.refused(names, self.held)
+                recipe = rtde.Recipe(len(client.inputs) + 1, names)
                 client.inputs[recipe.number] = recipe
                 return recipe.answer
             case rtde.START | rtde.PAUSE:
@@ -298,7 +310,7 @@ class Controller:
         script = b""
         while data := await reader.read(1 << 16):
             script += data
-            if re.search(rb"^end\s*\Z", script, re.MULTILINE):
+            if self.mode == RobotMode.RUNNING and re.search(rb"^end\s*\Z", script, re.MULTILINE):
                 script, self._playing, self._waiting = b"", True, False
                 self._registers = {"output_int_register_0": _READY}
                 self.arm.stop(_SAFE_DECELERATION)

@@ -77,6 +77,10 @@ class SimulatedRing:
         if not self._ends:
             self.plug()
 
+    def exchange(self, serial: int) -> None:
+        """Continue as another board, which has just started, without a gap."""
+        self.serial, self.sent = serial, 0
+
     def plug(self) -> None:
         """Appear, as a device that starts."""
         self.unplug()

@@ -4,7 +4,7 @@
 
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 HEAD = struct.Struct(">HB")  # size including this header, kind
 VERSION, CONTROLLER, TEXT, OUTPUTS, INPUTS, START, PAUSE, DATA = b"VvMOISPU"
@@ -53,6 +53,11 @@ def package(kind: int, data: bytes) -> bytes:
 def kind_of(name: str) -> str:
     """Return the type of a variable by the protocol's tables; NOT_FOUND for an unknown name."""
     return next((kind for names, kind in _TYPES if re.fullmatch(names, name)), "NOT_FOUND")
+
+
+def refused(names: Sequence[str], held: Collection[str]) -> bytes:
+    """Return the answer to a request for a recipe of inputs some of which another client holds."""
+    return b"\0" + ",".join("IN_USE" if n in held else kind_of(n) for n in names).encode()
 
 
 class Recipe:

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..robot.primary_interface import KinematicsInfo
+from ..robot.robot_mode import RobotMode
 from .arm import Arm
 from .controller import PERIOD, Controller
 from .environment import Environment
@@ -144,6 +145,9 @@ class Simulation:
             "stop": lambda: controller.stop(message.get("how", "protective")),
             "pendant": controller.stop,
             "drop": controller.drop,
+            "mode": lambda: controller.switch(RobotMode[message["how"]]),
+            "slider": lambda: setattr(self._arm, "scaling", message["at"]),
+            "hold": lambda: setattr(controller, "held", frozenset(message["inputs"])),
             "ignore": lambda: setattr(controller, message.get("how", "stubborn"), True),
             "world": lambda: self._tell(message),
             "counts": lambda: {
@@ -164,6 +168,7 @@ class Simulation:
                 "fail": lambda: setattr(ring, "failed", message["share"]),
                 "near": lambda: setattr(ring, "near", message.get("at", float("nan"))),
                 "freeze": lambda: setattr(ring, "frozen", message["share"]),
+                "exchange": lambda: ring.exchange(message["serial"]),
             }
         return deeds[message["do"]]()
 

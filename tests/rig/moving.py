@@ -14,6 +14,7 @@ from threading import Thread
 from typing import NamedTuple
 
 import psutil
+from place_rings.rig.rings.line_monitor import Happened
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.vetting import Ended
 
@@ -134,6 +135,10 @@ _FAULTS = {
     "a ring is silent": (done("silent", ring=1), "ring 1: .*silent"),
     "a ring is unplugged": (done("unplug", ring=1), "ring 1: .*silent"),
     "a ring sends no intact frame": (done("garble", ring=1), "ring 1: .*silent"),
+    "another board answers for a ring": (
+        done("exchange", ring=1, serial=1),
+        f"ring 1: ({Happened.OTHER.value}|{Happened.RESTARTED.value})",
+    ),
     "the robot's side closes the connection": (done("close"), f"{CLOSED}|ended its program"),
     "the stream of states stalls": (done("stall"), STALE),
     "the cable to the robot is pulled": (DROP, STALE),
@@ -142,6 +147,8 @@ _FAULTS = {
     "an emergency stop": (done("stop", how="emergency"), STOPPED),
     "the safeguard stops the robot": (done("stop", how="safeguard"), STOPPED),
     "the program is stopped at the pendant": (done("pendant"), "ended its program"),
+    "the arm is switched off": (done("mode", how="POWER_OFF"), "POWER_OFF|ended its program"),
+    "the speed slider is at 0 for more than a second": (done("slider", at=0.0), "held"),
     "the controller ignores its program's stop": (
         both(done("ignore", how="unwilling"), NEAR),
         "ring 1: .* 150 mm",

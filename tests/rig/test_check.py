@@ -3,6 +3,8 @@
 import io
 import re
 import signal
+import time
+from collections import Counter
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from unittest.mock import Mock
@@ -21,14 +23,22 @@ from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check import live
 from place_rings.rig.check.models import CheckResult
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import Plans
-from place_rings.rig.check.preconditions import require_known_cell, require_near_stop
-from place_rings.rig.check.procedure import Operator, run, skipped, spans
+from place_rings.rig.check.plans import CheckOptions, Plans
+from place_rings.rig.check.preconditions import (
+    require_boards,
+    require_known_cell,
+    require_near_stop,
+)
+from place_rings.rig.check.procedure import EndedError, Operator, run, skipped, spans
+from place_rings.rig.check.records import warnings_of
 from place_rings.rig.check.report import write_files
-from place_rings.rig.poses.near_stops import by_ring, near_stops
+from place_rings.rig.poses.near_stops import NOBODY, NearStops, by_ring, near_stops
 from place_rings.rig.recording.recording import Recording, RecordingReader
+from place_rings.rig.rings.line_monitor import Event, Happened
 from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Counts
+from place_rings.rig.rod.rod import Rod
+from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig
 
@@ -217,6 +227,7 @@ H, R = "--robot-host h", "--replay x"
         (f"{H} --ring 0=gone --ring tool=gone", ("--ring forearm", '"gone"')),
         (f"{H} --ring 0=/dev/null --ring tool=/dev/./null", ("--ring tool", "/dev/./null")),
         (f"{H} --allow-reduced-near-stop", ("--allow-reduced-near-stop", "--move")),
+        (f"{H} --allow-differing-self-check", ("--allow-differing-self-check", "--move")),
         (f"{H} --injected none", ("--injected", "--rig sim")),
         ("--rig sim --rod-mm 370x70", ("THICKNESSxLENGTH",)),
         ("--rig sim --part mount --wave", ("--wave", "--part self")),
@@ -305,17 +316,150 @@ def test_a_distance_of_nothing_is_refused(tmp_path, key):
         call("check", "n2_16_25", "--rig", "sim", "--scene", tmp_path / "scene.toml")
 
 
+@pytest.mark.parametrize("asked", [0.0, 0.2, 0.49, 0.5])
+def test_a_scene_cannot_waive_the_near_stop(asked):
+    """Only the option can; a scene may ask for more."""
+    least = np.array([[0.15, 0.0, 0.15, 0.1, 0.15]])  # three of five keep all of it
+    scene = replace(SCENE, motion=Motion(near_share=asked))
+    for full, share in ((0.15, 0.6), (0.2, 0.0)):
+        stops = NearStops(full, np.zeros((1, 6)), least, np.full(least.shape, NOBODY))
+        assert stops.share == share
+        if share >= 0.5:
+            require_near_stop(stops, scene, False)
+        else:
+            with refused("--move", "near_share", "50 %", "--allow-reduced-near-stop"):
+                require_near_stop(stops, scene, False)
+            require_near_stop(stops, scene, True)
+
+
+def test_a_board_that_the_proposal_does_not_name_is_refused():
+    own, other = "51D0000000000000", "51D00000000000FF"
+    setup = replace(SETUP, rings=(replace(SETUP.rings[0], serial=own), SETUP.rings[1]))
+
+    def boards(*serials):
+        return [Counts(serials=Counter(serials)), Counts(serials=Counter([other]))]
+
+    require_boards(setup, boards(own))
+    require_boards(setup, boards())  # it says none
+    for serials in ([other], [own, other]):
+        with refused("--ring forearm", own, other):
+            require_boards(setup, boards(*serials))
+
+
+def moving(host="192.0.2.7", allowed=False):
+    """A check that moves a robot, and may do so whatever its self check found."""
+    options = CheckOptions(
+        *(("self", "mount"), 2.0, False, 10, 4, Rod(), True, False, 0.1, 0, "random"), allowed
+    )
+    return live.LiveCheck("small.toml", SETUP, SCENE, options, host)
+
+
+def test_a_self_check_that_differs_moves_no_robot(taped):
+    """Unless a named option says so, and then the report says it; a simulated one moves."""
+    said = []
+    session = Mock(
+        spec=Session,
+        gathered=taped.gathered,
+        rings=Mock(counts=taped.gathered.counts),
+        say=lambda what, **more: said.append((what, more)),
+    )
+    with refused("self check", "--allow-differing-self-check", by=EndedError) as ended:
+        moving()._require_self_check(session, taped.checked, moves=True)
+    dead = taped.found.result.self_check.silent
+    assert dead
+    assert all(name in str(ended.value) for name in dead)
+    for check, moves in ((moving(None), True), (moving(), False)):
+        check._require_self_check(session, taped.checked, moves)
+    assert said == []
+    moving(allowed=True)._require_self_check(session, taped.checked, moves=True)
+    ((what, more),) = said
+    assert what == "warning"
+    assert "--allow-differing-self-check" in more["text"]
+
+
+def test_a_self_check_without_readings_moves_no_robot(taped):
+    """Nothing was read: nothing is known."""
+    session = Mock(spec=Session, gathered=Gathered(), rings=Mock(counts=[Counts(), Counts()]))
+    with refused("self check", by=EndedError):
+        moving()._require_self_check(session, taped.checked, moves=True)
+
+
+def test_nothing_moves_before_the_self_check_is_judged(taped):
+    """The poses come after it, and not at all where it says so."""
+    session, operator, order = Mock(spec=Session, trouble=""), Mock(spec=Operator), []
+    operator.order.side_effect = lambda joints: order.append("order") or []
+    session.say.side_effect = lambda what, **more: order.append(what)
+    mount = taped.checked.plans.mount
+    assert run(session, Plans(0.0, mount), operator, lambda: order.append("judged")) == ""
+    assert order.index("judged") < order.index("order")
+    assert order.index("end") < order.index("judged")
+
+    def differs():
+        raise EndedError("it differs")
+
+    order.clear()
+    assert run(session, Plans(0.0, mount), operator, differs) == "it differs"
+    assert "order" not in order
+
+
+class Starting:
+    """Rings of which one sends its first frame after a while, or is no ring."""
+
+    def __init__(self, frames_after, bound=1.0):
+        self.counts, self.asked, self._left = [], 0, frames_after
+
+    def wait(self, seconds):
+        return self.starting == []
+
+    @property
+    def starting(self):
+        self.asked += 1
+        return [1] if self.asked <= self._left else []
+
+
+@pytest.mark.parametrize(("after", "told"), [(0, 0), (5, 1), (10**9, 1)])
+def test_a_ring_that_starts_is_waited_for_and_told(monkeypatch, after, told):
+    """As boards that load their sensors' firmware for seconds; SparkFun VL53L5CX PR 9."""
+    monkeypatch.setattr(live, "_STARTING", live._FIRST + 0.2)
+    rings, notes, said = Starting(after), [], []
+    session = Mock(
+        spec=Session, rings=rings, patience=1.0, say=lambda what, **more: said.append((what, more))
+    )
+    attendant, rig = Mock(note=notes.append), Mock(simulated=None)
+    began = time.monotonic()
+    moving()._await_rings(session, rig, attendant)
+    assert len(notes) == len(said) == told
+    assert all("tool" in line for line in notes)
+    assert said in ([], [("starting", {"rings": [1]})])
+    assert time.monotonic() - began < 5
+
+
+def test_the_silence_of_a_ring_that_started_is_no_warning():
+    """Of one that never came it is, and of a ring that fell silent later."""
+    events = [
+        *(Event(0, Happened.SILENT, 1.0), Event(0, Happened.GARBLED, 2.0)),
+        *(Event(0, Happened.BACK, 12.0), Event(1, Happened.SILENT, 1.0)),
+    ]
+    said = [(3.0, {"what": "starting", "rings": [0, 1]})]
+    (line,) = warnings_of(SETUP, Gathered(events=events, said=said), "")
+    assert Happened.SILENT.value in line
+    assert SETUP.group_name(1) in line
+    later = [*events, Event(0, Happened.SILENT, 20.0)]
+    assert len(warnings_of(SETUP, Gathered(events=later, said=said), "")) == 2
+    assert len(warnings_of(SETUP, Gathered(events=events), "")) == 3
+
+
 def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
     joints = np.random.default_rng(0).uniform(-2, 2, (6, 6))
     stops = near_stops(SCENE, SETUP, joints)
     strict, lax = (
         replace(SCENE, motion=Motion(near_share=share))
-        for share in (stops.share + 0.01, stops.share)
+        for share in (max(stops.share, 0.5) + 0.01, 0.5)
     )
     with refused("--move", "near_share", "rings_as_proposed", "--allow-reduced-near-stop"):
         require_near_stop(stops, strict, False)
     require_near_stop(stops, strict, True)
-    require_near_stop(stops, lax, False)
+    require_near_stop(replace(stops, least=np.full_like(stops.least, stops.full)), lax, False)
     console = Terminal(record=True, width=140, file=io.StringIO())
     show_near_stops(stops, SETUP, SCENE, console)
     text, rings = console.export_text(), by_ring(stops, SETUP, [b.name for b in SCENE.robot.bodies])

@@ -13,12 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from place_rings.rig.check.preconditions import require_free_inputs
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError
-from place_rings.rig.robot.protocol_version import PORT, refusal
+from place_rings.rig.robot.robot_mode import RobotMode
+from place_rings.rig.robot.rtde_requests import INPUTS, PORT, inputs_in_use, refusal
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
@@ -248,6 +250,63 @@ def test_a_controller_that_refuses_the_version_is_named(answers, refuses):
     said = refusal(answering(*answers), 20.0)
     assert bool(said) == refuses
     assert not refuses or "version 2" in said
+
+
+def holding(held):
+    """Serve a controller whose ``held`` inputs another client has; return its address."""
+    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
+
+    def answer(line):
+        while head := line.read(3):
+            size, kind = struct.unpack(">HB", head)
+            data = line.read(size - 3)
+            if kind == ord("V"):
+                yield kind, b"\1"
+            else:
+                names = data.decode().split(",")
+                some = any(name in held for name in names)
+                kinds = ["IN_USE" if n in held else "INT32" for n in names]
+                yield ord("M"), b"a message"
+                yield kind, bytes([not some]) + ",".join(kinds).encode()
+
+    def serve():
+        with socket.create_server((address, PORT)) as server:
+            listening.set()
+            client, _ = server.accept()
+            with client:
+                for kind, data in answer(client.makefile("rb")):
+                    client.sendall(struct.pack(">HB", 3 + len(data), kind) + data)
+
+    threading.Thread(target=serve, daemon=True).start()
+    assert listening.wait(20)
+    return address
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.sets(st.sampled_from(INPUTS)))
+def test_inputs_that_another_client_holds_are_named(held):
+    """As EtherNet/IP or a second client would; RTDE client #15."""
+    found = inputs_in_use(holding(held), 20.0)
+    assert found == [name for name in INPUTS if name in held]
+    if held:
+        with refused("--move", *held):
+            require_free_inputs(holding(held), 20.0)
+
+
+def test_inputs_of_a_controller_that_does_not_answer_are_not_known():
+    assert inputs_in_use(answering(("V", b"\0")), 20.0) == []
+    assert inputs_in_use("127.0.0.1", 0.2) == []
+
+
+def test_a_state_keeps_its_mode_and_an_old_one_has_none():
+    """Records of earlier versions have no mode."""
+    for mode in (*RobotMode, 42, None):
+        one = state(3, mode=mode)
+        data = one.pack()
+        assert len(data) == 112 + 4 * (mode is not None)
+        assert State.unpack(one.time, data).mode == mode
+    with pytest.raises(ValueError, match="114"):
+        State.unpack(0.0, bytes(114))
 
 
 WITHOUT_DASHBOARD = """

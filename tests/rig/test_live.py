@@ -15,6 +15,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import psutil
@@ -346,6 +347,36 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
     moved = result_of(tmp_path / "moved")
     assert (moved.simulated, moved.warnings) == (False, [])
     assert (moved.mount.stops, moved.mount.injected_found) == (3, None)
+
+
+@pytest.mark.slow
+def test_a_robot_that_cannot_move_is_refused_before_the_question(tmp_path, monkeypatch, plans):
+    """Nobody is asked, and nothing moves."""
+    pytest.importorskip("rtde_control")
+    monkeypatch.setattr(live, "_REAL", 25.0)
+    monkeypatch.setattr(rig_options, "PortModel", partial(PortModel, patience=25.0))
+    monkeypatch.setattr(check_runs, "plan_check", lambda *_: Plans(None, plans.mount))
+    monkeypatch.setattr("builtins.input", Mock(side_effect=AssertionError))
+    scene = replace(SCENE, motion=Motion(cell_complete=True, rings_as_proposed=True))
+    named = Setup(tuple(replace(r, serial=s) for r, s in zip(SETUP.rings, SERIALS, strict=True)))
+    small = written(tmp_path, named, scene)
+    faults = {
+        "POWER_OFF": {"do": "mode", "how": "POWER_OFF"},
+        "IDLE": {"do": "mode", "how": "IDLE"},
+        "input_double_register_3": {"do": "hold", "inputs": ["input_double_register_3"]},
+        "30001": {"do": "mute"},  # it does not state which arm it moves
+        SERIALS[1]: {"do": "exchange", "ring": 1, "serial": 5},
+    }
+    with simulated_rig(scene, named, 0, tmp_path, "none") as rig:
+        words = ["check", small, "--robot-host", rig.address, "--part", "mount", "--move"]
+        words += [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
+        before = rig.do("state")["q"]
+        for n, (part, fault) in enumerate(faults.items()):
+            rig.do(**fault)
+            with refused(part):
+                call(*words, "--out", tmp_path / str(n))
+            rig.do("heal")
+        assert rig.do("state")["q"] == before
 
 
 # becomes Python with what follows, its input the terminal of its session: JAX forbids a fork here

@@ -7,13 +7,17 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from place_rings.rig.check.actors import MovedRobot
 from place_rings.rig.recording.records import Kind, Record, RecordReader
+from place_rings.rig.robot import motion
 from place_rings.rig.robot.motion import (
     UNSEEN,
     MotionLimits,
+    MoveHeldError,
     Mover,
     MoveRefusedError,
     MoveStoppedError,
@@ -191,6 +195,51 @@ def test_a_check_that_was_held_up_itself_says_so(rig):
         mover._patience = 1.0
         with refused(f"{SIGN:g} s", by=MoveStoppedError):
             mover.move(HOME + 1)
+
+
+@pytest.mark.parametrize("way", [0.0, 0.03])
+def test_a_robot_that_something_holds_is_stopped(rig, monkeypatch, way):
+    """It must not go on by itself once its slider is released: at its start, or on its way."""
+    monkeypatch.setattr(motion, "HELD", 0.1 / PATIENCE)
+    link, make, log = rig
+    link.path = [HOME, HOME, HOME + way]
+    with make() as mover, pytest.raises(MoveHeldError):
+        mover.move(HOME + 0.5)
+    assert told(log) == ["MOVE", "STOP"]
+
+
+def test_a_robot_that_creeps_is_not_held(rig, monkeypatch):
+    monkeypatch.setattr(motion, "HELD", 0.1 / PATIENCE)
+    link, make, log = rig
+    goal = HOME + 0.2
+    link.path = [HOME, HOME, *(HOME + 0.2 * i / 40 for i in range(40)), goal]
+    with make() as mover:
+        mover.move(goal)
+    assert told(log) == ["MOVE", "REST"]
+
+
+@pytest.mark.parametrize(
+    ("answers", "moves", "ends"),
+    [([True], 2, False), ([True, True], 3, False), ([False], 1, True), (None, 1, True)],
+)
+def test_a_robot_that_was_held_goes_on_only_if_a_person_says_so(answers, moves, ends):
+    tried, asked, held = [], iter(answers or []), MoveHeldError("it stood still")
+    robot = MovedRobot.__new__(MovedRobot)
+    robot._session = Mock()
+    robot._ask = None if answers is None else lambda words: next(asked)
+
+    def move(node):
+        tried.append(node)
+        if len(tried) <= len(answers or [None]):
+            raise held
+
+    robot._move = move
+    if ends:
+        with pytest.raises(MoveHeldError):
+            robot._reach(3)
+    else:
+        robot._reach(3)
+    assert tried == [3] * moves
 
 
 CLIENT = """
