@@ -26,6 +26,7 @@ from place_rings.rig.poses.near_stops import NOBODY, by_ring, joined, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
 from place_rings.rig.robot.motion import Mover
 from place_rings.rig.sensing.expected import ROBOT, expected
+from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 
 from .cell import SCENE, SETUP
@@ -229,7 +230,7 @@ def test_a_robot_moves_by_the_near_stops_of_each_way_and_a_simulated_one_by_the_
     )
     link = SimpleNamespace(latest=lambda: SimpleNamespace(q=HOME))
     rings = SimpleNamespace(sizes=[r.count for r in SETUP.rings], counts=[None] * len(SETUP.rings))
-    session = Mock(spec=Session, link=link, rings=rings, patience=patience)
+    session = Mock(spec=Session, link=link, rings=rings, patience=patience, gathered=Gathered())
     held = []
 
     def move(goal):
