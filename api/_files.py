@@ -14,6 +14,7 @@ from .coverage.robots.robot import Robot
 from .coverage.sensors.effective_range import effective
 from .coverage.sensors.sensor import Sensor, Use
 from .formats.loader import read_proposal, read_robot, read_scene, read_sensor
+from .formats.model_reader import file_and_table
 from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
 from .formats.writing import to_toml, write_text
@@ -38,7 +39,7 @@ def load(
     before its gripper. Joints outside the chain stand still; ``Robot.held`` lists their values.
 
     Args:
-        path: path of the file.
+        path: path of the file; ``FILE.toml:NAME`` is one proposal of a file that holds several.
         base: link of a URDF at which the chain begins; by default the root.
         tip: link of a URDF at which the chain ends.
         hold: values of a URDF's joints that do not move, by name; rad, or m for prismatic joints.
@@ -145,8 +146,12 @@ def _kind(file: Path) -> str:
 
     A file that cannot be read counts as a scene; reading it then reports the error.
     """
+    if file_and_table(file)[1] is not None:
+        return "rings"
     try:
         keys = tomllib.loads(file.read_text("utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return ""
+    if any(isinstance(value, dict) and "rings" in value for value in keys.values()):
+        return "rings"  # several proposals
     return next((key for key in ("rings", "joints", "ranges") if key in keys), "")

@@ -15,7 +15,7 @@ from ..coverage.sensors.sensor_model import Model
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene, Goal
 from .errors import UserError, explain, shown
-from .model_reader import read_model
+from .model_reader import file_and_table, read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
@@ -31,6 +31,7 @@ from .user_files import beside, read_bytes, read_text
 if TYPE_CHECKING:
     from .sensors.urdf_frames import FramePattern
 
+_SENSOR_LISTS = (".csv", ".json", ".urdf")
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 
 
@@ -156,8 +157,8 @@ def resolve(
 
     A name of the paper's layouts is resolved in ``scene``. A file with sensors is fitted there: a
     CSV list at the scene's poses, a JSON file with poses on links, or a URDF with sensor
-    ``frames``. Any other file is read as a proposal. A proposal brings its own scene unless
-    ``scene`` is given; without one, the others use the reference scene.
+    ``frames``. Any other file, or ``FILE.toml:NAME``, is read as a proposal. A proposal brings its
+    own scene unless ``scene`` is given; without one, the others use the reference scene.
 
     Args:
         name_or_path: name of a layout, or a file.
@@ -179,18 +180,18 @@ def resolve(
             raise explain(name_or_path, error, RingModel) from error
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
-    elif path.suffix.lower() in (".csv", ".json", ".urdf"):
+    elif (kind := _suffix(name_or_path)) in _SENSOR_LISTS:
         scene = scene or with_sensor(CoreScene(), sensor)
         setup = _mounted(path, scene, frames)
     else:
-        if not path.suffix and not path.exists():
+        if not kind and not path.exists():
             raise UserError(
                 f"{name_or_path}: cannot be read: no such file; give a proposal (.toml), a list of"
                 " sensors (.csv, .json), a URDF (.urdf), or a name like n2_16_25"
             )
         setup, own, _ = read_proposal(path, sensor)
         scene = scene or own
-    if frames is not None and path.suffix.lower() != ".urdf":
+    if frames is not None and _suffix(name_or_path) != ".urdf":
         raise UserError(
             f"--frames, --beam: allowed only with a URDF (.urdf), found {shown(name_or_path)}"
         )
@@ -230,13 +231,17 @@ def is_proposal(name_or_path: str) -> bool:
     """Return whether ``resolve`` reads this as a proposal, which brings its own scene."""
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
         return False
-    return Path(name_or_path).suffix.lower() not in (".csv", ".json", ".urdf")
+    return _suffix(name_or_path) not in _SENSOR_LISTS
 
 
 def how_found(name_or_path: str) -> FoundModel | None:
     """Return the record of the search in a proposal that ``resolve`` read; None for other
     setups."""
-    path = Path(name_or_path)
-    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) or not path.suffix.lower().startswith(".toml"):
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) or _suffix(name_or_path) != ".toml":
         return None
-    return read_model(path, ProposalFile).found
+    return read_model(Path(name_or_path), ProposalFile).found
+
+
+def _suffix(name: str) -> str:
+    """Return the suffix of a file's name in lower case, without the NAME of ``FILE.toml:NAME``."""
+    return file_and_table(Path(name))[0].suffix.lower()

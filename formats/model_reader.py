@@ -1,5 +1,7 @@
 """A TOML file as its model, with the files that it names in place of their names."""
 
+import os
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,7 +21,19 @@ from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .user_files import beside, read_text
 
 _Model = TypeVar("_Model", bound=BaseModel)
-_TABLE = ".toml:"  # between a file of several proposals and the name of one
+_TABLE = re.compile(r"(.+?\.toml):(.*)", re.IGNORECASE | re.DOTALL)
+_RINGS = {"rings", "sensors"}  # a proposal has a list of at least one of them
+
+
+def file_and_table(path: Path) -> tuple[Path, str | None]:
+    """Return the file and the name in ``FILE.toml:NAME``; the name is None for the path of a file.
+
+    The name is that of one proposal, in a file that holds several.
+    """
+    parts = _TABLE.fullmatch(str(path))
+    if parts is None or os.path.exists(path):  # False also for a name that no file can have
+        return path, None
+    return Path(parts[1]), parts[2]
 
 
 def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _Model:
@@ -33,15 +47,13 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, table = str(path), ""
-    if issubclass(model, ProposalFile) and _TABLE in path.name and not path.exists():
-        file, _, table = name.rpartition(":")
-        path = Path(file)
+    name, proposal = str(path), issubclass(model, ProposalFile)
+    path, table = file_and_table(path) if proposal else (path, None)
     text = read_text(path, "TOML")
     try:
         raw = tomllib.loads(text)
-        if table:
-            raw = _in_table(path, raw, table)
+        if proposal:
+            raw = _one_proposal(path, raw, table)
         if issubclass(model, VersionedFile):
             refuse_newer(raw)
         raw = _with_robot(path, raw, model)
@@ -56,13 +68,23 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
-def _in_table(path: Path, raw: dict[str, Any], table: str) -> dict[str, Any]:
-    """Return the table of a file that holds several proposals."""
-    found = raw.get(table)
-    if not isinstance(found, dict):
-        names = ", ".join(key for key, value in raw.items() if isinstance(value, dict))
-        raise UserError(f"{path}: found no table {shown(table)}, allowed: {names}")
-    return found
+def _one_proposal(path: Path, raw: dict[str, Any], table: str | None) -> dict[str, Any]:
+    """Return the keys of a proposal, in a file of its own or in the table of a file of several."""
+    alone = any(isinstance(raw.get(key), list) for key in _RINGS)
+    several = [] if alone else [k for k, v in raw.items() if isinstance(v, dict) and _RINGS & {*v}]
+    if table in several:
+        found: dict[str, Any] = raw[table]
+        return found
+    names = ", ".join(map(shown, several))
+    if table is not None:
+        allowed = names or f"{path.name} without a name, because it does not hold several proposals"
+        raise UserError(f"{path}: found no proposal {shown(table)}, allowed: {allowed}")
+    if several:
+        raise UserError(
+            f"{path}: found {len(several)} proposals; name one as {path.name}:NAME, allowed:"
+            f" {names}"
+        )
+    return raw
 
 
 def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:

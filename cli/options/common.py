@@ -112,9 +112,10 @@ Subject = Annotated[
     Parameter(
         name="PROPOSAL_OR_NAME",
         help=(
-            "The setup: a proposal (.toml), a list of sensors (.csv, .json), a URDF with sensor"
-            " frames (.urdf), or a layout of the paper. n2_16_25 is the layout with 2 rings on each"
-            " link, 16 sensors a ring, tilted by 25°, and one ring on the tool."
+            "The setup: a proposal (.toml, or FILE.toml:NAME in a file of several), a list of"
+            " sensors (.csv, .json), a URDF with sensor frames (.urdf), or a layout of the paper."
+            " n2_16_25 is the layout with 2 rings on each link, 16 sensors a ring, tilted by 25°,"
+            " and one ring on the tool."
         ),
     ),
 ]

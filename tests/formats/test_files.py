@@ -5,7 +5,9 @@ file.
 import math
 
 import numpy as np
+import place_rings as pr
 import pytest
+import tomli_w
 from hypothesis import given
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
@@ -208,17 +210,27 @@ def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_pa
         read_scene(path)
 
 
+NAMES = ("a", "b", "a.b", "one.csv", "x.toml:y", "a:b", "d/e", "[0]", "", 'q"q', "rings", "version")
+
+
 def test_a_file_of_several_proposals_gives_the_one_that_is_named(tmp_path):
     """As every command takes it: FILE.toml:NAME."""
-    ring = '[[{}.rings]]\nlink = "forearm"\ncount = {}\nposition = 0.5\n'
-    path = tmp_path / "setups.toml"
-    path.write_text("".join(ring.format(name, count) for name, count in (("a", 4), ("b", 6))))
-    for name, count in (("a", 4), ("b", 6)):
+    path = tmp_path / "setups.TOML"
+    ring = {"link": "forearm", "position": 0.5}
+    tables = {name: {"rings": [ring | {"count": 4 + i}]} for i, name in enumerate(NAMES)}
+    path.write_text(tomli_w.dumps(tables))
+    for i, name in enumerate(NAMES):
         setup, scene = resolve(f"{path}:{name}", None)
-        assert [r.count for r in setup.rings] == [count]
+        assert [r.count for r in setup.rings] == [4 + i]
         assert scene.robot.name == CoreScene().robot.name
         assert how_found(f"{path}:{name}") is None
-    with pytest.raises(UserError) as error:
-        resolve(f"{path}:c", None)
-    for part in (path.name, '"c"', "a, b"):
-        assert part in str(error.value)
+        assert pr.load(f"{path}:{name}").setup == setup
+    for read in (lambda name: resolve(name, None), pr.load):
+        with refused(f'{path.name} "c" "a" "b"', Exception):
+            read(f"{path}:c")
+        with refused(f"{path.name} {len(NAMES)} setups.TOML:NAME", Exception):
+            read(str(path))
+    (tmp_path / "one.toml").write_text(RING + "[scene]\nring_radius = 0.2\n")
+    for name in ("scene", "rings"):
+        with refused(f'one.toml "{name}" one.toml'):
+            resolve(f"{tmp_path / 'one.toml'}:{name}", None)
