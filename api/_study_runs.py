@@ -10,7 +10,7 @@ from typing import Any
 
 from ._errors import input_errors
 from ._study_arguments import StudyName, StudyOptions, Told
-from ._study_pages import STUDIES, Measure, check
+from ._study_pages import STUDIES, check
 from .formats.writing import made_folder, write_text
 from .placement.search.feasible_set import InfeasibleError
 from .studies.engine.measurement import Measurement
@@ -70,11 +70,22 @@ def run_study(
     with input_errors(but=(InfeasibleError,)):
         check(name, path, options)
         measurement = Measurement.begin(options.command)
-        with made_folder(path) as out, _measuring(out, workers, scheduler, progress) as measure:
+        with (
+            made_folder(path) as out,
+            Store(out / CELLS, version("place-rings")) as store,
+            _runner(workers, scheduler) as run_cells,
+        ):
+            keys = set[str]()
+
+            def measure(heading: str, cells: list[Cell]) -> list[Any]:
+                keys.update(cell.key for cell in cells)
+                tell = (lambda *_: None) if progress is None else partial(progress, heading)
+                return run_cells(cells, TASKS, store, tell)
+
             data, files = STUDIES[name](measure, out, options)
             for file, text in files.items():
                 write_text(out / file, text)
-            measurement.head(out / PAGE)
+            measurement.head(out / PAGE, len(keys) - store.measured)
     return StudyReport(name, path, data)
 
 
@@ -89,23 +100,3 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
     here = scheduler is None
     with cluster.here(workers) if here else cluster.there(str(scheduler)) as client:
         yield partial(distribution.run, client)
-
-
-@contextmanager
-def _measuring(
-    folder: Path,
-    workers: int,
-    scheduler: str | None,
-    progress: Told | None,
-) -> Iterator[Measure]:
-    """Yield a function that measures cells under a heading; stored cells are not measured again."""
-    with (
-        Store(folder / CELLS, version("place-rings")) as store,
-        _runner(workers, scheduler) as run_cells,
-    ):
-
-        def measure(heading: str, cells: list[Cell]) -> list[Any]:
-            tell = (lambda *_: None) if progress is None else partial(progress, heading)
-            return run_cells(cells, TASKS, store, tell)
-
-        yield measure

@@ -18,6 +18,8 @@ from ...formats.writing import write_text
 
 _ROOT = Path(__file__).resolve().parents[2]  # folder of the rooms, in a checkout and installed
 _COMMIT_DIGITS = 12
+# without results/, whose pages a measurement itself writes
+_STATUS = ("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)results")
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Measurement:
     version: str
     """Version of place-rings."""
     commit: str | None
-    """Commit of the checkout, with ``+`` if tracked files differ from it; None outside one."""
+    """Commit of the checkout, with ``+`` if tracked files outside results/ differ from it; None
+    outside one."""
     date: str
     """Day of its beginning, UTC."""
     processor: str
@@ -64,10 +67,17 @@ class Measurement:
             f" load per core {self.load:.2f}: `{self.command}`"
         )
 
-    def head(self, page: Path) -> None:
-        """Write the header below the title of a page of Markdown."""
+    def head(self, page: Path, kept: int = 0) -> None:
+        """Write the header below the title of a page of Markdown.
+
+        Args:
+            page: the page.
+            kept: number of its measurements that earlier runs had stored, with another date or
+                commit than the header's.
+        """
         title, _, rest = page.read_text("utf-8").partition("\n")
-        write_text(page, f"{title}\n\n{self.header}\n{rest}")
+        earlier = f"; {kept} measurements are from earlier runs of this version" if kept else ""
+        write_text(page, f"{title}\n\n{self.header}{earlier}\n{rest}")
 
 
 def _processor() -> str:
@@ -88,7 +98,7 @@ def _commit(root: Path) -> str | None:
     try:
         head, changes = (
             subprocess.run([*git, *words], capture_output=True, text=True, check=True).stdout
-            for words in (("rev-parse", "HEAD"), ("status", "--porcelain", "--untracked-files=no"))
+            for words in (("rev-parse", "HEAD"), _STATUS)
         )
     except (OSError, subprocess.CalledProcessError):
         return None

@@ -46,6 +46,7 @@ class Store:
             UserError: if the file is no such database, or another process holds it.
         """
         self.file, self._version = file, version
+        self.measured = 0
         try:
             self._base = sqlite3.connect(file, timeout=1.0, isolation_level=None)
             self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -86,9 +87,9 @@ class Store:
         return json.loads(found[0]) if found else None
 
     def put(self, cell: Cell, result: object, seconds: float) -> None:
-        """Store the result of a cell, unless there is one already."""
+        """Store the result of a cell, unless there is one already, and count it in ``measured``."""
         text = json.dumps(result, allow_nan=False)
-        self._base.execute(
+        self.measured += self._base.execute(
             "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
             (cell.key, self._version, text, seconds),
-        )
+        ).rowcount

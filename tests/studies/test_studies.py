@@ -69,8 +69,11 @@ def test_a_study_resumes_where_it_stopped(tmp_path):
         found = run(cells, {"square": square}, store, lambda *at: told.append(at))
         store.put(cells[0], -1, 0.5)
         assert store.get(cells[0]) == 0  # what is kept stays
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        run([*cells, Cell("square", {"x": 5})], {"square": square}, store)
+        assert store.measured == 1
     assert found == [0, 1, 4, 9, 16]
-    assert calls == [0, 1, 2, 2, 3, 4]
+    assert calls == [0, 1, 2, 2, 3, 4, 5]
     assert told == [(i, 5) for i in range(6)]
     with Store(tmp_path / "cells.sqlite", "2") as store:
         assert store.get(cells[0]) is None  # another version measured it
@@ -201,3 +204,6 @@ def test_a_page_names_how_it_was_measured_below_its_title(tmp_path):
     parts = (measured.version, measured.date, measured.processor, f"{measured.load:.2f}")
     for part in (*parts, measured.commit or "", f"`{measured.command}`"):
         assert part in header
+    page.write_text("# Robots\n\nText.\n")
+    measured.head(page, kept=7)
+    assert page.read_text().splitlines()[2].startswith(f"{header}; 7 ")
