@@ -10,7 +10,7 @@ import importlib
 import re
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from place_rings.formats.writing import write_text
@@ -96,10 +96,12 @@ def main() -> None:
     sys.path.append(str(ROOT))  # some parts use the judges, clients and faults of the tests
     minutes = sum(PARTS[n].full_minutes if given.full else PARTS[n].minutes for n in names)
     print(f"{', '.join(names)}: about {minutes:g} minutes on two cores", flush=True)
+    before = Measurement.begin("", ROOT)  # a later load would be that of the parts before
     for name in names:
         print(f"== {name}", flush=True)
         began = time.monotonic()
-        measurement = Measurement.begin(f"python benchmarks {name}{' --full' * given.full}", ROOT)
+        command = f"python benchmarks {name}{' --full' * given.full}"
+        measurement = replace(before, command=command)
         blocks = importlib.import_module(name).report(given.full)
         write_section(given.page, name, "\n\n".join([measurement.header, *blocks]))
         print(f"== {name} took {(time.monotonic() - began) / 60:.1f} minutes", flush=True)
