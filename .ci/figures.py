@@ -11,6 +11,7 @@ measured again here; they belong to that version.
 
 import json
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -101,15 +102,24 @@ def check_options(pages: dict[Path, str]) -> int:
     return len({option for option, _ in quoted})
 
 
+def check_parts(pages: dict[Path, str]) -> None:
+    """Check that the parts after python benchmarks exist, and their options."""
+    suite = ROOT / "benchmarks" / "__main__.py"
+    options = set(re.findall(r"\"(--[a-z-]+)\"", suite.read_text("utf-8"))) | {"--help"}
+    known = options | set(runpy.run_path(str(suite), run_name="suite")["PARTS"])
+    for page, text in pages.items():
+        for words in re.findall(r"python benchmarks((?: [\w-]+)*)`", text):
+            if unknown := set(words.split()) - known:
+                fail(f"{page.name}: python benchmarks{words}: no part or option {min(unknown)}")
+
+
 def check_versions(pages: dict[Path, str]) -> int:
     """Check that pages with measured figures name a version, and that quoted benchmarks exist."""
     quoted = [(page, _MEASURED.findall(text), text) for page, text in pages.items()]
     for page, names, text in quoted:
         if names and not _VERSION.search(text):
             fail(f"{page.name}: quotes {names[0]}, but names no version that its figures hold for")
-        for name in set(re.findall(r"python benchmarks ([a-z_]+)", text)):
-            if not (ROOT / "benchmarks" / f"{name}.py").exists():
-                fail(f"{page.name}: python benchmarks {name}: there is no such part")
+    check_parts(pages | {file: file.read_text("utf-8") for file in [ROOT / "CONTRIBUTING.md"]})
     return sum(len(names) for _, names, _ in quoted)
 
 
