@@ -26,7 +26,7 @@ class View:
     def __init__(self, server: "Server") -> None:
         self._server = server
         self.url = server.url
-        """Address of the page, for a browser on this machine."""
+        """Address of the page with its token, for a browser on this machine."""
 
     def wait(self) -> None:
         """Serve until Ctrl-C, then close."""
@@ -77,8 +77,8 @@ def view(
         urdf: URDF whose meshes show the robot's surface.
         packages: folders with the meshes of that URDF.
         package: folders of its packages by the packages' names, where the folders have others.
-        host: address of the server; by default only this machine can connect. The page has no
-            password.
+        host: address of the server; by default only this machine can connect. The page opens at
+            its whole address only, whose last part is a random token.
         port: port of the server; 0 for any free port.
         browser: whether to open the page in the browser.
         wait: whether to serve until Ctrl-C before returning. The default is True in a script, and

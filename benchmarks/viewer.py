@@ -44,7 +44,7 @@ def waits(occlusion: str, events: int) -> list[float]:
     found = []
     room = ViewerSession(CoreScene(occlusion=occlusion), {MOVED: named_setup(MOVED)})
     with Server(room) as server:
-        client = Client(server.port)
+        client = Client(server.url)
         client.until(lambda: client.zeta("V_OT") is not None, "the page says no ζ")
         for i in range(events):
             client.read(0.3)

@@ -21,7 +21,7 @@ const phone = document.querySelector(
 if (phone && window.innerWidth < 600) phone.click();
 const [opened] = performance.getEntriesByType('navigation');
 localStorage.setItem(%s, JSON.stringify({
-  address: opened ? opened.name : String(window.location),
+  address: new URL(opened ? opened.name : String(window.location)).search,
   dark: window.matchMedia('(prefers-color-scheme: dark)').matches,
 }));
 """

@@ -4,18 +4,19 @@ import contextlib
 import io
 import ipaddress
 import os
+import re
 import socket
 import threading
 import warnings
 from collections.abc import Sequence
-from urllib.parse import urlsplit
+from functools import partial
 
 import viser
-from viser import _messages
 
 from ..formats.errors import UserError, shown
 from .camera import FOV
 from .closing import closing
+from .connection_guard import ConnectionGuard, guarding
 from .motion import MotionSession
 from .motion_page import MotionPage
 from .page import Page
@@ -25,26 +26,37 @@ from .wake_up import keep_awake
 LOOPBACK = "127.0.0.1"
 
 
+_HOST = re.compile(r"([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?", re.IGNORECASE)
+
+
 def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
     """Return whether a connection with these headers ``Host`` and ``Origin`` may be served.
 
     Only the viewer's own page is served, requested by a numeric address, as localhost, or as the
-    host ``given``. Otherwise any web site could reach the viewer through the user's browser by
-    another name for this machine.
+    host ``given``; of a server that listens on this machine only, the address must be local, too.
+    Otherwise any web site could reach the viewer through the user's browser by another name for
+    this machine.
     """
     if len(hosts) != 1 or len(origins) > 1:
         return False
-    try:
-        asked = urlsplit(f"//{hosts[0]}")
-        if any(urlsplit(origin).netloc != asked.netloc for origin in origins):
-            return False
-    except ValueError:
+    asked, host = hosts[0].lower(), _HOST.fullmatch(hosts[0].lower())
+    if host is None or any(
+        origin.lower() not in (f"http://{asked}", f"https://{asked}") for origin in origins
+    ):
         return False
     try:
-        ipaddress.ip_address(asked.hostname or "")
+        address = ipaddress.ip_address(host[1].strip("[]"))
     except ValueError:
-        return asked.hostname in ("localhost", given)
-    return True
+        return host[1] in ("localhost", given.lower())
+    return address.is_loopback or not _local(given)
+
+
+def _local(host: str) -> bool:
+    """Return whether a server on ``host`` can be reached from this machine only."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
 
 
 def _check_address(host: str, port: int) -> None:
@@ -89,20 +101,17 @@ class Server:
         self.room, self._host = room, host
         self._pages: dict[int, Page | MotionPage] = {}
         self._lock, self._closed = threading.Lock(), False
+        guard = ConnectionGuard(partial(own, given=host))
+        self._token = guard.token
         # what is drawn for a browser that has just left needs no word in the terminal
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-        with contextlib.redirect_stdout(io.StringIO()):
+        with guarding(guard), contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(host, port, label="place-rings", verbose=False)
         if port and self._server.get_port() != port:
             self._server.stop()
             raise UserError(
                 f"--port: found {port}, which is taken, allowed: a free port, or 0 for any"
             )
-        for kind in (
-            _messages.ShareUrlRequest,
-            _messages.ShareUrlDisconnect,
-        ):  # a page must not request a tunnel from outside
-            self._server._websock_server.unregister_handler(kind)
         self._server.gui.configure_theme(
             control_width="large", show_logo=False, show_share_button=False
         )
@@ -120,9 +129,10 @@ class Server:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser on this machine."""
+        """Address to open in a browser on this machine; without its token the server is closed."""
         host = {"0.0.0.0": LOOPBACK, "": LOOPBACK, "::": "[::1]"}.get(self._host, self._host)
-        return f"http://{f'[{host}]' if ':' in host and host[0] != '[' else host}:{self.port}"
+        host = f"[{host}]" if ":" in host and host[0] != "[" else host
+        return f"http://{host}:{self.port}/{self._token}"
 
     @property
     def pages(self) -> int:
@@ -130,12 +140,6 @@ class Server:
         return len(self._pages)
 
     def _came(self, client: viser.ClientHandle) -> None:
-        connection = self._server._websock_server._live_connections.get(client.client_id)
-        if connection is None or connection.request is None:
-            return
-        headers = connection.request.headers
-        if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
-            return  # a foreign page gets no content and no controls
         keep_awake(client)
         room = self.room
         with closing():

@@ -44,7 +44,8 @@ def view(
         )
     if host not in (LOOPBACK, "localhost", "::1"):
         console.print(
-            f"Warning: anyone who can reach {host} can use this page; it has no password.",
+            f"Warning: anyone who can reach {host} and knows the address below can use this page;"
+            " it is not encrypted.",
             highlight=False,
         )
     serve_page(page.url, page.close, browser, console)

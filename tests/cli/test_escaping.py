@@ -528,7 +528,7 @@ def test_the_viewers_controls_show_and_choose_links():
     with Server(
         ViewerSession(replace(scene, obstacles=()), {NASTY: setup, f"b{NASTY}": setup})
     ) as server:
-        client = Client(server.port)
+        client = Client(server.url)
         try:
             client.until(lambda: client.zeta("V_S(0.25)") is not None, "the page says no ζ")
             said = json.dumps(client.controls, ensure_ascii=False, default=str)

@@ -116,7 +116,7 @@ def test_the_page_plays_the_motion_and_goes_to_a_pose(run):
     room = MotionSession(SCENE, SETUP, motion, ("Set the <payload>.",), "Dry run")
     with Server(room) as server:
         assert server.url.startswith("http://127.0.0.1:")
-        page = Client(server.port)
+        page = Client(server.url)
         page.until(lambda: "at pose 0: start" in page.words, "the page does not come")
         assert "Set the <payload>." in page.words
         assert any("Dry run" in script for script in page.scripts)

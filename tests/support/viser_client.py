@@ -8,6 +8,7 @@ import socket
 import time
 from contextlib import contextmanager
 from html import unescape
+from urllib.parse import urlsplit
 
 import msgspec
 import viser
@@ -16,7 +17,7 @@ from websockets.sync.client import connect
 
 from .browser import until
 
-_CAMERA = {
+CAMERA = {
     "type": "ViewerCameraMessage",
     **{
         "wxyz": (1.0, 0.0, 0.0, 0.0),
@@ -40,20 +41,22 @@ class Client:
 
     def __init__(
         self,
-        port: int,
+        url: str,
         origin: str | None = None,
         host: str = "127.0.0.1",
         query: str = "",
         dark: bool = False,
     ) -> None:
-        """``host``: by what name the page asked for this machine. ``query``: of the address with
-        which it was opened. ``dark``: whether the browser prefers dark pages."""
-        self._opened = {"address": f"http://{host}:{port}/?{query}", "dark": dark}
+        """``url``: of the server, as printed. ``host``: by what name the page asked for this
+        machine. ``query``: of the address with which it was opened. ``dark``: whether the browser
+        prefers dark pages."""
+        port, token = urlsplit(url).port, urlsplit(url).path
+        self._opened = {"address": f"?{query}", "dark": dark}
         self._owners: dict[str, str] = {}
         self.scripts: list[str] = []
         self.eye = self.look_at = (0.0, 0.0, 0.0)
         self._socket = connect(
-            f"ws://{host}:{port}",
+            f"ws://{host}:{port}{token}",
             sock=socket.create_connection(("127.0.0.1", port)),
             subprotocols=[f"viser-v{viser.__version__}"],
             origin=origin or f"http://{host}:{port}",
@@ -62,7 +65,7 @@ class Client:
         )
         self.controls: dict[str, dict] = {}
         self.drawn: set[str] = set()
-        self.send(_CAMERA)
+        self.send(CAMERA)
 
     def send(self, message: dict) -> None:
         self._socket.send(msgspec.msgpack.encode(message))
@@ -70,7 +73,7 @@ class Client:
     def report(self, position, width: int) -> None:
         """Say where the camera stands and how many pixels wide the window is; it is 100 high."""
         place = {"position": [*map(float, position)], "look_at": [*map(float, self.look_at)]}
-        self.send({**_CAMERA, **place, "image_width": width})
+        self.send({**CAMERA, **place, "image_width": width})
 
     def read(self, seconds: float) -> None:
         """Take in what comes until nothing has come for so long."""
@@ -187,7 +190,7 @@ def pages_of(server):
     clients = []
 
     def opened(**how) -> Client:
-        client = Client(server.port, **how)
+        client = Client(server.url, **how)
         clients.append(client)
         client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
         return client

@@ -389,7 +389,7 @@ def test_cuts_change_what_is_drawn_and_not_what_is_counted(opened):
 def test_two_setups_are_named_each(opened):
     scene = replace(MOTION, poses=MOTION.poses[:1])
     with Server(ViewerSession(scene, {"one": SMALL, "two": SMALL})) as server:
-        page = Client(server.port)
+        page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)", 3) is not None, "the page says no ζ")
         page.set("Setup to change", "B: two")
         page.set("Sensors", 3)
@@ -402,7 +402,7 @@ def test_two_setups_are_named_each(opened):
 def test_a_browser_that_leaves_early_leaves_no_trace(recwarn, capfd):
     with Server(ViewerSession(MOTION, {"mine": SMALL})) as server:
         for wait in (0.0, 0.1, 0.2, 0.3):
-            page = Client(server.port)
+            page = Client(server.url)
             page.read(0.02)
             time.sleep(wait)
             page.close()

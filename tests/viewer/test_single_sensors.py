@@ -115,7 +115,7 @@ def test_a_room_says_which_sensor_lies_in_a_body():
 def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
     monkeypatch.setattr(page_files, "prove", partial(prove, voxel=0.1, width=0.3))
     with Server(ViewerSession(paper_scene(), {"skin": ALONE}, tmp_path)) as server:
-        page = Client(server.port)
+        page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         before = page.zeta("V_S(0.5)")
         assert "2 sensors on 0 rings" in page.words
@@ -147,7 +147,7 @@ def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
 def test_a_ring_is_opened_beside_single_sensors():
     both = Setup((Ring("forearm", 0.4, 5),), (PAD,))
     with Server(ViewerSession(paper_scene(), {"both": both})) as server:
-        page = Client(server.port)
+        page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         assert (page.visible("Tilt, °"), page.visible("Roll, °")) == (True, False)
         page.set("Ring", "1: pad (forearm)")

@@ -37,7 +37,6 @@ from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, Qui
 from place_rings.viewer.robot_surface import read_skin
 from place_rings.viewer.saving import file_named, save
 from place_rings.viewer.sensor_report import SensorReport
-from place_rings.viewer.server import own
 from place_rings.viewer.session import ViewerSession, shown_targets
 from place_rings.viewer.tasks import prove, search_from
 from place_rings.viewer.triangle_meshes import bodies
@@ -353,29 +352,6 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
     (tmp_path / "link.toml").symlink_to(outside)
     with pytest.raises(UserError, match="no regular file"):
         file_named(tmp_path, "link", True)
-
-
-@pytest.mark.parametrize(
-    ("hosts", "origins", "may"),
-    [
-        (["127.0.0.1:80"], ["http://127.0.0.1:80"], True),
-        (["localhost:80"], ["http://localhost:80"], True),
-        (["[::1]:80"], ["http://[::1]:80"], True),
-        (["arm.lab:80"], ["http://arm.lab:80"], True),
-        (["127.0.0.1:80"], [], True),
-        (["127.0.0.1:80"], ["http://evil.example"], False),
-        (["127.0.0.1:80"], ["http://127.0.0.1:81"], False),
-        (["127.0.0.1:80"], ["null"], False),
-        (["evil.example:80"], ["http://evil.example:80"], False),
-        (["127.0.0.1:80", "evil.example:80"], ["http://127.0.0.1:80"], False),
-        (["127.0.0.1:80"], ["http://127.0.0.1:80", "http://evil.example"], False),
-        (["[::1"], [], False),
-        (["127.0.0.1:80"], ["http://[::1"], False),
-        ([], [], False),
-    ],
-)
-def test_only_the_viewers_own_page_is_served(hosts, origins, may):
-    assert own(hosts, origins, "arm.lab") is may
 
 
 def test_a_scene_with_one_target_shows_the_papers_beside_it():
