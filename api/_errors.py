@@ -72,6 +72,20 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
         raise InputError(str(error), argument) from error
 
 
+@contextmanager
+def new_files(folder: str | Path, *names: str, keep: bool = False) -> Iterator[Path]:
+    """Yield a folder for new files that move into ``folder`` together, as ``output_files`` does.
+
+    Raises:
+        InputError: if no file can be written there.
+    """
+    from .formats.writing import output_files
+
+    path = writable(folder)
+    with input_errors(), output_files(path, *names, keep=keep, argument="folder ") as new:
+        yield new
+
+
 def writable(folder: str | Path) -> Path:
     """Return a folder for files, and create it if it does not exist.
 

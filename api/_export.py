@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ._arguments import whole
-from ._errors import InputError, input_errors, writable
+from ._errors import InputError, input_errors, new_files
 from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .formats.errors import shown
 from .formats.firmware.controllers import DEFAULT_CONTROLLER, controller
 from .formats.firmware.wiring import WIRINGS, Wiring, plan_setup
-from .formats.writing import output_folder, write_bytes
+from .formats.writing import write_bytes
 from .objectives.scene import CoreScene
 
 
@@ -109,8 +109,8 @@ def export(
                 f"found {shown(str(out / name))}, an input file; allowed: another folder",
                 "folder",
             )
-    with input_errors():
-        made = writable(out)
+    with new_files(out, *files) as new:
         for name, data in files.items():
-            write_bytes(output_folder((made / name).parent, "folder ") / Path(name).name, data)
-    return tuple(made / name for name in files)
+            (new / name).parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(new / name, data)
+    return tuple(out / name for name in files)

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ._change_text import instruction
-from ._errors import input_errors, writable
+from ._errors import new_files
 from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._proposal import Proposal
@@ -26,6 +26,8 @@ from .placement.redesign.beam_search import Answer
 from .placement.search.progress import Outcome
 from .placement.search.search import SearchResult
 from .reporting.text import counted
+
+_RECORD, _PICTURE = "improve.json", "improve.png"
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,10 +168,10 @@ class Improvement(Placement):
         Raises:
             InputError: if the folder cannot be written.
         """
-        out = writable(folder)
-        with input_errors():
-            record = write_improvement(self, out)
-        return (*(Path(path) for path in record.files.values()), out / "improve.json")
+        out = Path(folder)
+        with new_files(folder, *improvement_files(self.changes), keep=True) as new:
+            record = write_improvement(self, new, out)
+        return (*(Path(path) for path in record.files.values()), out / _RECORD)
 
     def captions(self) -> list[str]:
         return [f"{100 * self.coverage:.1f} % covered"]
@@ -218,12 +220,19 @@ class Improvement(Placement):
         )
 
 
-def write_improvement(improvement: Improvement, folder: Path) -> ImproveResult:
-    """Write a proposal of each step, a picture and improve.json.
+def improvement_files(changes: int) -> list[str]:
+    """Return the names of the files of an improvement with at most so many changes."""
+    proposals = (f"changes_{n}.toml" for n in range(1, changes + 1))
+    return [*proposals, _RECORD, _PICTURE]
+
+
+def write_improvement(improvement: Improvement, new: Path, folder: Path) -> ImproveResult:
+    """Write a proposal of each step, improve.json and a picture.
 
     Args:
         improvement: the changes.
-        folder: existing output folder.
+        new: existing folder to write into.
+        folder: output folder that its files then move to.
 
     Returns:
         The record with the paths of its files.
@@ -236,7 +245,7 @@ def write_improvement(improvement: Improvement, folder: Path) -> ImproveResult:
         f"changes_{len(step.changes)}": folder / f"changes_{len(step.changes)}.toml"
         for step in record.steps
     }
-    files |= {"picture": folder / "improve.png"} if record.steps else {}
+    files |= {"picture": folder / _PICTURE} if record.steps else {}
     record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
     texts = improvement.instructions
     for answer, step, lines in zip(result.steps, record.steps, texts, strict=True):
@@ -251,10 +260,10 @@ def write_improvement(improvement: Improvement, folder: Path) -> ImproveResult:
         heading = "\n".join(
             (f"The mounted setup after {_changes(n)} (place-rings improve):", *lines)
         )
-        write_text(files[f"changes_{n}"], to_toml(proposal, heading))
+        write_text(new / files[f"changes_{n}"].name, to_toml(proposal, heading))
+    write_text(new / _RECORD, record.model_dump_json(indent=2) + "\n")
     if record.steps:
-        improvement.plot(files["picture"])
-    write_text(folder / "improve.json", record.model_dump_json(indent=2) + "\n")
+        improvement.plot(new / _PICTURE)
     return record
 
 

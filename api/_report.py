@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from ._arguments import whole
-from ._errors import input_errors, writable
+from ._errors import input_errors, new_files
 from ._scene import Scene
 from ._validation import ResolvedSetup, SetupLike, check_scene, resolve_setup
 from ._versions import versions
@@ -120,7 +120,7 @@ def write_report(
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
         browser = find_browser() if options.pdf else ""
-        made = writable(folder)
+    with new_files(folder, FILE, PDF, keep=True) as new:
         identity = Identity(
             datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
             options.revision,
@@ -133,11 +133,11 @@ def write_report(
             _draw(facts, Path(pictures))
             words = arguments or ("report", name)
             markdown = page(facts, words, versions(), identity, frame_length)
-            write_text(made / FILE, html(markdown, Path(pictures), heading(facts)))
+            write_text(new / FILE, html(markdown, Path(pictures), heading(facts)))
         if browser:
             with log.status("printing"):
-                write_pdf(browser, made / FILE, made / PDF)
-    return made / FILE, facts
+                write_pdf(browser, new / FILE, new / PDF)
+    return folder / FILE, facts
 
 
 def _origin(setup: SetupLike) -> FoundModel | None:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ._errors import input_errors, writable
+from ._errors import new_files
 from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._safety_conditions import SafetyMotion
@@ -86,14 +86,13 @@ class SafetyReport(Placement):
         Raises:
             InputError: if the folder cannot be written.
         """
-        out = writable(folder)
-        self.plot(out / "safety.png")
         rows = detection_page.rows(self.approaches, self.motion.moments)
-        with input_errors():
-            write_text(out / "approaches.csv", csv_text(rows))
-            write_text(out / "safety.json", self.record.model_dump_json(indent=2) + "\n")
-            write_text(out / "README.md", detection_page.page(self.record, self.command))
-        return tuple(out / name for name in FILES)
+        with new_files(folder, *FILES, keep=True) as new:
+            write_text(new / "README.md", detection_page.page(self.record, self.command))
+            write_text(new / "safety.json", self.record.model_dump_json(indent=2) + "\n")
+            write_text(new / "approaches.csv", csv_text(rows))
+            self.plot(new / "safety.png")
+        return tuple(Path(folder) / name for name in FILES)
 
     def rows(self) -> Iterable[Sequence[str]]:
         r = self.record

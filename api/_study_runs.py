@@ -11,7 +11,7 @@ from typing import Any
 from ._errors import input_errors
 from ._study_arguments import StudyName, StudyOptions, Told
 from ._study_pages import STUDIES, check
-from .formats.writing import made_folder, write_text
+from .formats.writing import output_files, write_text
 from .placement.search.feasible_set import InfeasibleError
 from .studies.engine.measurement import Measurement
 from .studies.engine.registry import TASKS
@@ -71,8 +71,8 @@ def run_study(
         check(name, path, options)
         measurement = Measurement.begin(options.command)
         with (
-            made_folder(path) as out,
-            Store(out / CELLS, version("place-rings")) as store,
+            output_files(path, PAGE) as new,
+            Store(path / CELLS, version("place-rings")) as store,
             _runner(workers, scheduler) as run_cells,
         ):
             keys = set[str]()
@@ -82,10 +82,10 @@ def run_study(
                 tell = (lambda *_: None) if progress is None else partial(progress, heading)
                 return run_cells(cells, TASKS, store, tell)
 
-            data, files = STUDIES[name](measure, out, options)
+            data, files = STUDIES[name](measure, new, options)
             for file, text in files.items():
-                write_text(out / file, text)
-            measurement.head(out / PAGE, len(keys) - store.measured)
+                write_text(new / file, text)
+            measurement.head(new / PAGE, len(keys) - store.measured)
     return StudyReport(name, path, data)
 
 

@@ -1,10 +1,13 @@
-"""Atomic writing of files: an interrupted write leaves the old file or the new one, never a
-part."""
+"""Atomic writing of files: an interrupted write leaves the old file or the new one, never a part;
+and of the files of one run, which no other run mixes with its own."""
 
 import contextlib
 import os
+import shutil
 import tempfile
-from collections.abc import Iterator
+import threading
+from collections import deque
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,13 @@ from pydantic import BaseModel
 
 from .errors import UserError
 from .escaping import printable
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+_UNFINISHED = ".place-rings-run-"
 
 
 def write_text(path: Path, text: str) -> None:
@@ -108,13 +118,168 @@ def output_folder(path: Path, argument: str = "--out ") -> Path:
 
 
 @contextlib.contextmanager
-def made_folder(path: Path) -> Iterator[Path]:
-    """Yield ``output_folder``, and remove new empty folders if the body fails."""
+def made_folder(path: Path, argument: str = "--out ") -> Iterator[Path]:
+    """Yield ``output_folder`` for the files of this run alone, and remove new empty folders if the
+    body fails.
+
+    Raises:
+        UserError: if no file can be written there, or another run writes there; the message begins
+            with ``argument``.
+    """
     new = [folder for folder in (path, *path.parents) if not folder.exists()]
+    output_folder(path, argument)
+    with _held(path, argument):
+        try:
+            yield path
+        except BaseException:
+            for folder in new:
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+            raise
+
+
+@contextlib.contextmanager
+def output_files(
+    path: Path, *names: str, keep: bool = False, argument: str = "--out "
+) -> Iterator[Path]:
+    """Yield a new folder for the files of one run, and move them into ``path`` at the end.
+
+    A process that is killed leaves the files of an earlier run or those of this one, never both.
+    All old files ``names``, and those with the names of new files, give way first; only the first
+    of ``names`` is replaced in one step.
+
+    Args:
+        path: output folder.
+        names: names of the files that such runs write, the most important first.
+        keep: whether the files that were written before the body failed, as on a full disk, are
+            kept; otherwise the old ones are.
+        argument: beginning of a message about the folder.
+
+    Raises:
+        UserError: as ``made_folder``, or if a symbolic link or a folder has the name of a file.
+    """
+    with made_folder(path, argument):
+        for name in names:
+            _require_place(path, name)
+        with _unfinished(path, argument) as new:
+            try:
+                yield new
+            except BaseException as error:
+                kept = _moved(new, path, names) if keep else []
+                if not isinstance(error, UserError) or str(new) not in str(error):
+                    raise
+                text = str(error).replace(str(new), str(path))
+                note = f"; written: {', '.join(kept)}" if kept else ""
+                raise UserError(f"{text}{note}") from error
+            _moved(new, path, names)
+
+
+@contextlib.contextmanager
+def _unfinished(folder: Path, argument: str) -> Iterator[Path]:
+    """Yield a new temporary folder in ``folder``."""
     try:
-        yield output_folder(path)
-    except BaseException:
-        for folder in new:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
-        raise
+        made = tempfile.TemporaryDirectory(
+            dir=folder, prefix=_UNFINISHED, ignore_cleanup_errors=True
+        )
+    except OSError as error:
+        raise UserError(f"{argument}{folder}: cannot be written: {error.strerror}") from error
+    with made as name:
+        yield Path(name)
+
+
+def _moved(new: Path, folder: Path, names: Sequence[str]) -> list[str]:
+    """Move all files of ``new`` into ``folder``, and the files of an earlier run into ``new``.
+
+    Returns:
+        The names of the new files.
+
+    Raises:
+        UserError: if a file cannot be moved.
+    """
+    made = {str(p.relative_to(new)) for p in new.rglob("*") if p.is_file()}
+    ordered = list(dict.fromkeys((*names, *sorted(made))))
+    steps = deque[tuple[Path, Path]]()
+    for name in ordered if made else ():
+        _require_place(folder, name)
+        path = folder / name
+        if path.exists() and (name not in made or name != ordered[0]):
+            steps.appendleft((path, new / f"{_UNFINISHED}{len(steps)}"))
+        if path.exists() and name in made:
+            (new / name).chmod(path.stat().st_mode & 0o777)
+    steps.extend((new / name, folder / name) for name in ordered if name in made)
+    try:
+        try:
+            _move(steps)
+        except KeyboardInterrupt:
+            _move(steps)
+            raise
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written: {error.strerror}") from error
+    _sync_folder(folder)
+    return [name for name in ordered if name in made]
+
+
+def _move(steps: deque[tuple[Path, Path]]) -> None:
+    """Do steps in order; what an interrupt leaves can be done later."""
+    while steps:
+        source, target = steps[0]
+        if source.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            source.replace(target)
+        steps.popleft()
+
+
+def _require_place(folder: Path, name: str) -> None:
+    """Raise UserError unless ``folder / name`` is a file or nothing, in folders or nothing.
+
+    A symbolic link would lead out of the folder.
+    """
+    path = folder
+    for part in Path(name).parts:
+        path = path / part
+        here = path.is_file() if path == folder / name else path.is_dir()
+        if path.is_symlink() or (path.exists() and not here):
+            found = "a symbolic link" if path.is_symlink() else "no regular file or folder"
+            raise UserError(f"{path}: cannot be written: it is {found}; choose another folder")
+
+
+_mine = threading.local()  # folders that this thread holds
+
+
+@contextlib.contextmanager
+def _held(folder: Path, argument: str) -> Iterator[None]:
+    """Hold a folder against other runs, and remove what killed runs have left there.
+
+    The lock is on the folder itself and ends with the process. Some file systems have none; then
+    nothing is held.
+
+    Raises:
+        UserError: if another run holds it.
+    """
+    folders: set[str] = _mine.__dict__.setdefault("folders", set())
+    name = os.path.realpath(folder)
+    if fcntl is None or name in folders:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(
+                f"{argument}{folder}: another run writes there; wait for its end, or choose"
+                " another folder"
+            ) from None
+        except OSError:
+            pass
+        else:
+            for old in folder.glob(f"{_UNFINISHED}*"):
+                if not old.is_symlink():
+                    shutil.rmtree(old, ignore_errors=True)
+        folders.add(name)
+        yield
+    finally:
+        folders.discard(name)
+        with contextlib.suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_UN)  # forked processes share it
+        os.close(handle)

@@ -8,7 +8,7 @@ import viser
 
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
-from ..formats.writing import write_bytes
+from ..formats.writing import output_files, write_bytes
 from ..objectives.scene import CoreScene
 from .controls import Controls
 from .jobs import Job
@@ -18,6 +18,7 @@ from .snapshot import picture
 from .tasks import prove
 
 _LONGEST_NAME = 60  # characters of a downloaded file's name
+_MOST_PIXELS = 3840 * 2160  # of a picture; a larger one may be too long for a message
 _LONGEST = 30.0  # s, timeout for a picture from the browser
 
 
@@ -68,6 +69,8 @@ class PageFiles:
         """
         camera = self._client.camera
         size = (camera.image_height or 800, camera.image_width or 1200)
+        scale = min(1.0, (_MOST_PIXELS / (size[0] * size[1])) ** 0.5)
+        size = (max(1, int(scale * size[0])), max(1, int(scale * size[1])))
         try:
             view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
         except (RuntimeError, TimeoutError) as error:
@@ -75,7 +78,8 @@ class PageFiles:
         data = picture(view, title, line)
         if self._out is not None:
             path = self._path(self._controls.name.value, ".png")
-            write_bytes(path, data)
+            with output_files(path.parent, path.name) as new:
+                write_bytes(new / path.name, data)
             self._work.note(f"saved as {path.name}")
         slug = re.sub(r"[^A-Za-z0-9_.]+", "-", name).strip("-.")[:_LONGEST_NAME] or "place-rings"
         self._client.send_file_download(f"{slug}.png", data, save_immediately=True)

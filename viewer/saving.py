@@ -8,7 +8,7 @@ from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.result_models import VerifyResult
-from ..formats.writing import to_toml, write_text
+from ..formats.writing import output_files, to_toml, write_text
 from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
 
@@ -62,4 +62,5 @@ def save(path: Path, setup: Setup, scene: CoreScene, counted: Sequence[Verified]
         scene,
         zeta=[VerifyResult.of(path.stem, one, scene) for one in counted],
     )
-    write_text(path, to_toml(proposal, _HEADING.format(name=path.stem)))
+    with output_files(path.parent, path.name) as new:
+        write_text(new / path.name, to_toml(proposal, _HEADING.format(name=path.stem)))

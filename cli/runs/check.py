@@ -7,7 +7,7 @@ from pathlib import Path
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.errors import UserError
-from ...formats.writing import output_folder
+from ...formats.writing import made_folder
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
@@ -95,23 +95,25 @@ def check_live(
         console.print(f"warning: {warning}", highlight=False, soft_wrap=True, markup=False)
     with console.status("planning"):
         plans = plan_check(live.setup, live.scene, options, live.moved)
-    folder = output_folder(out)
-    files = write_plans(live.scene, plans, folder)
-    with gone_is_an_error(), ended_by_signals():
-        record = live.record(plans, ports, folder, TerminalAttendant(console))
-    try:
-        recorded = RecordingReader(record.file)
-        with console.status("assessing"):
-            assessment = assess(record.check, record.gathered, recorded.wall)
-        files = [*write_files(record.check, assessment, folder), *files, record.file.name]
-        code = tell(assessment, files, folder, as_json)
-        if bag:
-            _write_bag(record.check, recorded, folder, console)
-        return code
-    except KeyboardInterrupt:
-        text = f"interrupted; the recording is complete: check --replay {record.file} assesses it"
-        say(f"place-rings: {text}", error=True)
-        raise SystemExit(130) from None
+    with made_folder(out) as folder:
+        files = write_plans(live.scene, plans, folder)
+        with gone_is_an_error(), ended_by_signals():
+            record = live.record(plans, ports, folder, TerminalAttendant(console))
+        try:
+            recorded = RecordingReader(record.file)
+            with console.status("assessing"):
+                assessment = assess(record.check, record.gathered, recorded.wall)
+            files = [*write_files(record.check, assessment, folder), *files, record.file.name]
+            code = tell(assessment, files, folder, as_json)
+            if bag:
+                _write_bag(record.check, recorded, folder, console)
+            return code
+        except KeyboardInterrupt:
+            text = (
+                f"interrupted; the recording is complete: check --replay {record.file} assesses it"
+            )
+            say(f"place-rings: {text}", error=True)
+            raise SystemExit(130) from None
 
 
 def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_json: bool) -> int:
@@ -133,14 +135,15 @@ def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_js
         raise UserError(
             f"{path}: found a recording of {check.about.setup}, allowed: a recording of {subject}"
         )
-    folder, console = output_folder(out), Terminal(stderr=True)
-    with console.status("assessing"):
-        gathered = _replayed(recorded, check, thinned=True)
-        assessment = assess(check, gathered, recorded.wall, recorded.damage)
-    code = tell(assessment, write_files(check, assessment, folder), folder, as_json)
-    if bag:
-        _write_bag(check, recorded, folder, console)
-    return code
+    console = Terminal(stderr=True)
+    with made_folder(out) as folder:
+        with console.status("assessing"):
+            gathered = _replayed(recorded, check, thinned=True)
+            assessment = assess(check, gathered, recorded.wall, recorded.damage)
+        code = tell(assessment, write_files(check, assessment, folder), folder, as_json)
+        if bag:
+            _write_bag(check, recorded, folder, console)
+        return code
 
 
 def _replayed(recorded: RecordingReader, check: PlannedCheck, *, thinned: bool) -> Gathered:
@@ -177,10 +180,10 @@ def check_files(
     console = Terminal(stderr=True)
     with console.status("reading"):
         done = file_check(name, setup, scene, options)
-    folder = output_folder(out)
-    with console.status("assessing"):
-        assessment = assess(done.check, done.gathered, done.wall)
-    return tell(assessment, write_files(done.check, assessment, folder), folder, as_json)
+    with made_folder(out) as folder:
+        with console.status("assessing"):
+            assessment = assess(done.check, done.gathered, done.wall)
+        return tell(assessment, write_files(done.check, assessment, folder), folder, as_json)
 
 
 def write_only(setup: Setup, scene: CoreScene, options: CheckOptions, out: Path) -> None:
@@ -196,6 +199,6 @@ def write_only(setup: Setup, scene: CoreScene, options: CheckOptions, out: Path)
     require_revolute(scene.robot)
     with Terminal(stderr=True).status("planning"):
         plans = plan_check(rounded(setup, scene.sensor), scene, options, moved=True)
-    folder = output_folder(out)
-    for file in write_plans(scene, plans, folder):
-        say(str(folder / file))
+    with made_folder(out) as folder:
+        for file in write_plans(scene, plans, folder):
+            say(str(folder / file))

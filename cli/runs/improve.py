@@ -11,10 +11,10 @@ from pathlib import Path
 from rich.table import Table
 
 from ..._improve import improve as find
-from ..._improvement import Improvement, write_improvement
+from ..._improvement import Improvement, improvement_files, write_improvement
 from ..._validation import ResolvedSetup
 from ...formats.schema.redesign_models import ImproveResult
-from ...formats.writing import made_folder
+from ...formats.writing import output_files
 from ...placement.redesign.beam_search import WORTH
 from ...placement.search.progress import Outcome, Progress
 from ...reporting.explained import Explained
@@ -38,7 +38,8 @@ def improve(
 ) -> None:
     """Search for changes to a mounted setup, print them, and write them to ``out``, if given."""
     console, log = Terminal(), Terminal(stderr=True)
-    with made_folder(out) if out else nullcontext() as folder:
+    names = improvement_files(changes)
+    with output_files(out, *names, keep=True) if out else nullcontext() as new:
         search = partial(
             find,
             subject,
@@ -54,8 +55,8 @@ def improve(
         record = improvement.record
         if not all([record.zeta, *(step.zeta for step in record.steps)]):
             log.print("interrupted: the count of each target is incomplete; the changes are kept")
-        if folder:
-            record = write_improvement(improvement, folder)
+        if out and new:
+            record = write_improvement(improvement, new, out)
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return

@@ -10,7 +10,7 @@ from ..._proposal import Proposal, write_proposal
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
-from ...formats.writing import made_folder, write_text
+from ...formats.writing import output_files, write_text
 from ...objectives.scene import CoreScene
 from ...placement.search.progress import Outcome, Progress
 from ...placement.search.repeated_search import RepeatedProgress
@@ -62,24 +62,23 @@ def place(
         InfeasibleError: if no setup satisfies the rules of the scene.
     """
     console, log = Terminal(), Terminal(stderr=True)
-    with made_folder(out) as folder:
+    with output_files(out, *_FILES.values(), keep=True) as new:
         proposal = replace(
             _searched(find, scene, log), command=shlex.join(["place-rings", *sys.argv[1:]])
         )
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         mine = proposal.own_records(comparison)
-        files = {key: folder / name for key, name in _FILES.items()}
+        paths = {key: str(out / name) for key, name in _FILES.items()}
+        record = proposal.search_file(comparison, criterion, paths)
+        write_proposal(new / _FILES["proposal"], record.proposal)
+        write_text(new / _FILES["result"], record.model_dump_json(indent=2) + "\n")
         captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
         placement_picture(
-            files["picture"],
+            new / _FILES["picture"],
             scene,
             proposal.setup,
             captions or ["interrupted before it was verified"],
         )
-        paths = {key: str(path) for key, path in files.items()}
-        record = proposal.search_file(comparison, criterion, paths)
-        write_text(files["result"], record.model_dump_json(indent=2) + "\n")
-        write_proposal(files["proposal"], record.proposal)
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return
@@ -88,7 +87,7 @@ def place(
         console.print(_fewer_line(proposal.setup, record.reach is not None), highlight=False)
     for path in paths.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
-    report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(folder)])
+    report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(out)])
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 

@@ -17,7 +17,7 @@ from ...formats.escaping import printable
 from ...formats.robots.left_over_xacro import EXPAND
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile
-from ...formats.writing import output_folder, to_toml, write_text
+from ...formats.writing import output_files, to_toml, write_text
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import segments
 from ...objectives.mount_rules import Rules
@@ -106,22 +106,22 @@ def robot(
             f" {', '.join(ROBOTS)}{more}"
         )
     fitted = fit.robot
-    folder = output_folder(out)
-    files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
-    robot_picture(files[2], fitted, fit.links)
-    text = to_toml(RobotFile.from_domain(fitted), _HEADING.format(file=files[0].name))
-    write_text(
-        files[0],
-        _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
-    )
-    write_text(files[1], scene_text(fitted, files[0].name))
+    files = ("robot.toml", "scene.toml", "robot.png")
+    with output_files(out, *files, keep=True) as new:
+        text = to_toml(RobotFile.from_domain(fitted), _HEADING.format(file=files[0]))
+        write_text(
+            new / files[0],
+            _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
+        )
+        write_text(new / files[1], scene_text(fitted, files[0]))
+        robot_picture(new / files[2], fitted, fit.links)
     console = Terminal()
     console.print(_mount_table(fitted))
     if fit.links:
         console.print(_body_table(fit))
         console.print(outlines(fit.links) + ".", highlight=False)
-    for path in files:
-        console.print(f"  {path}", highlight=False, soft_wrap=True)
+    for file in files:
+        console.print(f"  {out / file}", highlight=False, soft_wrap=True)
 
 
 def _mount_table(robot: Robot) -> Explained:

@@ -15,6 +15,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...formats.errors import UserError
 from ...formats.model_reader import read_model
+from ...formats.writing import output_files
 from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan, planned, require_cell
 from ..poses.itinerary import reachable
@@ -181,13 +182,14 @@ def _require_joints(file: Path, scene: CoreScene, joints: Float[np.ndarray, "P J
 def write_plans(scene: CoreScene, plans: Plans, folder: Path) -> list[str]:
     """Write the plans into a folder; return the names of the files."""
     files = []
-    if plans.mount is not None:
-        write_mount_plan(folder / STOPS, plans.mount)
-        files.append(STOPS)
-    for plan in plans.rods:
-        files.append(trials_file(plan.target))
-        write_rod_plan(folder / files[-1], plan)
-    if plans.rods:
-        write_rod_pages(folder / "trials.pdf", scene, plans.rods)
-        files.append("trials.pdf")
+    with output_files(folder) as new:
+        if plans.mount is not None:
+            write_mount_plan(new / STOPS, plans.mount)
+            files.append(STOPS)
+        for plan in plans.rods:
+            files.append(trials_file(plan.target))
+            write_rod_plan(new / files[-1], plan)
+        if plans.rods:
+            write_rod_pages(new / "trials.pdf", scene, plans.rods)
+            files.append("trials.pdf")
     return files

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...formats.writing import write_text
+from ...formats.writing import output_files, write_text
 from ...reporting.pages import csv_text, escaped, html, table
 from ..rod.coverage_estimate import RodCheck
 from ..sensing.expected import expected
@@ -22,8 +22,8 @@ OPTIONAL = ("stops.csv", "trials.csv", "built.toml")
 def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
     """Write the report of a check; return the names of the files."""
     result, done = assessment.result, assessment.parts
-    texts = {"check.html": html(page(result), folder, f"Check of {result.setup}")}
-    texts["check.json"] = result.model_dump_json(indent=2) + "\n"
+    texts = {"check.json": result.model_dump_json(indent=2) + "\n"}
+    texts["check.html"] = html(page(result), folder, f"Check of {result.setup}")
     if done.read is not None:
         texts["stops.csv"] = csv_text(_stops(check, done.stops, done.read))
     if done.rods:
@@ -31,8 +31,9 @@ def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> li
     if done.built is not None:
         name = f"{check.about.setup}, as built"
         texts["built.toml"] = done.built.toml(name, assessment.verifier)
-    for name, text in texts.items():
-        write_text(folder / name, text)
+    with output_files(folder, *texts, keep=True) as new:
+        for name, text in texts.items():
+            write_text(new / name, text)
     return list(texts)
 
 

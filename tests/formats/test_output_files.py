@@ -1,0 +1,281 @@
+"""Files of one run: never beside those of another, whatever ends the run."""
+
+import contextlib
+import errno
+import os
+import resource
+import signal
+import stat
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings import InputError, export
+from place_rings.formats import writing
+from place_rings.formats.errors import UserError
+from place_rings.formats.writing import made_folder, output_files, write_text
+
+NAMES = ("proposal.toml", "result.json", "picture.png")
+files = st.lists(st.sampled_from([*NAMES, "table.csv", "sub/mesh.stl"]), unique=True, min_size=1)
+
+
+def write(folder: Path, run: str, names=NAMES, keep: bool = True) -> None:
+    with output_files(folder, *NAMES, keep=keep) as new:
+        for name in names:
+            (new / name).parent.mkdir(exist_ok=True)
+            write_text(new / name, run)
+
+
+def content(folder: Path) -> dict[str, str]:
+    """Contents of the visible files by name."""
+    return {
+        str(p.relative_to(folder)): p.read_text()
+        for p in folder.rglob("*")
+        if p.is_file() and not any(part.startswith(".") for part in p.relative_to(folder).parts)
+    }
+
+
+@given(first=files, second=files)
+def test_a_second_run_leaves_only_its_own_files_and_those_that_no_run_of_its_kind_writes(
+    tmp_path_factory, first, second
+):
+    folder = tmp_path_factory.mktemp("out")
+    (folder / "notes.txt").write_text("mine")
+    write(folder, "old", first)
+    write(folder, "new", second)
+    kept = {name: "old" for name in first if name not in (*second, *NAMES)}
+    assert content(folder) == {"notes.txt": "mine", **kept, **dict.fromkeys(second, "new")}
+    assert not [p for p in folder.iterdir() if p.name.startswith(".")]
+
+
+class Full:
+    """A disk that is full from the n-th write on; ``os.fsync`` is where a write ends."""
+
+    def __init__(self, n: int, error: int = errno.ENOSPC) -> None:
+        self.n, self.error, self.fsync = n, error, os.fsync
+
+    def __call__(self, handle) -> None:
+        self.n -= stat.S_ISREG(os.fstat(handle).st_mode)
+        if self.n <= 0:
+            raise OSError(self.error, os.strerror(self.error))
+        self.fsync(handle)
+
+
+@pytest.mark.parametrize("keep", [True, False])
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO])
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_a_full_disk_keeps_what_was_written_first(tmp_path, monkeypatch, n, error, keep):
+    write(tmp_path, "old")
+    with monkeypatch.context() as patched:
+        patched.setattr(writing.os, "fsync", Full(n, error))
+        with pytest.raises(UserError) as refused:
+            write(tmp_path, "new", keep=keep)
+    assert str(refused.value).startswith(str(tmp_path / NAMES[n - 1]))
+    if n == 1 or not keep:
+        assert content(tmp_path) == dict.fromkeys(NAMES, "old")
+    else:
+        assert content(tmp_path) == dict.fromkeys(NAMES[: n - 1], "new")
+    assert len(content(tmp_path)) == len(list(tmp_path.iterdir()))
+
+
+def limited(folder: Path, size: int) -> subprocess.CompletedProcess[str]:
+    """Place rings where no file may become larger than ``size`` bytes."""
+    return subprocess.run(
+        [sys.executable, "-m", "place_rings.cli.entry", *PLACE, "--out", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
+        env={**os.environ, "PLACE_RINGS_CACHE": "", "JAX_ENABLE_COMPILATION_CACHE": "false"},
+    )
+
+
+PLACE = ("--rings", "1", "--sensors", "4", "--time", "1", "--voxel", "0.1")
+
+
+@pytest.mark.slow
+def test_the_proposal_survives_where_the_picture_does_not_fit(tmp_path):
+    done = limited(tmp_path, 16_000)
+    assert done.returncode == 2, done.stderr
+    assert "placement.png" in done.stderr
+    assert (tmp_path / "proposal.toml").is_file()
+    assert not (tmp_path / "placement.png").exists()
+
+
+MOVES = range(1, 8)
+
+
+@pytest.mark.parametrize("n", MOVES)
+def test_a_run_that_ends_at_any_move_leaves_no_mixture(tmp_path, n):
+    """A process ends at once in the n-th rename, as if killed."""
+    write(tmp_path, "old")
+    child = os.fork()
+    if child == 0:
+        left, replace = [n], os.replace
+
+        def ending(self, target):
+            left[0] -= 1
+            if left[0] == 0:
+                os._exit(9)
+            return replace(self, target)
+
+        Path.replace = ending
+        with contextlib.suppress(BaseException):
+            write(tmp_path, "new")
+        os._exit(0)
+    os.waitpid(child, 0)
+    found = content(tmp_path)
+    assert set(found.values()) in ({"old"}, {"new"})
+    assert "proposal.toml" in found
+    write(tmp_path, "next")
+    assert content(tmp_path) == dict.fromkeys(NAMES, "next")
+    assert len(list(tmp_path.iterdir())) == len(NAMES)  # and what was left is gone
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from place_rings.formats.writing import output_files, write_text
+print("ready", flush=True)
+for i in range(10_000):
+    with output_files(Path({folder!r}), *{names!r}, keep=True) as new:
+        for name in {names!r}:
+            write_text(new / name, str(i))
+"""
+
+
+@pytest.mark.slow
+@settings(max_examples=15)
+@given(after=st.floats(0, 0.08))
+def test_a_killed_process_leaves_the_files_of_one_run(tmp_path_factory, after):
+    folder = tmp_path_factory.mktemp("out")
+    script = SCRIPT.format(tests="", folder=str(folder), names=NAMES)
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as run:
+        assert run.stdout is not None
+        assert run.stdout.readline()
+        time.sleep(after)
+        run.send_signal(signal.SIGKILL)
+    assert len(set(content(folder).values())) <= 1
+    write(folder, "next")
+    assert content(folder) == dict.fromkeys(NAMES, "next")
+
+
+def test_ctrl_c_between_two_moves_completes_them(tmp_path, monkeypatch):
+    write(tmp_path, "old")
+    replace, calls = Path.replace, []
+
+    def interrupted(self, target):
+        found = replace(self, target)
+        if not self.name.startswith(".place-rings-") or self.name.startswith(writing._UNFINISHED):
+            calls.append(self)
+            if len(calls) == 2:
+                raise KeyboardInterrupt
+        return found
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write(tmp_path, "new")
+    assert content(tmp_path) == dict.fromkeys(NAMES, "new")
+
+
+@pytest.mark.parametrize("name", [*NAMES, "sub/mesh.stl"])
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_in_the_place_of_a_file_is_refused(tmp_path, name, there):
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    out.mkdir()
+    elsewhere.mkdir()
+    target = elsewhere / Path(name).name
+    if there:
+        target.write_text("not mine")
+    link = out / Path(name).parts[0]
+    link.symlink_to(elsewhere if "/" in name else target)
+    with pytest.raises(UserError, match=r"^" + str(link)):
+        write(out, "new", [*NAMES, "sub/mesh.stl"])
+    assert content(elsewhere) == ({target.name: "not mine"} if there else {})
+    assert link.is_symlink()
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused_before_the_work(tmp_path):
+    (tmp_path / "picture.png").mkdir()
+    with pytest.raises(UserError, match=r"picture\.png"), output_files(tmp_path, *NAMES):
+        pytest.fail("the work has begun")
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_one_run_at_a_time(tmp_path):
+    with made_folder(tmp_path / "new") as out:
+        with output_files(out, *NAMES) as new:  # the same run
+            write_text(new / NAMES[0], "mine")
+        refused = []
+
+        def other() -> None:
+            with pytest.raises(UserError) as error, output_files(out, *NAMES):
+                pytest.fail("two runs write")
+            refused.append(str(error.value))
+
+        thread = threading.Thread(target=other)
+        thread.start()
+        thread.join()
+        assert str(out) in refused[0]
+        assert out.is_dir()
+    write(out, "next")
+    assert content(out) == dict.fromkeys(NAMES, "next")
+
+
+@pytest.mark.slow
+def test_a_second_command_into_a_folder_in_use_is_refused(tmp_path):
+    command = [sys.executable, "-m", "place_rings.cli.entry", *PLACE, "--out", str(tmp_path)]
+    with made_folder(tmp_path):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert str(tmp_path) in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lock_ends_with_its_process_and_not_with_its_children(tmp_path):
+    with made_folder(tmp_path):
+        child = os.fork()
+        if child == 0:
+            time.sleep(30)
+            os._exit(0)
+    try:
+        write(tmp_path, "next")
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+def test_an_error_removes_new_folders_only(tmp_path):
+    for out in (tmp_path / "a" / "b", tmp_path):
+        with pytest.raises(ValueError, match="no"), output_files(out, *NAMES):
+            raise ValueError("no")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
+def test_a_rewritten_file_keeps_its_mode(tmp_path, mode):
+    write(tmp_path, "old")
+    (tmp_path / NAMES[1]).chmod(mode)
+    write(tmp_path, "new")
+    assert (tmp_path / NAMES[1]).stat().st_mode & 0o777 == mode
+
+
+def test_an_export_does_not_follow_links_out_of_its_folder(tmp_path):
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    written = export("n1_8_0", to="firmware", folder=out)
+    inner = next(p for p in written if p.parent != out)
+    for p in sorted(out.rglob("*"), reverse=True):
+        p.rmdir() if p.is_dir() else p.unlink()
+    (out / inner.relative_to(out).parts[0]).symlink_to(elsewhere)
+    with pytest.raises(InputError):
+        export("n1_8_0", to="firmware", folder=out)
+    assert list(elsewhere.iterdir()) == []
+    assert len(list(out.iterdir())) == 1
