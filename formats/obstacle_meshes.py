@@ -90,9 +90,7 @@ def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstac
                 raise ValueError(f"corners lie beyond {FARTHEST:g} m; check scale")
             body = hull(corners, MOST_FACES)
         except ValueError as error:
-            raise UserError(
-                f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts"
-            ) from error
+            raise UserError(f"{key}: part {n} of {shown(model.file)}: {error}") from error
         corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
         corners = np.round(corners, _DIGITS)
         if np.abs(corners).max() > FARTHEST:

@@ -231,13 +231,15 @@ def _cut_best(
     """Return, for 2 to ``most`` capsules, the least sum of volumes, m^3, of cuts across ``axis``,
     and the corners of the surface's parts."""
     whole = _cells(triangles, axis, slabs)
-    cells = [_thinned(cell) for cell in whole]
+    cells, many = [_thinned(cell) for cell in whole], any(len(cell) > _MOST for cell in whole)
     parts: dict[tuple[int, int], Float[np.ndarray, "N 3"]] = {}
     cost: dict[tuple[int, int], float] = {}
     for i, j in itertools.combinations(range(slabs + 1), 2):
         # the corners of the whole are corners of its parts
         part = np.concatenate([parts[i, j - 1], cells[j - 1]]) if j > i + 1 else cells[i]
-        parts[i, j] = _corners(part) if len(part) else part
+        corners = _corners(part) if len(part) else part
+        many |= len(corners) > _MOST
+        parts[i, j] = _thinned(corners)
         cost[i, j] = _enclosing(parts[i, j], candidates, False).volume if len(part) else 0.0
     path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
     for k in range(1, most + 1):
@@ -246,7 +248,7 @@ def _cut_best(
             if options:
                 value, i = min(options)
                 path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
-    if any(len(a) < len(b) for a, b in zip(cells, whole, strict=True)):
+    if many:  # the capsules contain all corners, not only those for which cuts were compared
         parts = {cut: np.concatenate(whole[cut[0] : cut[1]]) for cut in parts}
     best = [path[k, slabs] for k in range(2, most + 1)]
     return [(value, [parts[cut] for cut in cuts if len(parts[cut])]) for value, cuts in best]

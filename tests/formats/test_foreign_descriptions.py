@@ -287,7 +287,8 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     scale = factor * np.array(signs)
     shape = f'<mesh filename="half.stl" scale="{scale[0]} {scale[1]} {scale[2]}"/>'
     path = folder / "arm.urdf"
-    path.write_text(text().replace('<cylinder radius="0.05" length="0.4"/>', shape))
+    moved = text().replace("<axis", '<origin xyz="0 0 0.2"/><axis')
+    path.write_text(moved.replace('<cylinder radius="0.05" length="0.4"/>', shape))
     urdf = read_urdf(path)
     made = Meshes(path).shape(urdf.links["upper"].collision[0], "upper")
     mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(made))
