@@ -6,10 +6,10 @@ offsets of the links' bodies, which a table sums into one length, and the meshes
 mounts were fitted. Frames lie as on the reference UR10: each on its joint's axis, in the middle of
 the body that the joint moves, so that the pose curve follows the bodies.
 
-Bodies contain the visual meshes. Those of wrist 3 also contain the meshes where the maker moved them
-in 2026 (pull request 393 of the description: 0.5 mm, and 0.55 mm on the UR3, across the joint's
-axis), and as far along the axis. Mounts run along the clear tubes of the arms: 0 is where the
-housing of one joint ends, 1 where the next one's begins.
+Bodies contain the visual meshes. Those of wrist 3 also contain the meshes where the maker moved
+them in 2026 (pull request 393 of the description: 0.5 mm, and 0.55 mm on the UR3, across the
+joint's axis), and as far along the axis. Mounts run along the clear tubes of the arms: 0 is where
+the housing of one joint ends, 1 where the next one's begins.
 """
 
 import math
