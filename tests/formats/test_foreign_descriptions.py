@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli.runs.robot import ring_radii
+from place_rings.cli.runs.robot import ring_radii, scene_text
 from place_rings.coverage.rings.ring import Setup
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.loader import read_scene
@@ -16,6 +16,8 @@ from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_options import UrdfOptions
+from place_rings.formats.schema.robot_models import RobotFile
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.feasible_set import FeasibleSet
@@ -303,7 +305,7 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     assert exported.volume == pytest.approx(mesh.volume, rel=1e-4)
 
 
-def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path, run):
+def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path):
     """A wide shaft within the base's housing takes no ring, so its radius does not count; the scene
     stays valid. TechmanRobotInc/tmr_ros2: 18 % instead of 40.6."""
 
@@ -330,9 +332,9 @@ def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path,
     radius, none = ring_radii(robot(0.4))
     assert radius < 0.1
     assert set(none) == {"shaft"}
-    code, _, _ = run("robot", "arm.urdf", "--capsules", "1", "--out", "out")
-    assert code == 0
-    housed = read_scene(tmp_path / "out" / "scene.toml")
+    (tmp_path / "robot.toml").write_text(to_toml(RobotFile.from_domain(robot(0.4)), ""))
+    (tmp_path / "scene.toml").write_text(scene_text(robot(0.4), "robot.toml"))
+    housed = read_scene(tmp_path / "scene.toml")
     assert housed.ring_radius == radius
     assert housed.limits["shaft"].radius > 0.15
     links = {segment.link for segment in FeasibleSet(housed, sensors=6, rings=1).segments}
