@@ -16,8 +16,9 @@ _READ = ("link", "joint")  # elements of a URDF that the reader takes
 def unused_definitions(root: ET.Element, name: str) -> list[str]:
     """Return the names of the properties, arguments and macros in a URDF, which nothing uses.
 
-    Expressions count in the root, links and joints; beside definitions those of properties count
-    wherever they are. Elsewhere simulators have addresses such as ``$(find pkg)``.
+    Expressions of properties, ``${...}``, count in the root, links and joints, and beside
+    definitions wherever they are. Others, ``$(...)``, count in links and joints of a file that
+    declares xacro: elsewhere simulators have addresses such as ``$(find pkg)``.
 
     Args:
         root: root of the URDF.
@@ -26,11 +27,12 @@ def unused_definitions(root: ET.Element, name: str) -> list[str]:
     Raises:
         UserError: for an expression, or an element that xacro would replace.
     """
-    prefixes = {"xacro"} | {
+    declared = {
         key.removeprefix("xmlns:")
         for key, value in root.attrib.items()
         if key.startswith("xmlns:") and value.rstrip("/").endswith("xacro")
     }
+    prefixes = {"xacro", *declared}
     defined, used = list[str](), list[tuple[str, str, str]]()
     for element, place in _elements(root):
         prefix, colon, kind = element.tag.rpartition(":")
@@ -43,8 +45,8 @@ def unused_definitions(root: ET.Element, name: str) -> list[str]:
         else:
             used += [(place, key, found) for key, found in _expressions(element)]
     for place, key, expression in used:
-        read = place.startswith(("robot", *_READ))
-        if read or (defined and expression.startswith("${")):
+        of_property, read = expression.startswith("${"), place.startswith(("robot", *_READ))
+        if (of_property and (read or defined)) or (read and (declared or defined)):
             raise UserError(
                 f"{name}: {place}: {key}: found {shown(expression)}, an expression of xacro,"
                 f" allowed: its value; {EXPAND}"
