@@ -19,6 +19,11 @@ _FIRST_LOOK = """
 const phone = document.querySelector(
   'div[style*="height: 3.5em"][style*="cursor: pointer"]');
 if (phone && window.innerWidth < 600) phone.click();
+const shown = new URL(window.location);
+if (shown.searchParams.has('websocket')) {  // viser adds it to an address with a path
+  shown.searchParams.delete('websocket');
+  window.history.replaceState(null, '', shown);
+}
 const [opened] = performance.getEntriesByType('navigation');
 localStorage.setItem(%s, JSON.stringify({
   address: new URL(opened ? opened.name : String(window.location)).search,

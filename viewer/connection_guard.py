@@ -46,7 +46,7 @@ _OPEN_TIMEOUT = 5.0  # s for a request
 _CONTENT = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:;"
     " style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:;"
-    " worker-src data: blob:; connect-src 'self' ws://{host} wss://{host} data: blob:;"
+    " worker-src data: blob:; connect-src 'self'{sockets} data: blob:;"
     " base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _one_at_a_time = threading.Lock()
@@ -97,26 +97,28 @@ class ConnectionGuard:
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         token, _, path = request.path.partition("?")[0].removeprefix("/").partition("/")
         known = hmac.compare_digest(token.encode("utf-8", "surrogateescape"), self.token.encode())
-        host = "'none'"
+        sockets = ""
+        response: Response | None
         if not self._own(hosts, origins) or not known:
             response = connection.respond(HTTPStatus.FORBIDDEN, "Open the address as printed.\n")
         elif len(self._pages) >= _MOST_PAGES:
             response = connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "Too many pages.\n")
         else:
-            (host,) = hosts
+            sockets = f" ws://{hosts[0]} wss://{hosts[0]}"
             response = serve_file(connection, replace(request, path=f"/{path}"))
             if response is None:
                 self._pages.add(connection)
                 return None
-        for name, value in _safety_headers(host).items():
+        for name, value in _safety_headers(sockets).items():
             response.headers[name] = value
         return response
 
 
-def _safety_headers(host: str) -> dict[str, str]:
-    """Return headers that keep a page to itself: no frame, no copy, nothing from elsewhere."""
+def _safety_headers(sockets: str) -> dict[str, str]:
+    """Return headers that keep a page to itself: no frame, no copy, nothing from elsewhere but
+    the ``sockets``."""
     return {
-        "Content-Security-Policy": _CONTENT.format(host=host),
+        "Content-Security-Policy": _CONTENT.format(sockets=sockets),
         "X-Frame-Options": "DENY",
         "X-Content-Type-Options": "nosniff",
         "Cross-Origin-Resource-Policy": "same-origin",

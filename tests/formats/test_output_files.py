@@ -1,9 +1,7 @@
 """Files of one run: never beside those of another, whatever ends the run."""
 
-import contextlib
 import errno
 import os
-import resource
 import signal
 import stat
 import subprocess
@@ -19,6 +17,8 @@ from place_rings import InputError, export
 from place_rings.formats import writing
 from place_rings.formats.errors import UserError
 from place_rings.formats.writing import made_folder, output_files, write_text
+
+resource = pytest.importorskip("resource")  # and forks and signals of POSIX
 
 NAMES = ("proposal.toml", "result.json", "picture.png")
 files = st.lists(st.sampled_from([*NAMES, "table.csv", "sub/mesh.stl"]), unique=True, min_size=1)
@@ -107,46 +107,58 @@ def test_the_proposal_survives_where_the_picture_does_not_fit(tmp_path):
     assert not (tmp_path / "placement.png").exists()
 
 
-MOVES = range(1, 8)
-
-
-@pytest.mark.parametrize("n", MOVES)
-def test_a_run_that_ends_at_any_move_leaves_no_mixture(tmp_path, n):
-    """A process ends at once in the n-th rename, as if killed."""
-    write(tmp_path, "old")
-    child = os.fork()
-    if child == 0:
-        left, replace = [n], os.replace
-
-        def ending(self, target):
-            left[0] -= 1
-            if left[0] == 0:
-                os._exit(9)
-            return replace(self, target)
-
-        Path.replace = ending
-        with contextlib.suppress(BaseException):
-            write(tmp_path, "new")
-        os._exit(0)
-    os.waitpid(child, 0)
-    found = content(tmp_path)
-    assert set(found.values()) in ({"old"}, {"new"})
-    assert "proposal.toml" in found
-    write(tmp_path, "next")
-    assert content(tmp_path) == dict.fromkeys(NAMES, "next")
-    assert len(list(tmp_path.iterdir())) == len(NAMES)  # and what was left is gone
-
-
-SCRIPT = """
-import sys
+PRELUDE = f"""
+import contextlib, os, signal, sys, time
 from pathlib import Path
-sys.path.insert(0, {tests!r})
-from place_rings.formats.writing import output_files, write_text
+from place_rings.formats.writing import made_folder, output_files, write_text
+NAMES, OUT = {NAMES!r}, Path(sys.argv[1])
+def write(folder, run):
+    with output_files(folder, *NAMES, keep=True) as new:
+        for name in NAMES:
+            write_text(new / name, run)
+"""
+ENDING = """
+replace, left = Path.replace, [0]
+def ending(self, target):
+    left[0] -= 1
+    if left[0] == 0:
+        os._exit(9)
+    return replace(self, target)
+Path.replace = ending
+for n in range(1, 20):
+    write(OUT / str(n), "old")
+    if os.fork() == 0:
+        left[0] = n
+        write(OUT / str(n), "new")
+        os._exit(0)
+    os.wait()
+"""
+
+
+def script(text: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run([sys.executable, "-c", PRELUDE + text, str(folder)], check=True)
+
+
+def test_a_run_that_ends_at_any_move_leaves_no_mixture(tmp_path):
+    """A process ends at once in its n-th rename, as if killed."""
+    script(ENDING, tmp_path)
+    ends = []
+    for folder in sorted(tmp_path.iterdir(), key=lambda p: int(p.name)):
+        found = content(folder)
+        assert len(set(found.values())) == 1
+        assert "proposal.toml" in found
+        ends.append(found["proposal.toml"])
+        write(folder, "next")
+        assert content(folder) == dict.fromkeys(NAMES, "next")
+        assert len(list(folder.iterdir())) == len(NAMES)  # and what was left is gone
+    assert ends == sorted(ends, reverse=True)  # old, and from some rename on new
+    assert set(ends) == {"old", "new"}
+
+
+AGAIN = """
 print("ready", flush=True)
 for i in range(10_000):
-    with output_files(Path({folder!r}), *{names!r}, keep=True) as new:
-        for name in {names!r}:
-            write_text(new / name, str(i))
+    write(OUT, str(i))
 """
 
 
@@ -155,8 +167,8 @@ for i in range(10_000):
 @given(after=st.floats(0, 0.08))
 def test_a_killed_process_leaves_the_files_of_one_run(tmp_path_factory, after):
     folder = tmp_path_factory.mktemp("out")
-    script = SCRIPT.format(tests="", folder=str(folder), names=NAMES)
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as run:
+    command = [sys.executable, "-c", PRELUDE + AGAIN, str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as run:
         assert run.stdout is not None
         assert run.stdout.readline()
         time.sleep(after)
@@ -239,17 +251,22 @@ def test_a_second_command_into_a_folder_in_use_is_refused(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_lock_ends_with_its_process_and_not_with_its_children(tmp_path):
-    with made_folder(tmp_path):
-        child = os.fork()
-        if child == 0:
-            time.sleep(30)
-            os._exit(0)
-    try:
-        write(tmp_path, "next")
-    finally:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+CHILD = """
+with made_folder(OUT):
+    child = os.fork()
+    if child == 0:
+        time.sleep(60)
+        os._exit(0)
+try:
+    write(OUT, "next")
+finally:
+    os.kill(child, signal.SIGKILL)
+"""
+
+
+def test_a_lock_ends_with_its_run_and_not_with_a_forked_child(tmp_path):
+    script(CHILD, tmp_path)
+    assert content(tmp_path) == dict.fromkeys(NAMES, "next")
 
 
 def test_an_error_removes_new_folders_only(tmp_path):

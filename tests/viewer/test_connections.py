@@ -234,7 +234,7 @@ def memory_mb() -> float:
 ATTACK = """
 import contextlib, socket, sys
 import msgspec, viser
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 port, token = int(sys.argv[1]), sys.argv[2]
 slow = []

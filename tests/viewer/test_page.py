@@ -66,6 +66,7 @@ def test_a_slider_moves_zeta_a_picture_is_saved_and_nothing_comes_from_outside(b
         assert HOSTILE in reader.page.inner_text("body")
         assert reader.alarms == []
         assert ours(reader, server.port)
+        until(lambda: reader.page.url == server.url, "the address is changed")
         assert server.pages == 1
         reader.close()
         until(lambda: server.pages == 0, "a closed page is still kept")
