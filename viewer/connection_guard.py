@@ -40,7 +40,8 @@ _ACCEPTED: Final = {
 _LARGEST_PICTURE = 16 * 2**20  # bytes; a noisy picture of 3840 × 2160 pixels takes less
 _LONGEST_MESSAGE = 32 * 2**10  # bytes of any other message; an address may have 20 000 characters
 _MESSAGES_PER_S, _BURST = 200.0, 400.0  # a page sends at most about 50 per second
-_MOST_WAITING = 32  # connections without an answered request; each may hold 1 MB of headers
+_MOST_WAITING = 32  # connections without an answered request
+_LONGEST_REQUEST = 32 * 2**10  # bytes
 _MOST_PAGES = 32
 _OPEN_TIMEOUT = 5.0  # s for a request
 _CONTENT = (
@@ -132,11 +133,19 @@ class _GuardedConnection(ServerConnection):
 
     def __init__(self, guard: ConnectionGuard, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._guard, self._due = guard, 0.0
+        self._guard, self._due, self._asked = guard, 0.0, 0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._guard.came(self)
+
+    def data_received(self, data: bytes) -> None:
+        if self.request is None:
+            self._asked += len(data)
+            if self._asked > _LONGEST_REQUEST:
+                self.transport.abort()
+                return
+        super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._guard.went(self)

@@ -3,7 +3,7 @@
 import socket
 import subprocess
 import sys
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
@@ -161,6 +161,20 @@ def test_with_the_token_the_page_is_served_and_no_file_beside_it(served):
         assert headers["x-frame-options"] == "DENY"
         assert headers["cache-control"] == "no-store"
     assert status(served, "/")[1]["x-frame-options"] == "DENY"
+
+
+def test_a_request_that_does_not_end_is_cut_and_an_old_one_gives_way(served):
+    address = ("127.0.0.1", served.port)
+    with closing(socket.create_connection(address, timeout=30)) as long, suppress(OSError):
+        long.sendall(b"GET / HTTP/1.1\r\n" + 6 * b"X: %s\r\n" % (8000 * b"x"))
+        assert long.recv(1) == b""
+    first = socket.create_connection(address, timeout=30)
+    with closing(first), ExitStack() as stack:
+        for _ in range(40):
+            stack.enter_context(closing(socket.create_connection(address, timeout=30)))
+        with suppress(ConnectionError):
+            assert first.recv(1) == b""
+        assert status(served, token(served))[0] == 200
 
 
 def test_a_token_is_new_for_each_server_and_part_of_what_a_notebook_shows(served):
