@@ -166,7 +166,7 @@ def test_with_the_token_the_page_is_served_and_no_file_beside_it(served):
 def test_a_request_that_does_not_end_is_cut_and_an_old_one_gives_way(served):
     address = ("127.0.0.1", served.port)
     with closing(socket.create_connection(address, timeout=30)) as long, suppress(OSError):
-        long.sendall(b"GET / HTTP/1.1\r\n" + 6 * b"X: %s\r\n" % (8000 * b"x"))
+        long.sendall(b"GET / HTTP/1.1\r\n" + 6 * (b"X: %s\r\n" % (8000 * b"x")))
         assert long.recv(1) == b""
     first = socket.create_connection(address, timeout=30)
     with closing(first), ExitStack() as stack:
