@@ -19,7 +19,7 @@ from ..rings.line_monitor import LATE, Event, Line, Port
 from ..rings.protocol import ABSENT, Counts, Frame
 from ..robot.state import State
 from ..robot.vetting import GAP, LinkFaultError, Vetting, between
-from .thinning import Thinning
+from .retention import Retention
 
 _TURN = 1 << 16  # of frame numbers
 _BATCH = 1000  # states after which data is thinned out
@@ -52,7 +52,7 @@ class Gathered:
     standing: float = 0.0
     """Gap between states, s, over which a robot at the same place before and after it stood still.
     """
-    thinning: Thinning | None = None
+    retention: Retention | None = None
     """Leaves out data that no step reads; None keeps all."""
     lock: threading.Lock = field(default_factory=threading.Lock)
     """Guards all lists."""
@@ -69,8 +69,8 @@ class Gathered:
             thinned: leave out what no step reads.
         """
         margin = 1.0 + patience * (2 * limits.ring_late + GAP)
-        thinning = Thinning(margin) if thinned else None
-        return cls(late=limits.ring_late, patience=patience, thinning=thinning)
+        retention = Retention(margin) if thinned else None
+        return cls(late=limits.ring_late, patience=patience, retention=retention)
 
     def take(self, piece: Frame | Event | State, ring: int = 0) -> None:
         """Add one item; safe to call from any thread."""
@@ -78,8 +78,8 @@ class Gathered:
             if isinstance(piece, State):
                 self.states.append(piece)
                 self._received += 1
-                if self.thinning and self._received % _BATCH == 0:
-                    self.thinning.thin(self.states, self.frames, piece.time)
+                if self.retention and self._received % _BATCH == 0:
+                    self.retention.discard(self.states, self.frames, piece.time)
             elif isinstance(piece, Frame):
                 self.frames.append((ring, piece))
             else:
@@ -89,19 +89,19 @@ class Gathered:
         """Add a note of the check, made at ``time`` s; safe to call from any thread."""
         with self.lock:
             self.said.append((time, said))
-            if self.thinning:
-                self.thinning.note(time, said)
+            if self.retention:
+                self.retention.note(time, said)
 
     def settle(self) -> None:
         """Note that nothing more arrives."""
         with self.lock:
-            if self.thinning:
-                self.thinning.thin(self.states, self.frames)
+            if self.retention:
+                self.retention.discard(self.states, self.frames)
 
     @property
     def state_count(self) -> int:
         """Number of states received."""
-        return len(self.states) + (self.thinning.states if self.thinning else 0)
+        return len(self.states) + (self.retention.states if self.retention else 0)
 
     def snapshot(self, counts: list[Counts]) -> "Gathered":
         """Return the data received so far, with the counts of each ring's line."""
@@ -113,7 +113,7 @@ class Gathered:
                 events=list(self.events),
                 said=list(self.said),
                 counts=counts,
-                thinning=None,
+                retention=None,
                 lock=threading.Lock(),
             )
 

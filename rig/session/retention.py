@@ -14,7 +14,7 @@ from ..robot.state import State
 EVERY = 64  # frames of a ring of which one stays, to align its clock
 
 
-class Thinning:
+class Retention:
     """Decides which data stays: that of the steps and of ``margin`` s around them, and little of
     the rest, from which clocks are aligned.
 
@@ -40,7 +40,7 @@ class Thinning:
             self._steps.append((self._begun, time))
         self._begun = time if said["what"] == "begin" else np.inf
 
-    def thin(
+    def discard(
         self, states: list[State], frames: list[tuple[int, Frame]], now: float = np.inf
     ) -> None:
         """Leave out states and frames that are older than all that a step may still begin with.

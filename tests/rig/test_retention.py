@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.rig.rings.protocol import Frame
 from place_rings.rig.robot.state import State
-from place_rings.rig.session.thinning import EVERY, Thinning
+from place_rings.rig.session.retention import EVERY, Retention
 
 MARGIN = 1.5
 SECONDS = 40.0
@@ -53,19 +53,19 @@ def within(time, notes):
 
 def thinned(states, frames, notes, every):
     """What stays of data that arrives in order of time, thinned out after ``every`` states."""
-    thinning, kept_states, kept_frames, count = Thinning(MARGIN), [], [], itertools.count(1)
+    retention, kept_states, kept_frames, count = Retention(MARGIN), [], [], itertools.count(1)
     items = [(s.time, s) for s in states] + [(f[1].time, f) for f in frames] + list(notes)
     for time, item in sorted(items, key=lambda i: i[0]):
         if isinstance(item, dict):
-            thinning.note(time, item)
+            retention.note(time, item)
         elif isinstance(item, tuple):
             kept_frames.append(item)
         else:
             kept_states.append(item)
             if next(count) % every == 0:
-                thinning.thin(kept_states, kept_frames, time)
-    thinning.thin(kept_states, kept_frames)
-    assert thinning.states == len(states) - len(kept_states)
+                retention.discard(kept_states, kept_frames, time)
+    retention.discard(kept_states, kept_frames)
+    assert retention.states == len(states) - len(kept_states)
     return [s.time for s in kept_states], [(r, f.sequence) for r, f in kept_frames]
 
 
