@@ -2,22 +2,20 @@
 text.
 """
 
-import re
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, SequenceTracker, Status, measured
+from .line_grammar import GRAMMARS, NO_TARGET_MM
+from .protocol import Arrivals, Counts, Decoder, Frame, SequenceTracker, measured
+from .status import CHIPS, MOST_MM, Status, StatusCodes
+from .text_decoder import LineDecoder
 
-NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # codes of firmwares for no target
 _NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)
-_FAILURES = (b"nan", b"-1", b"-")
-_LONGEST = 4096  # bytes of a line
-_LINE = re.compile(rb"(\d{1,6}(?:\.\d{0,6})?|-1|nan|-)", re.IGNORECASE)
-_SEPARATORS = re.compile(rb"[\s,;]+")
 
 
 class FrameDecoder(Protocol):
@@ -58,17 +56,23 @@ class PackedDecoder:
 
     Without a checksum, a frame counts as intact only if the magic of the next one follows it at
     once. So each frame is returned when the next one starts; its time is still the arrival of its
-    own last byte.
+    own last byte. Without ``codes`` the status is that of the ring protocol.
     """
 
-    def __init__(self, count: int, counts: Counts | None = None, layout: Layout = ESP32) -> None:
+    def __init__(
+        self,
+        count: int,
+        counts: Counts | None = None,
+        layout: Layout = ESP32,
+        codes: StatusCodes | None = None,
+    ) -> None:
         self.counts, self._count, self._layout, self._length = (
             counts or Counts(),
             count,
             layout,
             layout.length(count),
         )
-        self._arrivals = Arrivals()
+        self._arrivals, self._codes = Arrivals(), codes
         self._order = SequenceTracker(self.counts, 1 << 8 * layout.sequence.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -99,62 +103,13 @@ class PackedDecoder:
         sensors = np.frombuffer(
             data, self._layout.sensor, self._count, place + self._layout.sequence.size
         )
-        return [
-            Frame(
-                time,
-                np.nan,
-                sequence,
-                *measured(sensors["mm"], _none(sensors["mm"], sensors["status"])),
-            )
-        ]
-
-
-class LineDecoder:
-    """Decodes lines of text: millimetres of each sensor, separated by commas, semicolons, tabs or
-    blanks.
-
-    nan, - or -1 mark a failed sensor. Text before the last colon is ignored. Lines with anything
-    else are skipped.
-    """
-
-    def __init__(self, count: int, counts: Counts | None = None) -> None:
-        self.counts, self._count = counts or Counts(), count
-        self._arrivals, self._sequence, self._whole = Arrivals(), 0, False
-
-    def feed(self, data: bytes, time: float) -> list[Frame]:
-        """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
-        nothing.
-        """
-        self._arrivals.add(data, time)
-        buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
-        while (end := buffer.find(b"\n", at)) >= 0:
-            if self._whole:  # the first line may be incomplete
-                frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end))
-            self._whole, at = True, end + 1
-        if len(buffer) - at > _LONGEST:
-            self.counts.corrupt, self.counts.skipped = (
-                self.counts.corrupt + 1,
-                self.counts.skipped + len(buffer) - at,
-            )
-            self._whole, at = False, len(buffer)
-        self._arrivals.drop(at)
-        return frames
-
-    def _frame(self, line: bytes, time: float) -> list[Frame]:
-        words = [word for word in _SEPARATORS.split(line.rpartition(b":")[2]) if word]
-        if len(words) != self._count or not all(_LINE.fullmatch(word) for word in words):
-            self.counts.corrupt += bool(words)
-            self.counts.skipped += len(line) + 1
-            return []
-        mm = np.array([0.0 if word.lower() in _FAILURES else float(word) for word in words])
-        status = np.array(
-            [Status.FAILED if word.lower() in _FAILURES else Status.VALID for word in words],
-            np.uint8,
-        )
-        sequence, self._sequence = self._sequence, self._sequence + 1
-        self.counts.frames += 1
-        status = _none(np.minimum(mm, MOST_MM).astype(int), status)
-        return [Frame(time, np.nan, sequence, *measured(mm, status))]
+        mm, code = sensors["mm"], sensors["status"]
+        status = code
+        if self._codes is None:
+            self.counts.take_codes(code)
+        else:
+            status = self._codes.status(code)
+        return [Frame(time, np.nan, sequence, *measured(mm, _none(mm, status)))]
 
 
 def _none(mm: np.ndarray, status: np.ndarray) -> np.ndarray:
@@ -168,6 +123,8 @@ DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {
     "place-rings": Decoder,
     "esp32": PackedDecoder,
     "text": LineDecoder,
+    **{codes.decoder: partial(PackedDecoder, codes=codes) for codes in CHIPS},
+    **{f"text-{name}": partial(LineDecoder, grammar=name) for name in GRAMMARS},
 }
 
 

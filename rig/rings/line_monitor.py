@@ -138,7 +138,9 @@ class Line:
         if self.counts.doubled > self._doubled:
             self._doubled = self.counts.doubled
             yield from self._prove(now)
-        if now - self._heard > self._port.patience * self._port.silent:
+        # a line of text is used once its grammar is recognised
+        longest = self._port.silent * (2 if self.counts.waiting else 1)
+        if now - self._heard > self._port.patience * longest:
             yield from self._turn(
                 Happened.GARBLED if self._bytes else Happened.SILENT, now, self._why_garbled()
             )
@@ -149,7 +151,12 @@ class Line:
         if sizes.total() > self._other_sizes:
             size = sizes.most_common(1)[0][0]
             return f"frames of {size} sensors arrive, not of {self._port.count}"
-        return f"{self._bytes} bytes"
+        return self._quoted(f"{self._bytes} bytes")
+
+    def _quoted(self, text: str) -> str:
+        """Add the first line outside the decoder's grammar, if there was one."""
+        first = self.counts.foreign
+        return f"{text}; the first foreign line: {first}" if first else text
 
     def _hello(self, serial: str, now: float) -> Iterator[Event]:
         """Take a hello: a board that answers again after another one shares the line with it."""
@@ -185,6 +192,10 @@ class Line:
             if delay < 0 and clock - self._since <= _SETTLED:
                 self._rate_check = RateCheck()  # the frames before were late
             yield from self._rate(frame)
+        elif restarted:
+            self._restarts = self.counts.restarts
+            self._next_era()
+            yield Event(self._number, Happened.RESTARTED, frame.time)
         if self._two(frame.time):
             return
         if delay > self._port.patience * self._port.late:
@@ -226,7 +237,7 @@ class Line:
         before, self._noisy = self._noisy, now - (last if self._noisy else first) < _WINDOW
         if self._noisy and not before:
             told = f"{c.lost} lost, {c.late} late, {c.corrupt} corrupt beside {c.frames} frames"
-            yield Event(self._number, Happened.NOISY, now, told)
+            yield Event(self._number, Happened.NOISY, now, self._quoted(told))
 
     def _turn(self, what: Happened, now: float, detail: str = "") -> Iterator[Event]:
         if what != self._state:

@@ -2,13 +2,13 @@
 
 import re
 import zlib
-from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Integer
 
 from ...formats import ring_frame
+from .counts import Counts as Counts
 from .status import ABSENT as ABSENT
 from .status import DISTANT, known_status
 from .status import MOST_MM as MOST_MM
@@ -46,30 +46,6 @@ class Frame:
     zones: Zones | None = None
     """Readings of the sensors' zones, of which ``distance`` and ``status`` are the nearest; None
     for sensors of one zone."""
-
-
-@dataclass
-class Counts:
-    """Counts of a line."""
-
-    frames: int = 0
-    """Frames passed on."""
-    lost: int = 0
-    """Gaps in the sequence."""
-    late: int = 0
-    """Frames that arrived after a newer one, or twice; not passed on."""
-    corrupt: int = 0
-    """Byte sequences that began like a frame and were not one."""
-    skipped: int = 0
-    """Bytes that belong to no frame."""
-    restarts: int = 0
-    """Restarts of the ring."""
-    doubled: int = 0
-    """Frames with the number of the frame before and another time: from another ring."""
-    serials: Counter[str] = field(default_factory=Counter)
-    """Number of hellos of each board, by its serial number; empty if none says hello."""
-    sizes: Counter[int] = field(default_factory=Counter)
-    """Number of intact frames with another number of sensors, by that number."""
 
 
 class SequenceTracker:
@@ -228,11 +204,15 @@ class Decoder:
             return []
         if magic == MAGIC:
             sensors = np.frombuffer(body, _SENSORS, count, _HEADER.size)
+            self.counts.take_codes(sensors["status"])
             values = measured(sensors["mm"], sensors["status"])
             return [Frame(time, 1e-6 * micros, sequence, *values)]
         grid = ring_frame.Grid.read(body, _HEADER.size)
         assert grid is not None
-        zones = Zones.read(body[_HEADER.size + ring_frame.GRID.size :], count, grid)
+        records = body[_HEADER.size + ring_frame.GRID.size :]
+        zones = Zones.read(records, count, grid)
+        raw = np.frombuffer(records, grid.record)["status"].reshape(count, -1)
+        self.counts.take_codes(raw)
         return [Frame(time, 1e-6 * micros, sequence, *zones.nearest(), zones=zones)]
 
     def _reject(self, at: int) -> int:

@@ -154,12 +154,12 @@ def test_what_fits_no_frame_is_refused(distance, status):
         encode(0, 0.0, np.array(distance), np.array(status, int))
 
 
-@pytest.mark.parametrize("name", DECODERS)
+@pytest.mark.parametrize("name", ENCODERS)
 @given(
     values=st.lists(
         st.lists(st.integers(1, 8000) | st.none(), min_size=COUNT, max_size=COUNT),
-        min_size=2,
-        max_size=6,
+        min_size=4,
+        max_size=7,
     ),
     start=st.integers(0, 20),
     cuts=st.lists(st.integers(0, 300), max_size=8),
@@ -176,15 +176,6 @@ def test_every_firmware_is_read_from_any_start(name, values, start, cuts):
     for got, row, s in zip(found[::-1], distance[::-1], status[::-1], strict=False):
         np.testing.assert_allclose(got.distance, row, atol=5e-4)
         assert got.status.tolist() == s.tolist()
-
-
-def test_lines_tell_of_failures_and_skip_what_is_no_line():
-    found = decoder("text", 3)
-    frames = fed(
-        found, b"half a\n1,2\n1 2 x\n\n5: 10;9999;-1\r\n" + b"7" * 5000 + b"\n1 2 3\n4 5 6\n"
-    )
-    assert [f.status.tolist() for f in frames] == [[0, 1, 3], [0, 0, 0], [0, 0, 0]]
-    assert found.counts.corrupt == 3
 
 
 def test_unknown_decoders_are_named():
@@ -211,7 +202,7 @@ def spoiled(rng, size, encode_frame):
     return bytes(data[:size])
 
 
-@pytest.mark.parametrize("name", DECODERS)
+@pytest.mark.parametrize("name", ENCODERS)
 def test_fuzzed_bytes_raise_nothing_and_make_no_frame_that_was_not_sent(name):
     size = 50_000
     rng = np.random.default_rng(size)
