@@ -23,8 +23,8 @@ from ...objectives.scene import CoreScene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
 from .channel_assignment import told
-from .fit import RingFit
 from .mounting_error_model import NAMES
+from .ring_fit import RingFit
 
 _SHOWN = {
     "slip": (1000.0, "mm"),
@@ -134,7 +134,8 @@ class AsBuilt:
                 f"{100 * confidence:.0f} % confidence, {fit.used} readings, residuals"
                 f" {fit.scale:.2f} of the noise model"
             )
-            lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
+            values = f"{', '.join(found)} ({sure})" if found else "not estimated, as proposed here"
+            lines.append(f"ring {i} ({fit.nominal.link}): {values}")
             lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit, i)]
         first = len(self.proposed.rings)
         lines += [f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent]
@@ -149,6 +150,7 @@ def _shown(name: str, value: float, margin: float) -> str:
 def faults(fit: RingFit, number: int) -> list[str]:
     """List the faults of ring ``number`` beside its mounting errors."""
     found = told(fit.order, fit.mixed)
+    found += _mixed_grids(fit)
     if fit.zones is not None:
         found += fit.zones.faults(number, fit.nominal.link)
     if fit.dead:
@@ -158,6 +160,18 @@ def faults(fit: RingFit, number: int) -> list[str]:
     if fit.ring.position < 0 or fit.ring.position > 1:
         found.append(f"sits beyond its link's end, at {fit.ring.position:.3f}")
     return found
+
+
+def _mixed_grids(fit: RingFit) -> list[str]:
+    """Describe grids of zones that fit no turn and no mirror, one line for each likely order."""
+    each: dict[str, list[str]] = {}
+    for wire, text in fit.misfits.items():
+        each.setdefault(text, []).append(str(wire))
+    return [
+        f"the grids of sensors {', '.join(wires)} fit no turn and no mirror"
+        + f"; they fit if the {text}: mend the order of the zones in the firmware" * bool(text)
+        for text, wires in each.items()
+    ]
 
 
 def truth_of(fit: RingFit, errors: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " p"]:

@@ -8,96 +8,31 @@ readings of the known cell, and the assignment of wires to seats.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import stats
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import BLOCKED, Stops, ZoneStops
+from ..sensing.zone_targets import expected_zones
 from .channel_assignment import Order, best_order, costs, mixed, reseated
-from .mounting_error_model import LIMITS, NAMES, free, moved
+from .mounting_error_model import NAMES, free, moved
+from .ring_fit import RingFit
 from .solve import MountError, Read, Solved, solve
+from .zone_orders import grid_fit
 from .zone_turns import ZoneTurns, nearest_zones, turn_costs, zone_turns
 
-CONFIDENCE = 0.95
 _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _FINE = 0.003  # m; the same for a fitted ring
 _SEATINGS = 3  # rounds of fitting errors and assigning seats
 _STILL = 6.0  # standard deviations; a sensor that varies less always reads the same
 _OFTEN = 3  # stops with an expected target, after which a sensor without readings is dead
 _ASTRAY = 4.0  # mean cost of a stop, above which the readings do not fit the seat
-
-
-@dataclass(frozen=True)
-class RingFit:
-    """Estimated mounting of a ring with p free errors and n wires."""
-
-    nominal: Ring
-    """The ring as proposed."""
-    ring: Ring
-    """The ring as built."""
-    names: tuple[str, ...]
-    """The estimated errors."""
-    values: Float[np.ndarray, " p"]
-    """Estimates, m and rad."""
-    covariance: Float[np.ndarray, "p p"]
-    """Covariance of the estimates."""
-    used: int
-    """Number of readings used."""
-    scale: float
-    """Scale of the residuals, in standard deviations of the noise model."""
-    order: Order
-    """Order of the wires."""
-    seat: Int[np.ndarray, " n"]
-    """Seat of each wire."""
-    mixed: tuple[tuple[int, ...], ...]
-    """Wires whose seat differs from the order."""
-    dead: tuple[int, ...]
-    """Wires that report nothing, or always the same."""
-    zones: ZoneTurns | None = None
-    """How the zone grids arrive; None for sensors of one zone, or without readings of zones."""
-
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom of the residuals."""
-        return self.used - len(self.names)
-
-    def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
-        """Return the margin of each value on its own, m and rad, by Student's t."""
-        margin: np.ndarray = stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(
-            np.diag(self.covariance)
-        )
-        return margin
-
-    def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
-        """Return the squared Mahalanobis distance of ``truth`` (p,) from the values, divided by p;
-        it follows the F distribution.
-        """
-        off = truth - self.values
-        return float(off @ np.linalg.solve(self.covariance, off)) / len(off)
-
-    def holds(self, truth: Float[np.ndarray, " p"], confidence: float = CONFIDENCE) -> bool:
-        """Whether the joint confidence region of all values, an ellipsoid by the F distribution,
-        contains ``truth`` (p,).
-        """
-        return bool(
-            self.statistic(truth) <= stats.f.ppf(confidence, len(self.values), self.freedom)
-        )
-
-    @property
-    def open(self) -> tuple[str, ...]:
-        """Errors that the readings do not determine to within what careful mounting keeps."""
-        return tuple(
-            name
-            for name, m in zip(self.names, self.margins(), strict=True)
-            if not m <= LIMITS[NAMES.index(name)]
-        )
 
 
 def fit_mount(
@@ -127,10 +62,59 @@ def fit_mount(
         try:
             mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
             here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
-            fits.append(_fit(scene, ring, *here, mute, noise, (zones or {}).get(i)))
+            if (mine := (zones or {}).get(i)) is None:
+                fits.append(_fit(scene, ring, *here, mute, noise, None))
+            else:
+                fits.append(_fit_zones(scene, ring, *here, mute, noise, mine))
         except MountError as error:
             raise MountError(f"ring {i} ({ring.link}): {error}") from error
     return tuple(fits)
+
+
+def _fit_zones(
+    scene: CoreScene,
+    ring: Ring,
+    joints: Float[np.ndarray, "P J"],
+    measured: Float[np.ndarray, "P n"],
+    valid: Int[np.ndarray, "P n"],
+    mute: Bool[np.ndarray, " n"],
+    noise: Noise,
+    zones: ZoneStops,
+) -> RingFit:
+    """Fit a ring of sensors with zones; without values if their grids fit no turn.
+
+    The first returns, which do not depend on the order of the zones, then show where the ring sits
+    and which sensor is which, so that the order can be named.
+    """
+    read = (joints, measured, valid, mute, noise)
+    alone = _fit(scene, ring, *read, None)
+    misfits = _misfits(scene, alone, zones, joints)
+    if not misfits:
+        fit = _fit(scene, ring, *read, zones)
+        if not (misfits := _misfits(scene, fit, zones, joints)):
+            return fit
+    return replace(
+        alone,
+        ring=ring,
+        names=(),
+        values=np.zeros(0),
+        covariance=np.zeros((0, 0)),
+        misfits=misfits,
+    )
+
+
+def _misfits(
+    scene: CoreScene, fit: RingFit, zones: ZoneStops, joints: Float[np.ndarray, "P J"]
+) -> dict[int, str]:
+    """Return what is mixed in a fitted ring's grids that fit no turn and no mirror, by wire."""
+    wanted = expected_zones(scene, Setup((fit.ring,)), 0, joints)[..., 0]
+    wanted = wanted + fit.values[fit.names.index("offset")]
+    found = dict[int, str]()
+    for wire in np.setdiff1d(np.arange(fit.ring.count), fit.dead):
+        text = grid_fit(wanted[:, fit.seat[wire]], zones, int(wire)).misfit(wanted.shape[2])
+        if text is not None:
+            found[int(wire)] = text
+    return found
 
 
 def _fit(

@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
-from ..mount.fit import RingFit
 from ..mount.mounting_error_model import LIMITS, free, moved
+from ..mount.ring_fit import RingFit
 from ..sensing.zone_grid import GridTurn, every_turn, zone_grid
 from .world import DEAD, World
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
@@ -18,12 +19,15 @@ from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.part_results import part_results
 from place_rings.rig.check.plans import Plans
+from place_rings.rig.check.records import fit_of
 from place_rings.rig.check.self_check import self_check
+from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.hand_sweep import waved
 from place_rings.rig.mount.mounting_error_model import LIMITS, moved
 from place_rings.rig.mount.stop_plan import planned
+from place_rings.rig.mount.zone_orders import grid_fit, zone_orders
 from place_rings.rig.mount.zone_turns import turn_costs, zone_turns
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.recording.recording import RecordingReader
@@ -238,6 +242,68 @@ def test_the_turn_of_all_grids_is_said_with_what_to_set(turn):
     assert right.faults(3, "forearm") == []
     text = to_toml(ProposalFile.of(Setup((found.stated_in(ring),)), SCENE))
     assert f"zone_turn_deg = {turn.turn_deg}" in text
+
+
+def heard(world, joints, seed, index=None):
+    """Stops at which the zones of the ring of a world arrive in the order ``index``: the medians of
+    a few readings.
+    """
+    true = world.seen(joints)[0]
+    true = true.reshape(*true.shape[:2], -1, true.shape[-1])[..., 0]
+    rng = np.random.default_rng(seed)
+    told = np.median([world.noise.measured(rng, true)[0] for _ in range(5)], axis=0)
+    told = told if index is None else told[:, :, index]
+    return ZoneStops(told, np.isfinite(told).astype(int), *(np.full(told.shape, n) for n in (1, 0)))
+
+
+@pytest.mark.parametrize("side", [4, 8])
+def test_orders_that_are_no_turn_are_named_and_turns_are_none_of_them(side):
+    """https://github.com/mp-extras/vl53l5cx/issues/6: the columns of each pair are swapped."""
+    sensor = effective(Use("vl53l5cx-4x4" if side == 4 else "vl53l5cx")).sensor
+    setup, joints = Setup((replace(SETUP.rings[0], sensor=sensor),)), drawn(SCENE, 8, 1)
+    world, wanted = World(SCENE, setup), expected_zones(SCENE, setup, 0, joints)[..., 0]
+    number, turns = np.arange(side * side).reshape(side, side), every_turn(side, side)
+    plain = heard(world, joints, 2)
+
+    def misfits(index):
+        stops = replace(plain, distance=plain.distance[:, :, index])
+        return [grid_fit(wanted[:, k], stops, k).misfit(side) for k in range(8)]
+
+    for turn in turns:
+        assert misfits(turn.arrives(number).ravel()) == [None] * 8
+    orders, rng = zone_orders(side, side), np.random.default_rng(0)
+    for order in orders:
+        found = misfits(order.index)
+        assert found.count(order.text) >= 6
+        assert set(found) <= {order.text, None}  # some grids look the same
+        turned = turns[int(rng.integers(8))].arrives(number).ravel()[order.index]
+        assert misfits(turned).count(None) <= 2
+    for _ in range(3):
+        assert misfits(rng.permutation(side * side)).count("") >= 6
+
+
+@pytest.mark.slow
+def test_nothing_is_estimated_from_grids_that_fit_no_turn():
+    ring = replace(SETUP.rings[0], sensor=effective(Use("vl53l5cx-4x4")).sensor)
+    setup, joints = Setup((ring,)), drawn(SCENE, 12, 3)
+    errors = np.array([0.01, np.radians(2), np.radians(-2), 0.005])
+    world = World(SCENE, Setup((moved(SCENE, ring, errors),)), None, errors[3:])
+    for order in (None, zone_orders(4, 4)[2]):
+        zones = heard(world, joints, 3, None if order is None else order.index)
+        least = np.where(np.isnan(zones.distance), np.inf, zones.distance).min(axis=2)
+        least = np.where(np.isfinite(least), least, np.nan)
+        some = np.isfinite(least).astype(int)
+        stops = Stops(joints, least, some, 0 * some + 1, 0 * some, 0.0 * some)
+        (fit,) = fit_mount(SCENE, setup, stops, zones={0: zones})
+        built, model = AsBuilt(SCENE, setup, (fit,)).setup, fit_of(0, fit, None)
+        if order is None:
+            assert (fit.misfits, len(model.errors)) == ({}, 4)
+            assert built != setup
+        else:
+            assert set(fit.misfits.values()) == {order.text}
+            assert (model.errors, len(model.misfits)) == ([], len(fit.misfits))
+            assert len(model.faults) == 1
+            assert built == rounded(setup, SCENE.sensor)
 
 
 def test_frames_of_another_number_of_zones_are_said(zoned):
