@@ -25,7 +25,7 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
             errors = ", ".join(
                 f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors
             )
-            lines.append(f"ring {one.ring} ({one.link}): {errors}")
+            lines.append(f"ring {one.ring} ({one.link}): {errors or 'not estimated'}")
         lines += [
             f"coverage of {z.named}: {z.proposed_percent:.2f} % as proposed,"
             f" {z.alive_percent:.2f} %"

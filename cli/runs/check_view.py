@@ -132,7 +132,12 @@ class CheckView:
         line.add_row(
             self._part, ProgressBar(self._of, self._done, width=40), f"{self._done} of {self._of}"
         )
-        return Group(table, line, Text(DISCLAIMER, style="dim"))
+        foreign = [
+            Text(f"{name}: the first foreign line: {c.foreign}")
+            for name, c in zip(self._names, self._session.rings.counts, strict=True)
+            if c.foreign
+        ]
+        return Group(table, *foreign, line, Text(DISCLAIMER, style="dim"))
 
     def _robot(self) -> str:
         try:

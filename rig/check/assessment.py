@@ -22,6 +22,7 @@ from .records import (
     mount_of,
     seconds_of,
     self_check_of,
+    sensors_of,
     warnings_of,
 )
 
@@ -68,10 +69,12 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
         seconds=seconds_of(gathered),
         verdict=verdict,
         reasons=[*early, *done.failures, *differs, *lacks],
-        warnings=warnings_of(setup, gathered, damage),
+        warnings=warnings_of(setup, gathered, damage, lines),
         robot=link_of(gathered),
         lines=lines,
         events=events_of(gathered),
+        sensors=sensors_of(setup, done.doubt),
+        cell_turned=done.cell_turned,
         self_check=self_check_of(done.self_check, done.waves),
         mount=mount,
         coverage=coverage,

@@ -6,12 +6,21 @@ import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ..mount.mounting_error_model import LIMITS, NAMES
+from .doubt import KINDS, MOST
+from .line_findings import code_findings
 from .models import CoverageModel, LineModel, MountCheckModel
 from .part_results import PartResults
 from .planned_check import ring_names
 from .plans import Plans
 from .port_matching import text
+from .self_check import sensor_names
 
+_DOUBTS = {
+    "failed": "fail",
+    "missing": "miss their target",
+    "near": "read less than 5 cm or their own least distance where nothing is expected",
+    "apart": "jump away from their usual distance, although the robot stands still",
+}
 _NOT_BEGUN = "not finished before the check ended"
 
 
@@ -31,11 +40,18 @@ def differences(
         for i, (ring, port) in enumerate(zip(setup.rings, ports, strict=False))
         if i not in done.ports and ring.serial and port.serial not in (None, ring.serial)
     ]
+    if done.cell_turned:
+        lines.append(
+            "the readings fit the cell turned by 180° about the base's z axis: its obstacles are"
+            " stated in another frame, as the pendant's feature Base is; negate x and y of each"
+            " centre, and add 180° to the third of rpy_deg"
+        )
     lines += [
         f"{setup.group_name(i)}: its frames hold {found} zones of each sensor, not {wanted}: set"
         " the resolution in the firmware, or name the sensor's mode in the proposal"
         for i, (found, wanted) in done.grids.items()
     ]
+    lines += code_findings(setup, ports)[0]
     if looks is not None:
         if len(looks.silent):
             lines.append(f"sensors that never answer: {', '.join(looks.named(looks.silent))}")
@@ -49,11 +65,12 @@ def differences(
         ):
             if zones:
                 lines.append(f"{words}: {'; '.join(zones)}")
-        if len(looks.surprising) and mount is None:
+        if len(looks.surprising) and mount is None and not done.cell_turned:
             lines.append(
                 "sensors that differ from the expected reading:"
                 f" {', '.join(looks.named(looks.surprising))}"
             )
+    lines += _doubts(setup, done)
     lines += [
         f"{setup.group_name(ring)}, by a hand: {fault}"
         for ring, waving in done.waves.items()
@@ -77,6 +94,26 @@ def differences(
                 f" {one.predicted_percent:.1f} %"
             )
     return lines
+
+
+def _doubts(setup: Setup, done: PartResults) -> list[str]:
+    """List the sensors with doubtful readings, kind by kind; those that never answer are named by
+    the self check and the mount check.
+    """
+    if done.doubt is None:
+        return []
+    found = done.doubt.found
+    if done.self_check is not None or done.built is not None:
+        found[:, done.doubt.failed == 1] = False
+    return [
+        f"sensors that {_DOUBTS[kind]} in more than {100 * MOST:.0f} % of their readings: "
+        + ", ".join(
+            f"{name} ({100 * getattr(done.doubt, kind)[k]:.0f} %)"
+            for name, k in zip(sensor_names(setup, which), which, strict=True)
+        )
+        for kind, each in zip(KINDS, found, strict=True)
+        if len(which := np.flatnonzero(each))
+    ]
 
 
 def missing(
@@ -125,7 +162,7 @@ def missing(
     nothing = (
         (plans.seconds is not None and done.self_check is None)
         or (plans.wave and not waves)
-        or (plans.mount is not None and mount is None)
+        or (plans.mount is not None and mount is None and not done.cell_turned)
         or len(coverage) < len(plans.rods)
     )
     few = 2 * stops < planned

@@ -113,6 +113,15 @@ class LineModel(StrictModel):
     late: int
     corrupt: int
     restarts: int
+    foreign: str | None = Field(
+        default=None, description="the first line of text outside the decoder's grammar, quoted"
+    )
+    unknown_codes: dict[str, dict[str, float]] = Field(
+        default={},
+        description="percent of each sensor's frames with a status code that the decoder does not"
+        " know, or knows in another sense than the likely chip, by sensor and code",
+    )
+    codes_of: str | None = Field(default=None, description="chips that seem to send these codes")
     serial: str | None = None
     drift_ppm: float | None = None
     jitter_ms: float | None = None
@@ -163,6 +172,20 @@ class SelfModel(StrictModel):
     waved: list[WavingModel] = Field(default=[])
 
 
+class SensorModel(StrictModel):
+    """Doubtful readings of a sensor while the robot stood still, in percent of its readings: in the
+    part of the check that has the most. A sensor is doubtful if one of them is above 20 %.
+    """
+
+    sensor: str
+    readings: int
+    failed_percent: Percent
+    missing_percent: Percent = Field(description="without a sure distance, where it has a target")
+    near_percent: Percent = Field(description="below 5 cm, or its least range, unexpectedly")
+    apart_percent: Percent = Field(description="valid, but outside the cluster of most distances")
+    doubtful: bool
+
+
 class ErrorModel(StrictModel):
     """Mounting error of a ring: the estimate, its 95 % margin, and for a simulated rig the injected
     error.
@@ -182,6 +205,11 @@ class RingFitModel(StrictModel):
     scale: float
     errors: list[ErrorModel]
     faults: list[str]
+    misfits: dict[str, str] = Field(
+        default={},
+        description="what is mixed in grids of zones that fit no turn and no mirror, by sensor;"
+        " then no errors are estimated",
+    )
     region_holds: bool | None = Field(
         default=None, description="the joint region of 95 %, what was injected"
     )
@@ -257,6 +285,10 @@ class CheckResult(StrictModel):
     robot: LinkModel
     lines: list[LineModel]
     events: list[EventModel]
+    sensors: list[SensorModel] = Field(default=[])
+    cell_turned: bool = Field(
+        default=False, description="whether the readings fit the cell turned by 180° about z"
+    )
     self_check: SelfModel | None = None
     mount: MountCheckModel | None = None
     coverage: list[CoverageModel] = Field(default=[])

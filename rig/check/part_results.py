@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ..mount.as_built import AsBuilt
+from ..mount.cell_frame import cell_is_turned
 from ..mount.fit import fit_mount
 from ..mount.hand_sweep import Waving, waved
 from ..mount.stop_plan import require_cell
@@ -18,6 +19,7 @@ from ..rod.coverage_estimate import RodCheck, check_rod
 from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_at_stops
 from ..sensing.zone_grid import zone_grid, zoned
 from ..session.gathering import Gathered
+from .doubt import Doubt, doubt
 from .planned_check import PlannedCheck
 from .port_matching import Ports, by_lines, by_pattern, by_waving, exchanged
 from .procedure import Span, skipped, spans, unfinished
@@ -42,6 +44,9 @@ class PartResults:
     """Why poses of the coverage check were skipped, by their numbers."""
     ports: Ports = field(default_factory=dict)
     """Ports that belong to other rings than those they were given for."""
+    cell_turned: bool = False
+    """Whether the readings at the stops fit the cell turned by 180° about z; then no mounting is
+    estimated."""
     grids: Mapping[int, tuple[int, int]] = field(default_factory=dict)
     """Numbers of zones of each sensor, in the frames and as proposed, of rings where they differ.
     """
@@ -53,6 +58,9 @@ class PartResults:
     """The rings as built, estimated from these readings."""
     rods: Sequence[RodCheck] = ()
     """Result of the rod trials in each target."""
+    doubt: Doubt | None = None
+    """Doubtful readings of each sensor while the robot stood still; None without a part in which it
+    did."""
     failures: list[str] = field(default_factory=list)
     """Why a part has no result, one line each."""
 
@@ -65,6 +73,7 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
         skipped_stops=skipped(gathered.said, "mount"),
         skipped_poses=skipped(gathered.said, "pose"),
         ports=parts.ports,
+        cell_turned=parts.cell_turned,
         grids=parts.grids(),
         cut_short=parts.cut_short,
     )
@@ -76,6 +85,7 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
             done.failures.append(f"{name}: {error}")
             return None
 
+    done.doubt = parts.doubt()
     if plans.seconds is not None:
         done.self_check = part("self check", parts.self_check)
     for ring in parts.waved:
@@ -84,7 +94,8 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
             done.waves[ring] = wave
     if plans.mount is not None:
         done.read = parts.read()
-        done.built = part("mount check", lambda: parts.built(done.read))
+        if not done.cell_turned:
+            done.built = part("mount check", lambda: parts.built(done.read))
     if plans.rods:
         done.rods = part("coverage check", parts.rods) or []
     return done
@@ -101,6 +112,8 @@ class _Parts:
         stops = 0 if check.plans.mount is None else len(check.plans.mount.joints)
         self.stops = self._numbers("mount", stops)
         self.waved = self._numbers("wave", len(check.setup.groups) if check.plans.wave else 0)
+        read = self.read()
+        self.cell_turned = read is not None and cell_is_turned(check.scene, check.setup, read)
         self.ports = self._swapped(gathered)
         self._readings = exchanged(self._readings, self.ports)
         self.serials = [ring.serial for ring in check.setup.rings]
@@ -132,7 +145,7 @@ class _Parts:
         if found or (all(c.serials for c in gathered.counts if c.frames) and _named(setup)):
             return found
         read = self.read()
-        return {} if read is None else by_pattern(scene, setup, read)
+        return {} if read is None or self.cell_turned else by_pattern(scene, setup, read)
 
     def _cut_short(self, gathered: Gathered) -> float | None:
         """Let a self check that was cut off end with its last reading; return its duration, s."""
@@ -158,6 +171,26 @@ class _Parts:
 
     def self_check(self) -> SelfCheck:
         return self_check(self._check.scene, self._check.setup, self._of("self"))
+
+    def doubt(self) -> Doubt | None:
+        """Return the doubtful readings of the part in which a sensor has the most."""
+        found, scene, setup = None, self._check.scene, self._check.setup
+        plans = self._check.plans
+        steps = ["self"] * (plans.seconds is not None) + ["before"] * bool(plans.rods)
+        parts = [self._stood(what) for what in steps]
+        parts += [self._stops()] * (plans.mount is not None)
+        for readings, joints in filter(None, parts):
+            each = doubt(scene, setup, readings, joints)
+            found = each if found is None else found.worse(each)
+        return found
+
+    def _stood(self, what: str) -> tuple[Readings, Float[np.ndarray, "P J"]] | None:
+        """Return the readings of the steps ``what``, and the pose at each of them."""
+        numbers = sorted({s.number for s in self._steps if s.what == what})
+        each = [some for n in numbers if len(some := self._of(what, n))]
+        if not each:
+            return None
+        return joined(each), np.array([np.median(some.joints, axis=0) for some in each])
 
     def waving(self, ring: int) -> Waving:
         return waved(self._of("wave", ring), self._check.setup, ring)

@@ -8,8 +8,8 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...objectives.verify import Verifier
 from ..mount.as_built import AsBuilt, faults, truth_of
-from ..mount.fit import RingFit
 from ..mount.hand_sweep import Waving
+from ..mount.ring_fit import RingFit
 from ..recording.clocks import Alignment
 from ..rings.line_monitor import Happened, Port
 from ..robot.vetting import Ended
@@ -17,6 +17,8 @@ from ..rod.coverage_estimate import RodCheck
 from ..rod.trial_plan import Places, places, rod_zeta
 from ..session.gathering import Gathered
 from ..simulated_cell.ground_truth import Injected
+from .doubt import KINDS, Doubt
+from .line_findings import chip_of, code_findings, unknown_codes
 from .models import (
     CoverageModel,
     ErrorModel,
@@ -27,11 +29,12 @@ from .models import (
     MountCheckModel,
     RingFitModel,
     SelfModel,
+    SensorModel,
     WavingModel,
     ZetaModel,
 )
 from .planned_check import PlannedCheck
-from .self_check import SelfCheck
+from .self_check import SelfCheck, sensor_names
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "slip": (1000.0, "mm"),
@@ -83,6 +86,8 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
             key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
         }
         drift, jitter = _clock(clock)
+        counts |= {"foreign": c.foreign or None, "codes_of": chip_of(c)}
+        counts["unknown_codes"] = unknown_codes(c)
         counts["serial"] = next((s for s, _ in c.serials.most_common(1)), None)
         where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
         rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
@@ -101,8 +106,10 @@ def events_of(gathered: Gathered) -> list[EventModel]:
     ]
 
 
-def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
-    """List reasons to distrust the result."""
+def warnings_of(
+    setup: Setup, gathered: Gathered, damage: str, lines: Sequence[LineModel]
+) -> list[str]:
+    """List reasons to distrust the result; ``lines`` are those of the rings."""
     waited = _waited_for(gathered)
     happened = [
         f"{setup.group_name(e.ring)}: {e.what}{': ' + e.detail if e.detail else ''}"
@@ -116,6 +123,12 @@ def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
         if said.get("what") == "near stop" and said.get("waived") is True
     ]
     shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
+    foreign = [
+        f"{setup.group_name(one.ring)}: {one.corrupt} lines are corrupt, the first foreign one:"
+        f" {one.foreign}"
+        for one in lines
+        if one.foreign
+    ]
     return [
         *(
             f"the robot moved while {100 * share:.0f} % of the sensors kept the full near stop"
@@ -125,6 +138,8 @@ def warnings_of(setup: Setup, gathered: Gathered, damage: str) -> list[str]:
         *([f"the robot's link ended: {link}"] if link else []),
         *(str(said.get("text")) for _, said in gathered.said if said.get("what") == "warning"),
         *([f"the recording is damaged: {damage}"] if damage else []),
+        *code_findings(setup, lines)[1],
+        *foreign,
         *dict.fromkeys(happened),
     ]
 
@@ -186,9 +201,27 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
     )
 
 
+def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorModel]:
+    """Describe the doubtful readings of each sensor."""
+    if found is None:
+        return []
+    percents = {
+        f"{kind}_percent": np.round(100 * getattr(found, kind), 3).tolist() for kind in KINDS
+    }
+    return [
+        SensorModel(
+            sensor=name,
+            readings=int(found.readings[k]),
+            doubtful=bool(found.found[:, k].any()),
+            **{key: values[k] for key, values in percents.items()},
+        )
+        for k, name in enumerate(sensor_names(setup, np.arange(setup.sensors)))
+    ]
+
+
 def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
     """Describe the estimated mounting of a ring, beside the injected errors."""
-    truth = None if done is None else truth_of(fit, done.errors[number])
+    truth = None if done is None or not fit.names else truth_of(fit, done.errors[number])
     errors = []
     for k, (name, value, margin) in enumerate(
         zip(fit.names, fit.values, fit.margins(), strict=True)
@@ -205,6 +238,7 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         scale=round(fit.scale, _DIGITS),
         errors=errors,
         faults=faults(fit, number),
+        misfits={str(wire): text for wire, text in fit.misfits.items()},
         region_holds=None if truth is None else fit.holds(truth),
     )
 

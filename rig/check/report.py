@@ -12,6 +12,7 @@ from ..rod.coverage_estimate import RodCheck
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .assessment import Assessment
+from .health_tables import doubtful_sensors, links, shown_number
 from .models import CheckResult, RingFitModel, WavingModel
 from .planned_check import PlannedCheck
 
@@ -100,7 +101,9 @@ def page(r: CheckResult) -> str:
     if r.warnings:
         lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
     lines += [*(escaped(note) for note in calibration_notes(r)), ""] * bool(r.calibration)
-    return "\n".join([*lines, *_self(r), *_mount(r), *_coverage(r), *_health(r)])
+    return "\n".join(
+        [*lines, *_self(r), *doubtful_sensors(r), *_mount(r), *_coverage(r), *links(r)]
+    )
 
 
 def calibration_notes(r: CheckResult) -> list[str]:
@@ -125,7 +128,7 @@ def _self(r: CheckResult) -> list[str]:
             f"{one.rate_hz:.1f}",
             str(one.gaps),
             str(one.answering),
-            _shown(one.scatter_mm),
+            shown_number(one.scatter_mm),
         )
         for one in r.self_check.rings
     ]
@@ -149,10 +152,6 @@ def _wired(wave: WavingModel) -> str:
     """Describe the wiring found by waving a hand."""
     missed = [f"no hand was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
     return "; ".join(wave.faults + missed) or "wired in order"
-
-
-def _shown(value: float | None, digits: int = 1) -> str:
-    return "" if value is None else f"{value:.{digits}f}"
 
 
 def _mount(r: CheckResult) -> list[str]:
@@ -247,48 +246,4 @@ def _coverage(r: CheckResult) -> list[str]:
         if c.true_percent is not None:
             lines.append(f"True value of the simulated rig, counted: {c.true_percent:.1f} %.")
         lines.append("")
-    return lines
-
-
-def _health(r: CheckResult) -> list[str]:
-    rows = [
-        (
-            *(
-                escaped(t)
-                for t in (
-                    f"{one.ring} {one.link}",
-                    "simulated" if r.simulated else one.port,
-                    one.decoder,
-                    one.serial or "none",
-                )
-            ),
-            *(str(v) for v in (one.frames, one.lost, one.late, one.corrupt, one.restarts)),
-            *(_shown(one.drift_ppm), _shown(one.jitter_ms, 2)),
-        )
-        for one in r.lines
-    ]
-    heads = (
-        "ring",
-        "port",
-        "decoder",
-        "board",
-        "frames",
-        "lost",
-        "late",
-        "corrupt",
-        "restarts",
-        "clock, ppm",
-        "jitter, ms",
-    )
-    robot = f"The robot sent {r.robot.states} states in {r.robot.seconds:.1f} s; its clock is"
-    clock = (
-        f"{robot} {_shown(r.robot.drift_ppm)} ppm faster than the host's; states arrive with"
-        f" a jitter of {_shown(r.robot.jitter_ms, 2)} ms."
-    )
-    lines = ["## Links", "", table(heads, rows), clock, ""]
-    if r.events:
-        rows = [
-            (f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events
-        ]
-        lines += ["## Events", "", table(("s", "ring", "what", "detail"), rows)]
     return lines

@@ -146,12 +146,17 @@ class SelfCheck:
         return lines
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
-        """Name sensors as ring:sensor, both counted from 0, and single sensors by their names."""
-        names, rings = list[str](), len(self.setup.rings)
-        for k in which:
-            group, sensor = self.setup.labels[k]
-            names.append(f"{group}:{sensor}" if group < rings else self.setup.group_name(group))
-        return names
+        """Name sensors as ``sensor_names`` does."""
+        return sensor_names(self.setup, which)
+
+
+def sensor_names(setup: Setup, which: Int[np.ndarray, " s"]) -> list[str]:
+    """Name sensors as ring:sensor, both counted from 0, and single sensors by their names."""
+    names, rings = list[str](), len(setup.rings)
+    for k in which:
+        group, sensor = setup.labels[k]
+        names.append(f"{group}:{sensor}" if group < rings else setup.group_name(group))
+    return names
 
 
 def self_check(

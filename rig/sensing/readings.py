@@ -199,6 +199,23 @@ def zones_at_stops(
     return ZoneStops(*(a.reshape(shape) for a in some))
 
 
+def stop_of(
+    readings: Readings, joints: Float[np.ndarray, "P J"], within: float = WITHIN
+) -> Int[np.ndarray, " n"]:
+    """Return the number of the stop at which each reading was taken; -1 between stops.
+
+    Raises:
+        ValueError: if the robot has another number of joints than the stops.
+    """
+    if readings.joints.shape[1] != joints.shape[1]:
+        raise ValueError(
+            f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
+        )
+    off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
+    stop: np.ndarray = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
+    return stop
+
+
 def _at_stops(
     readings: Readings,
     wire: Int[np.ndarray, " n"],
@@ -207,13 +224,7 @@ def _at_stops(
     within: float,
 ) -> Stops:
     """Group readings, each of one of ``wires`` wires, by stop."""
-    if readings.joints.shape[1] != joints.shape[1]:
-        raise ValueError(
-            f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
-        )
-    shape = (len(joints), wires)
-    off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
-    stop = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
+    shape, stop = (len(joints), wires), stop_of(readings, joints, within)
     here = stop >= 0
     group = stop * wires + wire
     count = np.bincount(stop[here], minlength=len(joints))

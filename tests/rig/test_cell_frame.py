@@ -32,7 +32,7 @@ def test_a_cell_turned_twice_is_as_it_was():
             np.testing.assert_array_equal(getattr(one.body, key), getattr(other.body, key))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_turned_cell_is_told_from_any_wiring_and_mounting(stops, seed):
     rng = np.random.default_rng(seed)
     errors = rng.uniform(-1, 1, (2, 4)) * LIMITS

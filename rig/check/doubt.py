@@ -1,0 +1,147 @@
+"""Doubtful readings of each sensor while the robot stood still: failures, missing readings,
+readings below the least distance, and readings that jump away from most others.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import CoreScene
+from ..poses.near_stops import near_stops
+from ..sensing.expected import expected
+from ..sensing.noise import Noise
+from ..sensing.readings import BLOCKED, FAILED, VALID, Readings, stop_of
+
+MOST = 0.2  # share of a sensor's readings, above which a kind of doubt counts
+_FEWEST = 3  # doubtful readings
+_BODY = 0.05  # m between a body and its model
+_SURE = 5.0  # standard deviations
+# width of a cluster of distances: m at least, and standard deviations
+_WIDTH, _WIDE = 0.06, 6.0
+_EDGE = 0.9  # of the range; a target beyond may be missed
+KINDS = ("failed", "missing", "near", "apart")
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Shares of doubtful readings of K sensors, as wired."""
+
+    readings: Int[np.ndarray, " K"]
+    """Number of readings."""
+    failed: Float[np.ndarray, " K"]
+    """Share of failures; 1 without readings."""
+    missing: Float[np.ndarray, " K"]
+    """Share of readings without a sure distance, at stops with a target."""
+    near: Float[np.ndarray, " K"]
+    """Share of readings below the sensor's least distance, or 5 cm, where nothing is expected."""
+    apart: Float[np.ndarray, " K"]
+    """Share of distances outside the cluster that most are in."""
+
+    @property
+    def found(self) -> Bool[np.ndarray, "4 K"]:
+        """Which of ``KINDS`` counts for which sensor."""
+        shares = np.stack([getattr(self, kind) for kind in KINDS])
+        enough = (self.readings == 0) | (np.rint(shares * self.readings) >= _FEWEST)
+        return np.asarray((shares > MOST) & enough)
+
+    def worse(self, other: "Doubt") -> "Doubt":
+        """Return the larger shares of two parts of a check."""
+        each = (np.maximum(getattr(self, kind), getattr(other, kind)) for kind in KINDS)
+        return Doubt(np.maximum(self.readings, other.readings), *each)
+
+
+def doubt(
+    scene: CoreScene,
+    setup: Setup,
+    readings: Readings,
+    joints: Float[np.ndarray, "P J"],
+    noise: Noise | None = None,
+) -> Doubt:
+    """Count the doubtful readings of each sensor over stops of the robot.
+
+    A reading is missing where the sensor reads a target in more than a fifth of the others, or
+    should see one and sometimes does. A target in the last tenth of the range may be missed. A body
+    that should be close to a sensor explains near and missing readings. Near readings that all
+    others at the stop agree with are also explained by the robot's own body, however the ring is
+    wired and mounted.
+
+    Args:
+        scene: with the known cell.
+        setup: the rings as proposed.
+        readings: while the robot stood still.
+        joints: (P, J) rad, the stops.
+        noise: of the sensors.
+
+    Raises:
+        ValueError: if a reading is of a sensor that the setup does not have.
+    """
+    noise, shape = noise or Noise(), (len(joints), setup.sensors)
+    stop, wire = stop_of(readings, joints), readings.wire(setup)
+    group = np.where(stop >= 0, stop * setup.sensors + wire, -1)
+    sensors = [g.sensor for g in setup.groups for _ in range(g.count)]
+    least = np.array([max(BLOCKED, s.near_m) for s in sensors])
+    most = np.array([s.range_m for s in sensors])
+    seen = np.isfinite(readings.distance)
+    valid = seen & (readings.status == VALID)
+    below = seen & (readings.distance < least[wire])
+
+    def number(some: np.ndarray) -> Int[np.ndarray, "P K"]:
+        return np.bincount(group[some & (group >= 0)], minlength=shape[0] * shape[1]).reshape(shape)
+
+    total, read, failed = number(group >= 0), number(valid), number(readings.status == FAILED)
+    wanted = expected(scene, setup, joints).distance
+    there = np.isfinite(wanted)
+    close = there & (wanted <= least + _BODY + _SURE * noise.at(np.where(there, wanted, 0.0)))
+    here = valid & (group >= 0)
+    middle, apart = _clusters(readings.distance[here], group[here], total, noise)
+    with np.errstate(invalid="ignore"):
+        edge = (wanted >= _EDGE * most) & there | (middle >= _EDGE * most)
+    sees = (read > MOST * total) | ((read > 0) & there)
+    missing = np.where(sees & ~close & ~edge, total - read - failed - number(below & ~valid), 0)
+    near = np.where(close, 0, number(below))
+    near = np.where(_own_body(scene, setup, joints, near, least), np.minimum(near, apart), near)
+    every = np.maximum(total.sum(axis=0), 1)
+    none = total.sum(axis=0) == 0
+    shares = [a.sum(axis=0) / every for a in (failed, missing, near, apart)]
+    return Doubt(total.sum(axis=0), np.where(none, 1.0, shares[0]), *shares[1:])
+
+
+def _own_body(
+    scene: CoreScene,
+    setup: Setup,
+    joints: Float[np.ndarray, "P J"],
+    near: Int[np.ndarray, "P K"],
+    least: Float[np.ndarray, " K"],
+) -> Bool[np.ndarray, "P K"]:
+    """Return where the robot's own body may be closer than ``least`` m to a sensor that reads
+    so."""
+    found, some = np.zeros(near.shape, bool), near.any(axis=1)
+    if some.any():
+        full = max(float(least.max()), scene.motion.near)
+        wary = replace(scene, motion=replace(scene.motion, near=full, rings_as_proposed=False))
+        stops = near_stops(wary, setup, joints[some]).wired_anyhow(setup)
+        found[some] = (stops.least < least) & (stops.least < full)
+    return found
+
+
+def _clusters(
+    distance: Float[np.ndarray, " n"],
+    group: Int[np.ndarray, " n"],
+    total: Int[np.ndarray, "P K"],
+    noise: Noise,
+) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
+    """Return the median of the distances of each group, m, nan for an empty one; and the number of
+    distances outside the narrow cluster that most are in.
+    """
+    middle, apart = np.full(total.size, np.nan), np.zeros(total.size, int)
+    order = np.lexsort((distance, group))
+    first = np.searchsorted(group[order], np.arange(total.size + 1))
+    for i in np.flatnonzero(np.diff(first)):
+        here = distance[order[first[i] : first[i + 1]]]
+        middle[i] = np.median(here)
+        width = max(_WIDTH, _WIDE * float(noise.at(middle[i : i + 1])[0]))
+        inside = np.searchsorted(here, here + width, side="right") - np.arange(len(here))
+        apart[i] = len(here) - inside.max()
+    return middle.reshape(total.shape), apart.reshape(total.shape)
