@@ -19,6 +19,7 @@ MOST_ROWS = 5_000_000
 _LEAST_SECONDS, _MOST_SECONDS = 1e-3, 1e6
 _LONGEST = 1 << 16  # most characters of a line
 _TURNS = 2  # most revolutions of a joint in either direction
+_ENDLESS = 1e6  # rad or degrees, most of a continuous joint
 _CHUNK = 1 << 15  # rows checked in one batch
 _SHOWN = 12  # most columns that an error names
 
@@ -56,22 +57,25 @@ def _schemes(robot: Robot) -> list[_Scheme]:
 class MotionReader:
     """Reads the motion of one robot."""
 
-    def __init__(self, name: str, robot: Robot, degrees: bool) -> None:
+    def __init__(self, name: str, robot: Robot, degrees: bool, raw: bool = False) -> None:
         """Prepare to read.
 
         Args:
             name: name of the file, for messages.
             robot: the robot whose joints it records.
             degrees: whether angles without a unit in their columns' names are in degrees.
+            raw: accept every joint value; one that is missing is not a number.
         """
+        self.raw, self.missing = raw, "nan" if raw else ""
         self.name, self.schemes, self.degrees = name, _schemes(robot), degrees
-        self.slides = robot.chain.slides
+        self.slides, self.continuous = robot.chain.slides, robot.continuous
+        self.in_degrees = " ".join(_schemes(robot)[-2].names)
 
     @property
     def most(self) -> Float[np.ndarray, " J"]:
         """Largest absolute value of each joint in its unit."""
         turns = 360.0 * _TURNS if self.degrees else 2 * math.pi * _TURNS
-        return np.where(self.slides, FARTHEST, turns)
+        return np.where(self.slides, FARTHEST, np.where(self.continuous, _ENDLESS, turns))
 
     def _refuse(self, line: int, column: str, found: str, allowed: str) -> UserError:
         where = f"line {line}, column {column}" if column else f"line {line}"
@@ -166,7 +170,7 @@ class MotionReader:
                     number, "", f"{len(fields)} columns", f"{len(header)}, as line 1 names"
                 )
             try:
-                values.append([float(fields[i]) for i in places])
+                values.append([float(fields[i].strip() or self.missing) for i in places])
             except ValueError:
                 check()
                 self._refuse_text(number, fields, places, names)
@@ -181,7 +185,7 @@ class MotionReader:
     ) -> None:
         for place, name in zip(places, names, strict=True):
             try:
-                float(fields[place])
+                float(fields[place].strip() or self.missing)
             except ValueError:
                 raise self._refuse(number, name, shown(fields[place]), "a number") from None
 
@@ -193,6 +197,7 @@ class MotionReader:
         with np.errstate(invalid="ignore"):
             wrong = ~np.isfinite(chunk)
             wrong[:, 1:] |= np.abs(chunk[:, 1:]) > self.most
+            wrong[:, 1:] &= not self.raw
             wrong[:, 0] |= ~(chunk[:, 0] > before)
         if not wrong.any():
             return
@@ -209,7 +214,7 @@ class MotionReader:
                 unit = "m"
             elif not self.degrees:
                 unit = "rad"
-                hint = '; if the angles are in degrees, pass --degrees, or set unit = "deg"'
+                hint = f"; if the angles are in degrees, name the columns {self.in_degrees}"
             allowed = f"{-most:.5g} to {most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
 

@@ -18,7 +18,7 @@ from .schema.field_types import MOST_DEG_S
 _MOST_M_S = 20  # m/s, largest speed of a prismatic joint
 
 
-def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord:
+def read_record(path: Path, robot: Robot, degrees: bool = False, raw: bool = False) -> MotionRecord:
     """Return the motion of ``robot`` in a CSV file.
 
     The first line names the columns, separated by commas, semicolons, tabs or blanks: one of
@@ -31,6 +31,11 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
         robot: the robot whose joints it records.
         degrees: whether angles are in degrees; otherwise in radians. Columns with a unit in their
             names have that unit. Prismatic joints are in metres.
+        raw: return joint values as they stand in the file: missing, not finite, beyond every limit,
+            or wrapped at half a turn.
+
+    Returns:
+        The motion; an angle of a continuous joint that the file wraps at half a turn goes on.
 
     Raises:
         UserError: if the file cannot be read, lacks a column, or holds an invalid line; the message
@@ -40,11 +45,15 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
         if path.exists() and not path.is_file():
             raise UserError(f"{path}: not a regular file; give a CSV file")
         with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-            return MotionReader(str(path), robot, degrees).read(file)
+            record = MotionReader(str(path), robot, degrees, raw).read(file)
     except (OSError, ValueError) as error:
         raise UserError(
             f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
         ) from error
+    endless = robot.continuous
+    if raw or not endless.any():
+        return record
+    return replace(record, q=np.where(endless, np.unwrap(record.q, axis=0), record.q))
 
 
 def with_record(
@@ -60,7 +69,8 @@ def with_record(
     _check_rates(path, scene.robot, record)
     thinned = thin(record, scene.robot, how)
     check_limits(path, scene.robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
-    return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
+    poses = tuple(replace(pose, q=scene.robot.unwound(pose.q)) for pose in thinned.poses)
+    return replace(scene, poses=poses, recorded=recorded(path.name, record, thinned, how))
 
 
 def check_limits(

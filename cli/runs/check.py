@@ -148,7 +148,8 @@ def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_js
 
 def _replayed(recorded: RecordingReader, check: PlannedCheck, *, thinned: bool) -> Gathered:
     """Return the data of a recorded check, all of it or what its report needs."""
-    return replay(recorded, check.ports, check.about.stale_s, check.scene.link, thinned)
+    scene, stale = check.scene, check.about.stale_s
+    return replay(recorded, check.ports, stale, scene.link, thinned, scene.robot)
 
 
 def _write_bag(

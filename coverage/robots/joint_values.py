@@ -17,6 +17,23 @@ _AGREE, _AGREE_M = math.radians(0.01), 1e-4  # rad, m: a stated value of a mimic
 SPEED = "_s"  # after the unit, of a joint speed
 
 
+def turned_near(
+    angles: Float[np.ndarray, "*batch J"], near: Float[np.ndarray, "*other J"] | float
+) -> Float[np.ndarray, "*most J"]:
+    """Return the angles, each less the full turns by which it is nearest to ``near``, rad."""
+    turns: np.ndarray = angles - math.tau * np.round((angles - near) / math.tau)
+    return turns
+
+
+def angles_apart(
+    a: Float[np.ndarray, "*batch J"], b: Float[np.ndarray, "*other J"]
+) -> Float[np.ndarray, "*most J"]:
+    """Return how far apart joint angles are, rad, up to half a turn: a pose is the same after any
+    number of full turns of its joints."""
+    apart: np.ndarray = np.abs(turned_near(a, b) - b)
+    return apart
+
+
 def joint_keys(chain: Chain, speed: bool = False) -> tuple[str, ...]:
     """Return the key of each joint, or of its speed: its name with the unit."""
     end = SPEED if speed else ""

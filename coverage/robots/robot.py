@@ -4,12 +4,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
 from .attached import Attached, CarriedPolyhedron
 from .calibration import Calibration
+from .joint_values import turned_near
 from .kinematics import Chain
 
 _ROUNDING = 1e-8  # rad or m, by which a file's value may exceed its limit
@@ -158,6 +159,34 @@ class Robot:
             (q < self.limits[:, 0] - _ROUNDING) | (q > self.limits[:, 1] + _ROUNDING)
         )
         return int(over[0]) if len(over) else None
+
+    @cached_property
+    def continuous(self) -> Bool[np.ndarray, " J"]:
+        """Which joints (J,) turn without end: revolute ones without limits, where limits are known.
+
+        A joint that leads or follows another is not among them: a full turn of it is none of the
+        other.
+        """
+        if self.limits is None:
+            return np.zeros(len(self.chain), bool)
+        endless: np.ndarray = ~self.chain.slides & np.isinf(self.limits).all(axis=1)
+        for m in self.chain.mimics:
+            endless[[m.joint, m.leader]] = False
+        return endless
+
+    def unwound(
+        self, q: Float[np.ndarray, "*batch J"], near: Float[np.ndarray, " J"] | float = 0.0
+    ) -> Float[np.ndarray, "*batch J"]:
+        """Return joint values (..., J) with those of continuous joints less the full turns by which
+        they are nearest to ``near``, rad."""
+        return np.where(self.continuous, turned_near(q, near), q) if self.continuous.any() else q
+
+    def farthest(self, turn: float) -> Float[np.ndarray, " J"]:
+        """Return the largest angle (J,) rad that a joint can report: infinite for one without
+        limits, else ``turn``, or its limit where that is larger."""
+        if self.limits is None:
+            return np.full(len(self.chain), turn)
+        return np.maximum(np.abs(self.limits).max(axis=1), turn)
 
     def with_attached(self, attached: tuple[Attached, ...]) -> "Robot":
         """Return the robot with these tools and payloads, in place of any that it carries.

@@ -28,7 +28,9 @@ from .base_model import Fault, refuse
 from .field_types import FARTHEST, MOST_DEG_S, Weight
 from .mapping import DEGREES, MappedModel, Of
 
-_Turns = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
+_Turns = Annotated[
+    float, Field(ge=-36_000, le=36_000, description="joint angle, degrees")
+]  # a continuous joint turns many times; ``PoseModel.faults`` checks the others
 _Rate = Annotated[float, Field(ge=-MOST_DEG_S, le=MOST_DEG_S, description="degrees/s")]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.joint_values import angles_apart
 from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
@@ -168,7 +169,7 @@ class GuidedRobot:
         return True
 
     def _off(self, q: Float[np.ndarray, " J"]) -> float:
-        return float(np.abs(self._state().q - q).max())
+        return float(angles_apart(self._state().q, q).max())
 
     def _state(self) -> State:
         try:

@@ -219,6 +219,7 @@ class LiveCheck:
                 limits=self.scene.link,
                 patience=self._patience,
                 thinned=True,
+                robot=self.scene.robot,
             )
             try:
                 self._follow(session, check, rig, attendant)

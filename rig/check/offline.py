@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
+from ...coverage.robots.joint_values import angles_apart
 from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import CoreScene
@@ -175,7 +176,7 @@ class _Steps:
         if plan is not None:
             held = {span.number for span in noted}
             for still in () if noted else self._undisturbed():
-                off = np.abs(plan.joints - still.q).max(axis=1)
+                off = angles_apart(plan.joints, still.q).max(axis=1)
                 if off.min() <= WITHIN:
                     held.add(int(off.argmin()))
                     self._add("mount", int(off.argmin()), still)
@@ -197,7 +198,8 @@ class _Steps:
                 f"{self._options.joints}: joint states: found no standstill, wanted: stops of the"
                 " mount check"
             )
-        return MountPlan(np.array(poses), FRAMES, np.zeros((len(self._setup.rings), 4, 4)))
+        joints = self._scene.robot.unwound(np.array(poses))
+        return MountPlan(joints, FRAMES, np.zeros((len(self._setup.rings), 4, 4)))
 
     def _renumber(self, numbers: dict[int, int]) -> None:
         """Number the noted stops consecutively."""

@@ -68,8 +68,9 @@ class Itinerary:
         seed: int,
     ) -> None:
         self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
-        most, wanted = max(map(len, parts), default=0), [start[None], *parts]
-        between = _between(scene, seed, self.clearance.of, most)
+        self._start = start
+        most, wanted = max(map(len, parts), default=0), [start[None], *map(self._here, parts)]
+        between = self._here(_between(scene, seed, self.clearance.of, most))
         known = np.abs(between[:, None] - np.concatenate(wanted)).max(axis=2).min(axis=1) <= _SAME
         self.map = Roadmap(np.concatenate([*wanted, between[~known]]), self.clearance.of)
         self.at, self.reached, self.legs = 0, list[list[int]](), list[tuple[int, int]]()
@@ -82,7 +83,11 @@ class Itinerary:
 
     def node(self, q: Float[np.ndarray, " J"]) -> int:
         """Return the node at a pose."""
-        return int(np.abs(self.map.nodes - q).max(axis=1).argmin())
+        return int(np.abs(self.map.nodes - self._here(q)).max(axis=1).argmin())
+
+    def _here(self, joints: Float[np.ndarray, "*batch J"]) -> Float[np.ndarray, "*batch J"]:
+        """Return poses with the continuous joints wound as at the start."""
+        return self._scene.robot.unwound(joints, self._start)
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> list[int]:
         """Return the reachable poses among P, each the nearest of those left."""

@@ -14,6 +14,7 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.records import DamagedError, Record, RecordReader
 from .state import State
@@ -43,6 +44,7 @@ class Link:
             and needs more.
         through_stops: accept states although the robot's safety functions stopped it, to see
             whether it stands still.
+        robot: the robot, whose continuous joints may stand at any angle; None: all have limits.
         command: starts the process; for tests.
     """
 
@@ -56,6 +58,7 @@ class Link:
         start: float = START,
         patience: float = 1.0,
         through_stops: bool = False,
+        robot: Robot | None = None,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
@@ -63,7 +66,8 @@ class Link:
         self._fault: LinkFaultError | None = None
         self._changed, self._closing = threading.Condition(), False
         self._stale = limits.state_stale * patience
-        self._vetting = Vetting(self._stale, through_stops)
+        self.robot = robot
+        self._vetting = Vetting(self._stale, through_stops, robot)
         self._until = time.monotonic() + start * patience
         self._process = subprocess.Popen(
             [*command, host, str(limits.rate), str(patience)],

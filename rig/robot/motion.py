@@ -295,7 +295,13 @@ class Mover:
         """The same after the link has ended, through a new link: the robot may still answer."""
         with (
             suppress(LinkFaultError),
-            Link(self._host, start=_AGAIN, patience=self._patience, through_stops=True) as link,
+            Link(
+                self._host,
+                start=_AGAIN,
+                patience=self._patience,
+                through_stops=True,
+                robot=self._link.robot,
+            ) as link,
         ):
             link.wait(_AGAIN * self._patience)
             return self._stands(link)

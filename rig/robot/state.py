@@ -2,6 +2,7 @@
 
 import math
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ VARIABLES = (
 _LAYOUT, _LAYOUT_WITHOUT_MODE = struct.Struct("<d6d6dIIi"), struct.Struct("<d6d6dII")
 # safety status bits; all higher bits mean stops, faults and violations
 NORMAL, REDUCED = 1 << 0, 1 << 1
-_TURNS = 2 * math.pi + 0.1  # rad; no joint of these robots turns farther
+TURN = 2 * math.pi + 0.1  # rad; no joint that does not turn without end reports more
 _MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
 _MOST_ACCELERATION = 40.0  # rad/s², maximum that the controller accepts
 _LONGEST = 10.0  # s between states; a larger step of the clock is an error
@@ -67,14 +68,25 @@ class State:
         return State(time, clock, q, speed, runtime, safety, mode)
 
 
-def implausible(state: State) -> str | None:
-    """Return why a single state is impossible, or None."""
+def implausible(
+    state: State, farthest: Float[np.ndarray, " J"] | float = TURN, names: Sequence[str] = ()
+) -> str | None:
+    """Return why a single state is impossible, or None.
+
+    Args:
+        state: the state.
+        farthest: largest angle of each joint, rad.
+        names: of the joints; without them, they are numbered.
+    """
     if not (
         math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()
     ):
         return "a number that is not finite"
-    if np.abs(state.q).max() > _TURNS:
-        return f"a joint at {math.degrees(state.q[np.abs(state.q).argmax()]):.4g}°"
+    if (over := np.abs(state.q) > farthest).any():
+        joint = int(over.argmax())
+        name = names[joint] if names else f"joint {joint}"
+        most = math.degrees(np.broadcast_to(farthest, over.shape)[joint])
+        return f"{name} at {math.degrees(state.q[joint]):.4g}°, allowed: {-most:.4g} to {most:.4g}°"
     if np.abs(state.speed).max() > _MOST_SPEED:
         return f"a joint at {math.degrees(state.speed[np.abs(state.speed).argmax()]):.4g}°/s"
     return None

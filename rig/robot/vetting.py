@@ -7,10 +7,11 @@ from enum import Enum
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS
 from ..recording.clocks import Lag, RateCheck
 from ..recording.records import Kind, Record
-from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
+from .state import JOINTS, NORMAL, REDUCED, TURN, State, implausible, impossible
 
 STALE = USUAL_LIMITS.state_stale  # s; older states are not used
 GAP = 0.05  # s; no interpolation between states farther apart
@@ -52,10 +53,15 @@ class Vetting:
     Args:
         stale: maximum delay of a state, s.
         through_stops: accept states although the robot's safety functions stopped it.
+        robot: the robot, whose continuous joints may stand at any angle; None: all have limits.
     """
 
-    def __init__(self, stale: float = STALE, through_stops: bool = False) -> None:
+    def __init__(
+        self, stale: float = STALE, through_stops: bool = False, robot: Robot | None = None
+    ) -> None:
         self._stale, self._through_stops = stale, through_stops
+        self._farthest = TURN if robot is None else robot.farthest(TURN)
+        self._names = () if robot is None else robot.chain.joints
         self.last: State | None = None
         self.count, self._lag, self._rate_check, self._excused = 0, Lag(), RateCheck(), False
 
@@ -75,7 +81,8 @@ class Vetting:
             state = State.unpack(record.time, record.data)
         except ValueError as error:
             raise LinkFaultError(Ended.GARBLED, str(error)) from None
-        if wrong := implausible(state) or (self.last and impossible(self.last, state)):
+        wrong = implausible(state, self._farthest, self._names)
+        if wrong := wrong or (self.last and impossible(self.last, state)):
             raise LinkFaultError(Ended.GARBLED, wrong)
         allowed = NORMAL | REDUCED
         if (state.safety & ~allowed or not state.safety & allowed) and not self._through_stops:

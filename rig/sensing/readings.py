@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.joint_values import angles_apart, turned_near
 from .zone_grid import zone_grid
 
 VALID, NO_TARGET, WEAK, FAILED = range(4)  # status of a reading
@@ -211,7 +212,7 @@ def stop_of(
         raise ValueError(
             f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
         )
-    off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
+    off = np.stack([angles_apart(readings.joints, q).max(axis=1) for q in joints])
     stop: np.ndarray = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
     return stop
 
@@ -228,13 +229,8 @@ def _at_stops(
     here = stop >= 0
     group = stop * wires + wire
     count = np.bincount(stop[here], minlength=len(joints))
-    mean = np.stack(
-        [
-            np.bincount(stop[here], readings.joints[here, j], len(joints))
-            for j in range(joints.shape[1])
-        ],
-        axis=1,
-    )
+    there = turned_near(readings.joints[here], joints[stop[here]])
+    mean = np.stack([np.bincount(stop[here], q, len(joints)) for q in there.T], axis=1)
     good = here & (readings.status == VALID) & np.isfinite(readings.distance)
 
     def number(some: np.ndarray) -> Int[np.ndarray, "P K"]:

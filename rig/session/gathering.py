@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.clocks import Alignment, align
 from ..recording.recording import RecordingReader
@@ -253,6 +254,7 @@ def replay(
     stale: float | None = None,
     limits: LinkLimits = USUAL_LIMITS,
     thinned: bool = False,
+    robot: Robot | None = None,
 ) -> Gathered:
     """Collect the data of a recording: all bytes and states pass through the same code again.
 
@@ -265,10 +267,11 @@ def replay(
         stale: maximum age of a robot's state, s; by default that of the limits.
         limits: of the links, as the scene states them.
         thinned: leave out what no step reads, as a live check does.
+        robot: the robot, whose continuous joints may stand at any angle; None: all have limits.
     """
     stale = limits.state_stale if stale is None else stale
     gathered = Gathered.of(limits, stale / limits.state_stale, thinned)
-    vetting, lines = Vetting(stale), dict[int, Line]()
+    vetting, lines = Vetting(stale, robot=robot), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
             case Kind.STATE | Kind.NOTE | Kind.CLOSED if gathered.fault is None:

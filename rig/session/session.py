@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
 
+from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.recording import Recording
 from ..recording.records import Kind, Record
@@ -32,6 +33,7 @@ class Session:
         start: time limit for the first state, s.
         patience: factor on all time limits; 1 for a real rig.
         thinned: keep in memory only what a step reads; a recording has all.
+        robot: the robot, whose continuous joints may stand at any angle; None: all have limits.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class Session:
         start: float = START,
         patience: float = 1.0,
         thinned: bool = False,
+        robot: Robot | None = None,
     ) -> None:
         self.patience = patience
         self.gathered = Gathered.of(limits, patience, thinned)
@@ -60,6 +63,7 @@ class Session:
                     self._fault,
                     start=start,
                     patience=patience,
+                    robot=robot,
                 )
             )
             self.rings = stack.enter_context(

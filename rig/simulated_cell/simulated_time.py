@@ -145,7 +145,8 @@ def mount_check(
     sent = _BEGIN + np.arange(math.ceil(most * pace.frames)) / pace.frames
     arrived = _arrivals(sent, lateness, rng, 1 / pace.frames)
     gathered = Gathered(patience=pace.patience)
-    way, steps = Way(pace, world.scene.poses[0].q), list[tuple[float, float]]()
+    start = world.scene.robot.unwound(world.scene.poses[0].q)
+    way, steps = Way(pace, start), list[tuple[float, float]]()
     for number, q in enumerate(joints):
         noticed = way.move(q) + float(lateness.drawn(rng, 1, 1.0)[0])
         begin = noticed + pace.settle

@@ -96,7 +96,7 @@ def read_files(
         if file is not None:
             reader.read(file)
     joints = reader.joints
-    joints.require(files.joints.name)
+    joints.close(files.joints.name)
     reader.require(files.readings.name, rings)
     data = Gathered(states=joints.states(), patience=max(joints.gap / GAP, 1.0), standing=STANDING)
     for i, track in enumerate(reader.tracks):
@@ -104,13 +104,17 @@ def read_files(
         data.events += track.events()
         data.counts.append(track.counts)
     data.said += reader.said
+    start = float(joints.time[0])
+    if joints.left_out:
+        text = f"joint states: left out because they cannot be true: {'; '.join(joints.left_out)}"
+        data.said.append((start, {"what": "warning", "text": text}))
     gaps = joints.gaps()
     if len(gaps):
         text = (
             f"joint states: {len(gaps)} gaps of more than {joints.gap:.2f} s, the longest"
             f" {gaps.max():.2f} s; readings in them are left out"
         )
-        data.said.append((float(joints.time[0]), {"what": "warning", "text": text}))
+        data.said.append((start, {"what": "warning", "text": text}))
     still = standstills(joints.time, joints.q, max(joints.gap, STANDING))
     return FileData(data, still, [_listed(t.topics) for t in reader.tracks])
 

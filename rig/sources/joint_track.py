@@ -7,14 +7,14 @@ from jaxtyping import Float
 
 from ...coverage.robots.robot import Robot
 from ...formats.errors import shown
-from ..robot.state import State
+from ..robot.state import TURN, State
 from ..robot.vetting import GAP
+from .joint_glitches import JUMP, JointSteps, glitches
 from .messages import JointMessage, refuse
 
 RATE = 150.0  # states a second that are kept
 _MOST = 1_000_000  # states
-_TURNS = 4 * np.pi  # rad; no joint turns farther
-_FASTEST, _JUMP = 20.0, 0.05  # rad/s and rad; a step beyond both is an error
+_FASTEST = 20.0  # rad/s; a larger step that does not come back is refused
 _SLOWEST = 0.5  # s, largest median period of states
 _PERIODS = 2.5  # gap between states, in median periods, above which no angles are interpolated
 STANDING = 1.0  # s; a robot at the same place before and after such a gap stood still
@@ -24,6 +24,9 @@ _SHOWN = 12  # names in an error
 
 class JointTrack:
     """Collects the states of a robot.
+
+    ``close`` completes it; ``left_out`` then says which states could not be true, a line for each
+    kind.
 
     Args:
         robot: the robot.
@@ -35,7 +38,7 @@ class JointTrack:
         followers = {m.joint for m in robot.chain.mimics}
         self._wanted = [i for i in range(len(robot.chain)) if i not in followers]
         self._time, self._clock, self._q = array("d"), array("d"), array("d")
-        self._last = -np.inf
+        self._topic, self.left_out = "", list[str]()
         self._others: dict[str, None] = {}
 
     def __len__(self) -> int:
@@ -45,7 +48,7 @@ class JointTrack:
         """Add a message of file ``name``; one without any of the robot's joints is skipped.
 
         Raises:
-            UserError: if it lacks a joint, or holds angles that cannot be true.
+            UserError: if it lacks a joint.
         """
         where = f"{shown(message.topic)} at {message.time:.3f} s"
         known = [(self._names[n], i) for i, n in enumerate(message.names) if n in self._names]
@@ -53,8 +56,8 @@ class JointTrack:
             if len(self._others) < _SHOWN:
                 self._others |= dict.fromkeys(message.names)
             return
-        if message.time < self._last:
-            found = f"a time {self._last - message.time:.3g} s before the last"
+        if len(self) and message.time < self._time[-1]:
+            found = f"a time {self._time[-1] - message.time:.3g} s before the last"
             raise refuse(name, where, found, "times in order")
         q = np.zeros(len(self._robot.chain))
         places = dict(known)
@@ -65,35 +68,76 @@ class JointTrack:
             raise refuse(name, where, f"the joints {_listed(message.names)}", wanted)
         for joint, place in places.items():
             q[joint] = message.position[place]
-        self._check(name, where, q, message.time)
-        if message.time - self._last < 1 / RATE and len(self):
+        q = self._robot.chain.settled(q)
+        if len(self) and message.time - self._time[-1] < 1 / RATE and self._near(q):
             return
         if len(self) >= _MOST:
             raise refuse(name, where, f"more than {_MOST} states", "fewer; split the file")
-        self._last = message.time
+        self._topic = message.topic
         self._time.append(message.time)
         self._clock.append(message.clock)
-        self._q.extend(self._robot.chain.settled(q))
+        self._q.extend(q)
 
-    def _check(self, name: str, where: str, q: Float[np.ndarray, " J"], time: float) -> None:
-        if not np.isfinite(q).all() or np.abs(q).max() > _TURNS:
-            joint = int(np.argmax(~np.isfinite(q) | (np.abs(q) > _TURNS)))
-            found = f"{self._robot.chain.joints[joint]} at {q[joint]:g} rad"
-            raise refuse(name, where, found, f"a number from {-_TURNS:.4g} to {_TURNS:.4g} rad")
-        if not len(self):
-            return
-        step = np.abs(q - np.array(self._q[-len(q) :]))
-        joint = int(step.argmax())
-        seconds = max(time - self._last, 1 / RATE)
-        if step[joint] > max(_JUMP, _FASTEST * seconds):
-            found = f"{self._robot.chain.joints[joint]} {step[joint]:.3g} rad from the last"
-            wanted = f"at most {_FASTEST:g} rad/s; unwrap angles that jump at half a turn"
-            raise refuse(name, where, found, wanted)
+    def _near(self, q: Float[np.ndarray, " J"]) -> bool:
+        """Return whether a state is like the last, so that it may be left out."""
+        finite = np.isfinite(q).all()
+        return bool(finite and np.abs(q - np.array(self._q[-len(q) :])).max() <= JUMP)
 
-    def require(self, name: str) -> None:
-        """Raise UserError if file ``name`` held too few states."""
+    def close(self, name: str) -> None:
+        """Leave out the states of file ``name`` that cannot be true, at its end.
+
+        Raises:
+            UserError: if the file holds too few states of the robot, an angle beyond its joint's
+                limit, or a jump of the arm.
+        """
+        self._require(name)
+        robot, steps = self._robot, self._steps()
+        wrong = glitches(steps, self.gap)
+        for what, which in wrong.items():
+            if which.any():
+                first = self._time[int(which.argmax())]
+                self.left_out.append(f"{np.count_nonzero(which)} {what}, first at {first:.3f} s")
+        kept = np.flatnonzero(~np.any(list(wrong.values()), axis=0))
+        q = steps.q[kept]
+        q = np.where(robot.continuous, np.unwrap(q, axis=0), q)
+        self._time = array("d", steps.time[kept])
+        self._clock = array("d", np.array(self._clock)[kept])
+        self._q = array("d", q.ravel())
+        self._require(name)
+        self._check(name)
+
+    def _steps(self) -> JointSteps:
+        return JointSteps(self.time, self.q, self._robot.continuous, 1 / RATE)
+
+    def _check(self, name: str) -> None:
+        joints, q, topic = self._robot.chain.joints, self.q, shown(self._topic)
+        farthest = self._robot.farthest(TURN)
+        if (wrong := np.abs(q) > farthest).any():
+            row, joint = np.argwhere(wrong)[0]
+            most = farthest[joint]
+            raise refuse(
+                name,
+                f"{topic} at {self._time[row]:.3f} s",
+                f"{joints[joint]} at {q[row, joint]:g} rad ({np.degrees(q[row, joint]):.4g}°)",
+                f"{-most:.4g} to {most:.4g} rad; in CSV, columns NAME_deg are in degrees",
+            )
+        each = np.arange(len(self))
+        if (wrong := self._steps().too_far(each[:-1], each[1:], _FASTEST)).any():
+            row, joint = np.argwhere(wrong)[0]
+            step = abs(q[row + 1, joint] - q[row, joint])
+            hint = "; unwrap angles that jump at half a turn" * bool(step > np.pi)
+            raise refuse(
+                name,
+                f"{topic} at {self._time[row + 1]:.3f} s",
+                f"{joints[joint]} {step:.3g} rad from the last",
+                f"at most {_FASTEST:g} rad/s{hint}",
+            )
+
+    def _require(self, name: str) -> None:
         if len(self) < 2:
             found = f"{len(self)} states of {self._robot.name}"
+            if self.left_out:
+                found += f" beside {'; '.join(self.left_out)}"
             if self._others:
                 found += f", and the joints {_listed(tuple(self._others))}"
             joints = ", ".join(self._robot.chain.joints)

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from ...coverage.robots.joint_values import angles_apart
 from ..sensing.readings import WITHIN
 
 _WINDOW = 0.4  # s; its half is lost at both ends of a period
@@ -47,7 +48,7 @@ def standstills(
             found.append(Standstill(begin, end, np.median(q[first : last + 1], axis=0)))
     kept = list[Standstill]()
     for one in sorted(found, key=lambda s: s.begin - s.end):
-        if len(kept) < MOST and all(np.abs(one.q - k.q).max() > 2 * WITHIN for k in kept):
+        if len(kept) < MOST and all(angles_apart(one.q, k.q).max() > 2 * WITHIN for k in kept):
             kept.append(one)
     return sorted(kept, key=lambda s: s.begin)
 

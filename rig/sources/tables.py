@@ -36,7 +36,7 @@ class JointTable:
 
     def messages(self) -> Iterator[JointMessage]:
         """Yield the rows."""
-        record, names = read_record(self._path, self._robot), self._robot.chain.joints
+        record, names = read_record(self._path, self._robot, raw=True), self._robot.chain.joints
         for time, q in zip(record.time_s, record.q, strict=True):
             at = checked_time(self.name, "column of times", float(time))
             yield JointMessage(self.name, at, math.nan, names, q)

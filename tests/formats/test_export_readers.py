@@ -82,7 +82,7 @@ def cheaper_exports(monkeypatch):
 def placed(name: str) -> PlacedSetup:
     """Two rings with boards that can be bought on a robot that moves through three poses."""
     robot, rng = ROBOTS[name].with_links(True), np.random.default_rng(3)
-    low, high = robot.limits.T
+    low, high = np.clip(robot.limits.T, -2 * np.pi, 2 * np.pi)  # of a joint without limits, too
     far = [rng.uniform(0.6 * low, 0.6 * high) for _ in range(2)]
     sensor = effective(Use("vl53l4cd")).sensor
     poses = (Pose(robot.rest), *map(Pose, far))

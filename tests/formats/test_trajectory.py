@@ -333,7 +333,8 @@ def test_few_poses_are_all_looked_at():
 
 
 def test_a_record_of_another_robot_says_which_columns_it_wants(tmp_path):
-    seven = replace(UR10, chain=replace(UR10.chain, joints=(*UR10.chain.joints, "seventh")))
+    chain = replace(UR10.chain, joints=(*UR10.chain.joints, "seventh"))
+    seven = replace(UR10, chain=chain, limits=None)
     assert len(seven.chain) == 7
     (tmp_path / "r.csv").write_text(HEADER + f"\n0,{STILL}\n")
     with refused("r.csv column q6"):

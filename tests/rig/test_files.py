@@ -328,16 +328,13 @@ def cloud(before, after):
     return data.replace(before, after)
 
 
-NAN, FAR, ROWS = math.nan, 1e6, b"\1\0\0\0" * 2
+ROWS = b"\1\0\0\0" * 2
 BROKEN = b"\0\1\0\0" + b"\xff" * 12
 
 
 @pytest.mark.parametrize(
     ("kind", "data", "parts"),
     [
-        (JOINTS, joint_state(0, CHAIN, [0, 0, NAN, 0, 0, 0]), ("elbow", "nan")),
-        (JOINTS, joint_state(0, CHAIN, [0, 0, FAR, 0, 0, 0]), ("elbow", "1e+06")),
-        (JOINTS, joint_state(0, CHAIN, [0.1, -0.2, 1.3, -0.4, 0.5, -0.6]), ("elbow", "1 rad")),
         (JOINTS, joint_state(0, CHAIN, [0.0] * 5), ("6 names", "5 positions")),
         (JOINTS, joint_state(0, CHAIN[:4], [0.0] * 4), ("wrist_2, wrist_3", "--map")),
         (JOINTS, joint_state(0, (*CHAIN, "elbow_joint"), [0.0] * 7), ("twice",)),
@@ -445,7 +442,7 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
     pack = {"lz4": lz4.frame.compress, "zstd": zstd.compress}[compression]
     bomb = pack(bytes(50_000_000))
     tracemalloc.start()
-    unpack = bags._bounded(getattr(bags, f"_{compression}"))
+    unpack = bags._bounded(getattr(bags, f"_{compression}"), bags._Budget())
     assert len(unpack(bomb, 1000)) == 1001
     with refused(str(1 << 30), by=ValueError):
         unpack(bomb, 1 << 30)

@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from ...solids.capsules import Capsules
 from ..kinematics import Chain, transform
@@ -25,6 +26,7 @@ _X, _Y, _Z = np.eye(3)
 _O = np.zeros(3)
 _JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
+_ENDLESS_WRIST = np.vstack([_LIMITS[:5], [-np.inf, np.inf]])  # UR3 and UR3e: wrist 3
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 
@@ -65,6 +67,7 @@ def _arm(
     forearm: _Tube,
     flange: float,
     bodies: tuple[_Capsule, ...],
+    limits: Float[np.ndarray, "6 2"] = _LIMITS,
 ) -> Robot:
     mounts = tuple(
         Mount(link, frame, tube.start * _Z, _Z, _X, tube.end - tube.start, section=tube.radius)
@@ -93,7 +96,7 @@ def _arm(
             Body(link, frame, Capsules(np.array(a), np.array(b), radius))
             for link, frame, a, b, radius in bodies
         ),
-        limits=_LIMITS,
+        limits=limits,
         home=_HOME,
         source=f"{name.upper()}: the maker's table; ur_description 2.4.5",
     )
@@ -120,6 +123,7 @@ UR3 = _arm(
         ("wrist_2", 4, (-0.0005, -0.0012, 0.081), (0.0004, 0.0001, 0.083), 0.0521),
         ("wrist_3", 5, (-0.0001, 0.0599, -0.0025), (-0.0002, 0.06, 0.0015), 0.0378),
     ),
+    _ENDLESS_WRIST,
 )
 
 UR5 = _arm(
@@ -165,6 +169,7 @@ UR3E = _arm(
         ("wrist_2", 4, (0, 0.0168, 0.0851), (0.0001, -0.007, 0.0825), 0.0462),
         ("wrist_3", 5, (0.0001, 0.0703, 0.0015), (0, 0.0708, -0.0001), 0.0379),
     ),
+    _ENDLESS_WRIST,
 )
 
 UR5E = _arm(
