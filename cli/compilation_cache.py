@@ -3,22 +3,34 @@
 Compiling the soft objective takes about as long as a small search. JAX names an entry by the
 program, the shapes and its own version. The folder's name adds the features of the processor,
 because a home folder may serve several machines. No result is kept.
+
+JAX may reject an entry, some versions every one of a CPU (github.com/jax-ml/jax, issue 38445). It
+compiles again then, but does not replace the entry. So all entries are deleted, which says nothing
+that the user could act on.
 """
 
 import os
 import platform
+import re
 import sys
+import warnings
 import zlib
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 MOST = 500  # entries of about 0.1 MB each
 _ENTRY = "-cache"  # the end of an entry's name
 _LEAST_SECONDS = "0.1"  # compile time from which an entry is kept
+_FAILED = re.compile(r"Error (reading|writing) persistent compilation cache entry")
 
 
 def keep_compiled() -> None:
-    """Set JAX's cache folder, unless the user has set one; JAX is not loaded yet."""
+    """Set JAX's cache folder, unless the user has set one; JAX is not loaded yet.
+
+    From then on, no warning shows that JAX cannot use an entry.
+    """
+    _renew_rejected()
     if "JAX_COMPILATION_CACHE_DIR" in os.environ:
         return
     with suppress(OSError, RuntimeError):  # no home or no rights: nothing is cached
@@ -26,7 +38,7 @@ def keep_compiled() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK | os.X_OK):
             return  # JAX would warn for every program
-        _drop_oldest(folder)
+        _drop_oldest(folder, MOST)
         os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
         os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", _LEAST_SECONDS)
 
@@ -74,8 +86,25 @@ def _abilities() -> str:
     return platform.processor()
 
 
-def _drop_oldest(folder: Path) -> None:
-    """Delete the oldest of JAX's entries until ``MOST`` are left.
+def _renew_rejected() -> None:
+    """Delete all entries in place of a warning that one cannot be read."""
+    show = warnings.showwarning
+
+    def shown(message: Warning | str, *about: Any, **more: Any) -> None:
+        match _FAILED.match(str(message)):
+            case None:
+                show(message, *about, **more)
+            case failed if failed[1] == "reading":
+                with suppress(OSError, RuntimeError):
+                    own = cache_folder()
+                    if os.environ.get("JAX_COMPILATION_CACHE_DIR") == str(own):
+                        _drop_oldest(own, 0)
+
+    warnings.showwarning = shown
+
+
+def _drop_oldest(folder: Path, most: int) -> None:
+    """Delete the oldest of JAX's entries until ``most`` are left.
 
     Nothing else is deleted, and nothing through a symbolic link.
     """
@@ -86,6 +115,6 @@ def _drop_oldest(folder: Path) -> None:
         if entry.name.endswith(_ENTRY) and entry.is_file(follow_symlinks=False):
             with suppress(FileNotFoundError):  # another process deleted it
                 entries.append((entry.stat(follow_symlinks=False).st_mtime, entry.path))
-    for _, path in sorted(entries)[: max(len(entries) - MOST, 0)]:
+    for _, path in sorted(entries)[: max(len(entries) - most, 0)]:
         for name in (path, path.removesuffix(_ENTRY) + "-atime"):  # "-atime": when it was read
             Path(name).unlink(missing_ok=True)

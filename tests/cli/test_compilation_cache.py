@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -102,3 +103,40 @@ def test_a_folder_that_is_relative_or_cannot_be_written_is_ignored(caches, monke
     monkeypatch.setattr(os, "access", lambda *_: False)
     keep_compiled()
     assert "JAX_COMPILATION_CACHE_DIR" not in os.environ
+
+
+def test_rejected_entries_go_without_a_word(caches, capfd):
+    """github.com/jax-ml/jax, issue 38445: some versions reject every entry of a CPU."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        keep_compiled()
+        (cache_folder() / "jit_f-1-cache").write_bytes(b"of another version")
+        text = "{} persistent compilation cache entry for 'jit_f': cpu_aot_loader: feature"
+        warnings.warn(text.format("Error writing"), stacklevel=1)
+        assert list(cache_folder().iterdir())
+        warnings.warn(text.format("Error reading"), stacklevel=1)
+        assert list(cache_folder().iterdir()) == []
+        os.environ["JAX_COMPILATION_CACHE_DIR"] = str(caches)
+        (caches / "mine-cache").touch()
+        warnings.warn(text.format("Error reading"), stacklevel=1)
+        assert (caches / "mine-cache").exists()
+        assert capfd.readouterr() == ("", "")
+        warnings.warn("another", stacklevel=1)
+    assert "another" in capfd.readouterr().err
+
+
+@pytest.mark.slow
+def test_an_entry_that_cannot_be_read_is_made_anew(caches):
+    def run() -> str:
+        done = subprocess.run(
+            [sys.executable, "-c", _COMPILE], check=True, capture_output=True, text=True
+        )
+        return done.stdout + done.stderr
+
+    run()
+    for entry in cache_folder().glob("*-cache"):
+        entry.write_bytes(b"damaged")
+    assert run().strip() == "10.0"
+    entries = [entry.read_bytes() for entry in cache_folder().glob("*-cache")]
+    assert entries
+    assert b"damaged" not in entries
