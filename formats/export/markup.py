@@ -22,6 +22,31 @@ def origin(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
     return {"xyz": words(T[:3, 3]), "rpy": words(rpy_of(T[:3, :3]))}
 
 
+def add_inertial(
+    link: ET.Element,
+    mass: float = 0.0,
+    centre: Float[np.ndarray, " 3"] | None = None,
+    inertia: Float[np.ndarray, "3 3"] | None = None,
+) -> None:
+    """State the mass of a URDF's link, by default that it has none: programs such as PyBullet give
+    1 kg and an inertia of 1 kg m² to a link that states nothing.
+
+    Args:
+        link: the link.
+        mass: kg.
+        centre: centre of mass in the link's frame, m; default: its origin.
+        inertia: about the centre of mass, kg m²; default: 0.
+    """
+    about = np.zeros((3, 3)) if inertia is None else inertia
+    part = ET.SubElement(link, "inertial")
+    ET.SubElement(part, "origin", xyz=words(np.zeros(3) if centre is None else centre))
+    ET.SubElement(part, "mass", value=words([mass]))
+    moments = {
+        f"i{'xyz'[i]}{'xyz'[j]}": words([about[i, j]]) for i in range(3) for j in range(i, 3)
+    }
+    ET.SubElement(part, "inertia", moments)
+
+
 def ball_of(capsule: Capsules) -> tuple[Float[np.ndarray, " 3"], float] | None:
     """Return centre and radius, m, of the sphere that stands for a capsule of almost no length and
     contains it; None for any other capsule."""

@@ -17,7 +17,7 @@ from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
 from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import looking_along
-from .markup import ball_of, document, origin, words
+from .markup import add_inertial, ball_of, document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 from .ring_bodies import RingBody, ring_bodies
 
@@ -50,7 +50,7 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
         _attach(root, placed, placed.urdf)
     for s in placed.sensors:
         joint, T = placed.on_link(s)
-        ET.SubElement(root, "link", name=s.name)
+        add_inertial(ET.SubElement(root, "link", name=s.name))
         _fixed(root, f"{s.name}_joint", placed.carrier(joint), s.name, looking_along(T, "x"))
     for ring in rings:
         _ring(root, ring, placed.carrier(ring.joint))
@@ -61,14 +61,10 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
 def _ring(root: ET.Element, ring: RingBody, carrier: str) -> None:
     """Add a ring as a link with inertia and a mesh, fixed to the link that carries it."""
     link = ET.SubElement(root, "link", name=ring.name)
-    if ring.mass is not None:
-        part, about = ET.SubElement(link, "inertial"), ring.mass.inertia
-        ET.SubElement(part, "origin", xyz=words(ring.mass.centre))
-        ET.SubElement(part, "mass", value=words([ring.mass.mass]))
-        moments = {
-            f"i{'xyz'[i]}{'xyz'[j]}": words([about[i, j]]) for i in range(3) for j in range(i, 3)
-        }
-        ET.SubElement(part, "inertia", moments)
+    if ring.mass is None:
+        add_inertial(link)
+    else:
+        add_inertial(link, ring.mass.mass, ring.mass.centre, ring.mass.inertia)
     for use in ("visual", "collision"):
         part = ET.SubElement(ET.SubElement(link, use), "geometry")
         ET.SubElement(part, "mesh", filename=ring.file)
@@ -105,7 +101,7 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
             raise UserError(
                 f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
             )
-        _link(root, name, attached, frame)
+        add_inertial(_link(root, name, attached, frame))
         T = np.linalg.inv(placed.T_base_root) if frame == BASE else np.eye(4)
         _fixed(root, f"{name}_joint", placed.carrier(frame), name, T)
 
@@ -177,12 +173,13 @@ def _robot(placed: PlacedSetup) -> ET.Element:
             if m.joint == j:
                 law = {"multiplier": words([m.multiplier]), "offset": words([m.offset])}
                 ET.SubElement(joint, "mimic", {"joint": joints[m.leader], **law})
-    ET.SubElement(root, "link", name=TCP_LINK)
+    add_inertial(ET.SubElement(root, "link", name=TCP_LINK))
     _fixed(root, f"{TCP_LINK}_joint", links[-1], TCP_LINK, robot.chain.origin[-1])
     return root
 
 
-def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
+def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> ET.Element:
+    """Add a link with the bodies of a frame; return it."""
     link = ET.SubElement(root, "link", name=name)
     for body in robot.bodies:
         if body.frame == frame:
@@ -192,6 +189,7 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
         if carried.frame == frame:
             for use in ("visual", "collision"):
                 _polyhedron(link, use, carried.body, _mesh_name(i))
+    return link
 
 
 def _polyhedron(link: ET.Element, use: str, body: Polyhedron, file: str) -> None:

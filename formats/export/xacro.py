@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
-from .markup import document, origin
+from .markup import add_inertial, document, origin
 from .placed import PlacedSetup
 
 _NAMESPACE = "http://www.ros.org/wiki/xacro"
@@ -34,7 +34,7 @@ def xacro(placed: PlacedSetup) -> dict[str, bytes]:
     )
     for s in placed.sensors:
         j, T = placed.on_link(s)
-        ET.SubElement(macro, "link", name=f"${{prefix}}{s.name}")
+        add_inertial(ET.SubElement(macro, "link", name=f"${{prefix}}{s.name}"))
         joint = ET.SubElement(macro, "joint", name=f"${{prefix}}{s.name}_joint", type="fixed")
         ET.SubElement(joint, "parent", link=f"${{{names[j]}}}")
         ET.SubElement(joint, "child", link=f"${{prefix}}{s.name}")

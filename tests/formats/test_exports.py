@@ -22,19 +22,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.coverage.targets import Target
 from place_rings.formats.export import link_contacts
 from place_rings.formats.export.placed import PlacedSetup
+from place_rings.formats.export.ring_bodies import ring_bodies
 from place_rings.formats.loader import resolve
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.formats.sensors.urdf_frames import FramePattern
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.reporting.export_formats import FORMATS
@@ -306,6 +310,44 @@ def test_what_is_read_is_never_written_over(run, tmp_path):
         assert (code, out) == (2, "")
         assert has_parts(err, "--out")
     assert before == {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+
+
+def silent_links(file) -> set[str]:
+    """The links of a URDF that state no mass: PyBullet gives each 1 kg (bulletphysics/bullet3,
+    issue 3110), so that 86 sensors weighed 86 kg."""
+    links = ET.parse(file).getroot().findall("link")
+    return {e.attrib["name"] for e in links if e.find("inertial/mass") is None}
+
+
+def stated_mass(file) -> float:
+    """The sum of the masses that a URDF states, kg."""
+    return sum(float(e.attrib["value"]) for e in ET.parse(file).getroot().iter("mass"))
+
+
+@few
+@given(drawing.seeds, st.sampled_from(ARMS), st.booleans())
+def test_what_an_export_adds_to_a_robot_weighs_nothing_where_its_mass_is_unknown(
+    tmp_path_factory, seed, name, own
+):
+    """In a program that weighs what states no mass, too: the robot's own links alone do."""
+    scene, setup = drawn(seed, name)
+    tool = Attached("gripper", "tcp", box((0.0, 0.0, 0.1), (0.05, 0.05, 0.1)))
+    scene = replace(scene, robot=scene.robot.with_attached((tool,)), rules=Rules(mount="real"))
+    folder, keys = tmp_path_factory.mktemp("weighed"), {}
+    if own:
+        text = chain_text(scene.robot.chain, "mine")
+        (folder / "mine.urdf").write_text(text)
+        keys["urdf"] = read_urdf(folder / "mine.urdf")
+    written(folder, scene, setup, "urdf", **keys)
+    robot = {e.attrib["name"] for e in ET.fromstring(text).iter("link")} if own else None
+    placed = PlacedSetup(scene, setup, 1, folder, **keys)
+    links = robot or {"base_link", *placed.link_names}
+    assert silent_links(folder / "robot.urdf") == links
+    known = sum(r.mass.mass for r in ring_bodies(placed) if r.mass is not None)
+    assert stated_mass(folder / "robot.urdf") == pytest.approx(known)
+    macro = ET.parse(folder / "sensors.xacro").getroot()[0]
+    masses = [float(e.find("inertial/mass").attrib["value"]) for e in macro.findall("link")]
+    assert masses == [0.0] * setup.sensors
 
 
 def own_urdf(folder, extra: str = "") -> None:
