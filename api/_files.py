@@ -1,6 +1,5 @@
 """Reading of proposals, scenes, robots and sensors, and writing of the first three."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from .formats.loader import read_proposal, read_robot, read_scene, read_sensor
 from .formats.model_reader import file_and_table
 from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
+from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
 from .objectives.scene import CoreScene
 
@@ -149,7 +149,7 @@ def _kind(file: Path) -> str:
     if file_and_table(file)[1] is not None:
         return "rings"
     try:
-        keys = tomllib.loads(file.read_text("utf-8-sig"))
+        keys = toml_keys(file.read_text("utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return ""
     if any(isinstance(value, dict) and "rings" in value for value in keys.values()):

@@ -2,7 +2,6 @@
 
 import os
 import re
-import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,9 +17,11 @@ from .schema.proposal_models import ProposalFile
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
+from .toml_text import toml_keys
 from .user_files import beside, read_text
 
 _Model = TypeVar("_Model", bound=BaseModel)
+_CALIBRATION = 256 * 2**10  # bytes, largest calibration of an arm; real ones have about 1,000
 _TABLE = re.compile(r"(.+?\.toml):(.*)", re.IGNORECASE | re.DOTALL)
 _RINGS = {"rings", "sensors"}  # a proposal has a list of at least one of them
 
@@ -51,7 +52,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     path, table = file_and_table(path) if proposal else (path, None)
     text = read_text(path, "TOML")
     try:
-        raw = tomllib.loads(text)
+        raw = toml_keys(text)
         if proposal:
             raw = _one_proposal(path, raw, table)
         if issubclass(model, VersionedFile):
@@ -64,7 +65,7 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
-        # from tomllib, or from int() for thousands of digits
+        # from the parser, or from int() for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
@@ -130,7 +131,8 @@ def read_calibration(path: Path, robot: Robot) -> Robot:
     """
     from .robots.calibration_files import calibrated_from
 
-    return calibrated_from(robot, str(path), read_text(path, "a calibration"))
+    text = read_text(path, "a calibration", _CALIBRATION)
+    return calibrated_from(robot, str(path), text)
 
 
 def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:

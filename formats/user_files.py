@@ -9,12 +9,13 @@ from .errors import UserError, shown
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 
 
-def read_bytes(path: Path, kind: str) -> bytes:
+def read_bytes(path: Path, kind: str, most: int = _LARGEST) -> bytes:
     """Return the content of a file.
 
     Args:
         path: the file.
         kind: its format for messages, for example TOML.
+        most: largest number of bytes that is read.
 
     Raises:
         UserError: if it cannot be read or is too large.
@@ -24,19 +25,19 @@ def read_bytes(path: Path, kind: str) -> bytes:
         if path.is_dir():
             raise UserError(f"{name}: found a folder, allowed: a {kind} file")
         with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
+            data = file.read(most + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{name}: cannot be read: {reason}") from error
-    if len(data) > _LARGEST:
-        most = _LARGEST // 2**20
-        raise UserError(f"{name}: found more than {most} MB, allowed: at most {most} MB")
+    if len(data) > most:
+        size = f"{most // 2**20} MB" if most >= 2**20 else f"{most // 2**10} kB"
+        raise UserError(f"{name}: found more than {size}, allowed: at most {size}")
     return data
 
 
-def read_text(path: Path, kind: str) -> str:
+def read_text(path: Path, kind: str, most: int = _LARGEST) -> str:
     """Return the text of a UTF-8 file; parameters and errors as in ``read_bytes``."""
-    name, data = str(path), read_bytes(path, kind)
+    name, data = str(path), read_bytes(path, kind, most)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -46,7 +47,8 @@ def read_text(path: Path, kind: str) -> str:
 
 
 def beside(path: Path, key: str, name: str) -> Path:
-    """Return the path of a file in the folder of the file at ``path`` or below.
+    """Return the path of a file in the folder of the file at ``path`` or below, without symbolic
+    links: what was checked is what will be read.
 
     Raises:
         UserError: if the name leads elsewhere, or there is no such file.
@@ -65,4 +67,4 @@ def beside(path: Path, key: str, name: str) -> Path:
     if not exists:
         reason = os.strerror(errno.ENOENT)
         raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")
-    return path.parent / name
+    return target

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import tomllib
 from collections.abc import Sequence
 
 import tomli_w
@@ -12,6 +11,7 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.sensors.sensor import Sensor
 from ..errors import UserError, explain, shown
 from ..schema.layout_models import LayoutModel, LayoutRow, OrientedLayoutRow
+from ..toml_text import toml_keys
 
 COLUMNS, ORIENTED = tuple(LayoutRow.model_fields), tuple(OrientedLayoutRow.model_fields)
 _MARK = "#"
@@ -27,7 +27,7 @@ def read_csv(name: str, text: str) -> tuple[LayoutModel, tuple[MountedSensor, ..
     count = next((i for i, s in enumerate(lines) if not s.startswith(_MARK)), len(lines))
     head = "".join(line.removeprefix(_MARK).removeprefix(" ") for line in lines[:count])
     try:
-        model = LayoutModel.model_validate(tomllib.loads(head))
+        model = LayoutModel.model_validate(toml_keys(head))
     except ValidationError as error:
         raise explain(name, error, LayoutModel) from error
     except (ValueError, RecursionError) as error:

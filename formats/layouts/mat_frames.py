@@ -1,9 +1,11 @@
 """Sensor frames in MATLAB files (.mat), as transforms (4, 4) on a link of the robot."""
 
 import io
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +22,11 @@ from ..sensors.sensor_frames import looking_along_z
 from ..sensors.single_fit import single_at
 
 LARGEST = 128 * 2**20  # bytes, largest file
+_SECONDS = 20  # until the file is read
+_ALLOWED = (
+    "in .mat of version 7 or older, a cell array of rigid transforms (4, 4), or with row a cell"
+    " array of such cell arrays"
+)
 _RIGID = 1e-3  # largest deviation of a rotation from an orthogonal matrix
 _AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 
@@ -52,39 +59,39 @@ def _frames(file: Path, asked: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]
     Raises:
         UserError: if the variable holds anything else.
     """
-    from scipy.io import loadmat
-
     data = bounded_bytes(file, LARGEST)
-    try:
-        content: dict[str, Any] = loadmat(io.BytesIO(data), variable_names=[asked.variable])
-    except Exception as error:  # whatever a parser of a broken file raises
-        raise UserError(
-            f"{file}: found a file that is no MATLAB file ({type(error).__name__}), allowed: .mat"
-            " of version 7 or older"
-        ) from error
-    if asked.variable not in content or asked.variable.startswith("__"):
-        raise UserError(f"{file}: found no variable {shown(asked.variable)}; name one of the file")
-    cells = content[asked.variable]
     where = f"{file}: variable {shown(asked.variable)}"
-    if asked.row is not None:
-        rows = list(np.ravel(cells)) if np.asarray(cells).dtype == object else []
-        if asked.row > len(rows):
-            raise UserError(f"{where}: row: found {asked.row}, allowed: 1 to {len(rows)}")
-        cells = rows[asked.row - 1]
-    each = list(np.ravel(cells)) if np.asarray(cells).dtype == object else [cells]
-    if not each or not all(_is_pose(T) for T in each):
-        raise UserError(
-            f"{where}: found values that are no rigid transforms (4, 4), allowed: a cell array of"
-            " these, or with row a cell array of such cell arrays"
+    said, _, frames = _read(data, asked).partition(b"\n")
+    if said != b"ok":
+        raise UserError(f"{where}: found {said.decode(errors='replace')}, allowed: {_ALLOWED}")
+    each = np.load(io.BytesIO(frames), allow_pickle=False)
+    if not all(_is_pose(T) for T in each):
+        raise UserError(f"{where}: found values that are no rigid transforms, allowed: {_ALLOWED}")
+    return list(each)
+
+
+def _read(data: bytes, asked: LayoutMatModel) -> bytes:
+    """Return what a process of its own reads from a file (``mat_process``)."""
+    command = [sys.executable, "-m", f"{__package__}.mat_process"]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(
+            [*command, asked.variable, str(asked.row or 0)],
+            input=data,
+            capture_output=True,
+            env=environment,
+            timeout=_SECONDS,
+            check=False,
         )
-    return [np.asarray(T, float) for T in each]
+    except subprocess.TimeoutExpired:
+        return b"a file that takes too long to read"
+    if done.returncode == 0 and done.stdout:
+        return done.stdout
+    return b"a file that crashes its reader, or needs too much memory"
 
 
-def _is_pose(T: Any) -> bool:
-    """Return whether a value is a rigid transform (4, 4)."""
-    if not isinstance(T, np.ndarray) or T.shape != (4, 4) or T.dtype.kind not in "fiu":
-        return False
-    T = T.astype(float)
+def _is_pose(T: Float[np.ndarray, "4 4"]) -> bool:
+    """Return whether a matrix (4, 4) is a rigid transform."""
     if not np.isfinite(T).all():
         return False
     R = T[:3, :3]

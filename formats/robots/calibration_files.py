@@ -117,8 +117,16 @@ def _kinematics(name: str, text: str) -> Float[np.ndarray, "7 4 4"]:
     """Return the frames of a ``kinematics.yaml``, the flange's in that of the last joint."""
     import yaml  # few commands read such a file
 
+    class Plain(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+        """A loader without aliases, which may stand for more than fits into memory."""
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            if self.check_event(yaml.AliasEvent):
+                raise yaml.YAMLError("an alias; write its value")
+            return super().compose_node(parent, index)
+
     try:
-        content: Any = yaml.safe_load(text)
+        content: Any = yaml.load(text, Plain)  # a SafeLoader
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise UserError(f"{name}: not YAML: {reason}") from error

@@ -9,7 +9,9 @@ from .messages import Message, checked_time, refuse
 from .ros_messages import DECODERS, TEXT, BadMessageError
 
 SUFFIXES = (".mcap", ".db3")
-_CHUNK = 256 << 20  # bytes, largest chunk of an MCAP file once decompressed
+_CHUNK = 128 << 20  # bytes, largest chunk of an MCAP file once decompressed
+# bytes of all chunks of a file once decompressed: so many, and so many for each compressed one
+_FREE, _RATIO = 64 << 20, 100
 _LARGEST = 1 << 40  # bytes of a file
 _MOST_FILES = 1000  # of a bag
 
@@ -105,13 +107,37 @@ def _limit_chunks() -> None:
     """
     from rosbags.rosbag2 import storage_mcap
 
-    storage_mcap.DECOMPRESSORS.update(lz4=_bounded(_lz4), zstd=_bounded(_zstd))
+    budget = _Budget()
+    storage_mcap.DECOMPRESSORS.update(lz4=_bounded(_lz4, budget), zstd=_bounded(_zstd, budget))
 
 
-def _bounded(unpack: Callable[[bytes, int], bytes]) -> Callable[[bytes, int], bytes]:
-    def unpacked(data: bytes, size: int) -> bytes:
+class _Budget:
+    """What the chunks of one file may have in all once decompressed."""
+
+    def __init__(self) -> None:
+        self._left = _FREE
+
+    def take(self, packed: int, size: int) -> None:
+        """Count a chunk of ``packed`` bytes that has ``size`` once decompressed.
+
+        Raises:
+            ValueError: if that is too much.
+        """
+        self._left += _RATIO * packed - size
         if size > _CHUNK:
             raise ValueError(f"a chunk of {size} bytes, at most {_CHUNK} are read")
+        if self._left < 0:
+            raise ValueError(
+                f"chunks that unpack to more than {_RATIO} times their size; keep only the topics"
+                " of the rig"
+            )
+
+
+def _bounded(
+    unpack: Callable[[bytes, int], bytes], budget: _Budget
+) -> Callable[[bytes, int], bytes]:
+    def unpacked(data: bytes, size: int) -> bytes:
+        budget.take(len(data), size)
         return unpack(data, size + 1)  # the caller compares with ``size``
 
     return unpacked
