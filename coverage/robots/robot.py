@@ -186,7 +186,8 @@ class Robot:
         limits, else ``turn``, or its limit where that is larger."""
         if self.limits is None:
             return np.full(len(self.chain), turn)
-        return np.maximum(np.abs(self.limits).max(axis=1), turn)
+        most: np.ndarray = np.maximum(np.abs(self.limits).max(axis=1), turn)
+        return most
 
     def with_attached(self, attached: tuple[Attached, ...]) -> "Robot":
         """Return the robot with these tools and payloads, in place of any that it carries.

@@ -82,7 +82,9 @@ class Vetting:
         except ValueError as error:
             raise LinkFaultError(Ended.GARBLED, str(error)) from None
         wrong = implausible(state, self._farthest, self._names)
-        if wrong := wrong or (self.last and impossible(self.last, state)):
+        if wrong is None and self.last is not None:
+            wrong = impossible(self.last, state)
+        if wrong is not None:
             raise LinkFaultError(Ended.GARBLED, wrong)
         allowed = NORMAL | REDUCED
         if (state.safety & ~allowed or not state.safety & allowed) and not self._through_stops:

@@ -85,8 +85,9 @@ def _false_zeros(steps: JointSteps, kept: Int[np.ndarray, " n"], gap: float) -> 
             continue
         stood = steps.time[kept[b - 1]] - steps.time[kept[a]] >= _LONG
         longest = np.inf if stood else gap
-        sides = [(i - 1, i) for i in (a, b) if 0 < i < len(kept)]
-        if sides and all(steps.too_far(*kept[[i, j]], longest=longest).any() for i, j in sides):
+        sides = [i for i in (a, b) if 0 < i < len(kept)]
+        far = (steps.too_far(int(kept[i - 1]), int(kept[i]), longest=longest) for i in sides)
+        if sides and all(joints.any() for joints in far):
             found += kept[a:b].tolist()
     return found
 
