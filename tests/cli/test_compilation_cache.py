@@ -105,10 +105,12 @@ def test_a_folder_that_is_relative_or_cannot_be_written_is_ignored(caches, monke
     assert "JAX_COMPILATION_CACHE_DIR" not in os.environ
 
 
-def test_rejected_entries_go_without_a_word(caches, capfd):
+def test_rejected_entries_go_without_a_word(caches):
     """github.com/jax-ml/jax, issue 38445: some versions reject every entry of a CPU."""
+    shown = []
     with warnings.catch_warnings():
         warnings.simplefilter("always")
+        warnings.showwarning = lambda message, *_, **__: shown.append(str(message))
         keep_compiled()
         (cache_folder() / "jit_f-1-cache").write_bytes(b"of another version")
         text = "{} persistent compilation cache entry for 'jit_f': cpu_aot_loader: feature"
@@ -120,9 +122,8 @@ def test_rejected_entries_go_without_a_word(caches, capfd):
         (caches / "mine-cache").touch()
         warnings.warn(text.format("Error reading"), stacklevel=1)
         assert (caches / "mine-cache").exists()
-        assert capfd.readouterr() == ("", "")
         warnings.warn("another", stacklevel=1)
-    assert "another" in capfd.readouterr().err
+    assert shown == ["another"]
 
 
 @pytest.mark.slow
