@@ -13,6 +13,7 @@ from .coverage.rings.ring import Setup
 from .formats.schema.gap_models import GapModel
 from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
+    CollisionLossModel,
     FewestRingsModel,
     FoundModel,
     ProposalFile,
@@ -226,6 +227,7 @@ class Proposal(Placement):
             else None,
             price=PriceModel.of(self.scene.core, self.setup),
             short_percent=100 * self.search.short,
+            collision_loss=CollisionLossModel.of(self.search.loss),
             sensors=sensor_records(self.setup),
         )
 

@@ -225,6 +225,14 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
         f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s;"
         f" {result.outcome.value}."
     )
+    if (loss := result.loss) is not None:
+        console.print(
+            f"Rings of {' and '.join(loss.links)} must not collide. Without that rule the search"
+            f" came to {100 * loss.best:.2f} % of its sample points, {100 * loss.cost:.2f} points"
+            " more.",
+            highlight=False,
+            soft_wrap=True,
+        )
 
 
 def _chance_line(record: SearchFile, result: SearchResult) -> str | None:

@@ -29,6 +29,9 @@ Tell = Callable[[int, float, bool, Candidate], None]
 """Receives the round, the finished part of it, whether its candidates are done, and the best of
 them."""
 
+Look = Callable[[Sequence[Candidate]], None]
+"""Receives the candidates that completed a sweep, the best first."""
+
 
 def exchange(
     space: Space,
@@ -39,6 +42,7 @@ def exchange(
     tell: Tell,
     known: Sequence[Candidate],
     rounds: Sequence[Round],
+    look: Look = lambda some: None,
 ) -> list[Candidate]:
     """Run an exchange from known starts and from combinations of rings.
 
@@ -51,6 +55,8 @@ def exchange(
         tell: receives the progress, in the calling thread.
         known: starts besides those.
         rounds: the rounds to run.
+        look: receives the candidates after each sweep that no stop cut short, in the calling
+            thread.
 
     Returns:
         The candidates that passed most rounds, the best first.
@@ -64,7 +70,7 @@ def exchange(
     every = [
         _Climber(Exchange(space, c, rng, criterion)) for c, rng in zip(starts, drawn, strict=True)
     ]
-    rise = _Rise(rounds, combining, _Runner(fields, brake, threads, tell))
+    rise = _Rise(rounds, combining, _Runner(fields, brake, threads, tell, look))
     try:
         rise.all(every, len(known))
     except KeyboardInterrupt:
@@ -167,6 +173,8 @@ class _Runner:
     """Run the work."""
     tell: Tell
     """Receives the progress."""
+    seen: Look
+    """Receives the candidates after each complete sweep."""
 
     def look(self, r: Round, some: list[Exchange]) -> None:
         """Evaluate candidates on a round's points."""
@@ -183,6 +191,8 @@ class _Runner:
         for i in range(r.sweeps):
             sweep = Exchange.sweep if self.fields.wide is None else self._sweep_worst
             self.brake.all(self.threads, sweep, some, repeat(r), repeat(self.brake))
+            if not self.brake.on():
+                self.seen([e.candidate for e in sorted(some, key=lambda e: -e.value)])
             over = (i + 1) / r.sweeps
             self.tell(shown, low + (high - low) * over, over == 1, _first(some))
             if self.brake.on():

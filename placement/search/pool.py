@@ -12,6 +12,7 @@ from ...objectives.scene import CoreScene
 from .design import Candidate, Space
 from .exchange import share_of
 from .exchange_rounds import exchange
+from .feasible_record import FeasibleRecord
 from .progress import Progress
 from .schedule import Schedule
 from .search_points import SearchPoints
@@ -47,6 +48,7 @@ class Pool:
         self.fields = (points or SearchPoints(scene, space, aim, schedule, seed)).fields
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule))
+        self.record = FeasibleRecord(space, self.fields, seed) if space.clear else None
         self.starts = max(schedule[0].keep, len(known))
         self.ready = time.monotonic()  # when points and occluders were there
         self._shown = self._best = -math.inf
@@ -74,14 +76,23 @@ class Pool:
 
         self.progress.stage = 1
         self.tell(self.progress)
+        if self.record is not None:
+            self.record.begin(self.some)
         self.some = exchange(
             *(self.space, self.fields, self.seed, self.brake, self.threads),
             *(tell, self.some, self.schedule),
+            *([self.record.look] if self.record else []),
         )
 
     def _show(self, c: Candidate) -> None:
-        """Keep a candidate as the best so far if its value on all points is higher."""
-        share = share_of(self.space, self.fields, c)
+        """Keep a candidate as the best so far if its value on all points is higher; where rings
+        may collide, the best of the record."""
+        if self.record is None:
+            share = share_of(self.space, self.fields, c)
+        elif self.record.best is None:
+            return
+        else:
+            share, c = self.record.share, self.record.best
         self._shown = time.monotonic()
         if share > self._best:
             self._best, self.progress.setup = share, self.space.setup(c)

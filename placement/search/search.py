@@ -18,8 +18,8 @@ from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
-from .collision_repair import apart
-from .design import Space
+from .collision_repair import apart, colliding_links, collisions
+from .design import Candidate, Space
 from .finalists import choose
 from .moves import fitted, fresh, papers
 from .pool import Pool
@@ -27,6 +27,18 @@ from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 from .search_points import SearchPoints
 from .stop_token import StopToken
+
+
+@dataclass(frozen=True)
+class CollisionLoss:
+    """What it costs that rings of different links must not collide."""
+
+    best: float
+    """Value of the best setup seen whose rings collide, on the sample points, in [0, 1]."""
+    cost: float
+    """How much less the answer has on the same points."""
+    links: tuple[str, ...]
+    """Links whose rings collide in that setup."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,8 @@ class SearchResult:
     """Side of the voxels of the exact count, m."""
     verified: tuple[Verified, ...] = ()
     """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
+    loss: CollisionLoss | None = None
+    """What keeping rings of different links apart costs; None where it costs nothing."""
 
 
 def search(
@@ -103,6 +117,9 @@ def search(
         points: sample points of an earlier search of the same scene, criterion and seed, whose
             space differed only in its number of rings; by default new ones.
 
+    Rings of different links must not collide. The answer is the best without collisions of all
+    that the search saw after its sweeps (``FeasibleRecord``); more time adds to these.
+
     Raises:
         InfeasibleError: if rings of different links collide in every candidate that was tried.
         ValueError: for an empty target, or floors of goals that the criterion does not support.
@@ -133,12 +150,11 @@ def _counted(
     """Return the finalist that the exact count prefers, with the search's statistics."""
     space, brake, aim = pool.space, pool.brake, pool.aim
     progress, late = pool.progress, brake.on()
-    some = pool.some[:FINALISTS] or [fresh(space, pool.rng)]
     try:
-        finalists = apart(space, some, pool.luck)
+        finalists = _finalists(pool, late)
     except KeyboardInterrupt:
         brake.pulled.set()
-        finalists = apart(space, some, pool.luck)
+        finalists = _finalists(pool, late)
     setups = [rounded(space.setup(c), pool.scene.sensor) for c in finalists]
 
     def counting(counted: int, to_count: int) -> None:
@@ -167,4 +183,31 @@ def _counted(
         spent,
         counted.voxel,
         counted.verified,
+        _loss(pool, sampled) if counted.short == 0 else None,
     )
+
+
+def _finalists(pool: Pool, late: bool) -> list[Candidate]:
+    """Return the candidates for the exact count, none with rings that collide.
+
+    What a stop left of the last sweep is not among them where rings may collide: a longer search
+    might not come to it.
+    """
+    some = pool.some[:FINALISTS] or [fresh(pool.space, pool.rng)]
+    record = pool.record
+    if record is None or record.best is None:
+        return apart(pool.space, some, pool.luck)
+    done = [] if late else [c for c in some if not collisions(pool.space, c)]
+    return [*done, *(c for c in record.rivals() if not any(c is d for d in done))]
+
+
+def _loss(pool: Pool, sampled: float | None) -> CollisionLoss | None:
+    """Return what the best candidate of the search has more than the answer, if its rings
+    collide."""
+    if pool.record is None or sampled is None or not pool.some:
+        return None
+    links = colliding_links(pool.space, pool.some[0])
+    best = pool.share(pool.some[0]) if links else None
+    if best is None or best <= sampled:
+        return None
+    return CollisionLoss(best, best - sampled, links)
