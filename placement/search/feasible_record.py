@@ -9,6 +9,7 @@ completed a sweep, so that a search which ends later looks at all of them and at
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,8 +18,12 @@ from .design import Candidate, Space
 from .exchange import share_of
 from .exchange_points import Fields
 from .feasible_set import InfeasibleError
-from .moves import fresh
+from .moves import fresh, vary
+from .stop_token import StopToken
 
+_DRAWS = 50  # random candidates to climb from
+_STEPS = 500  # of a climb, each an evaluation on all points
+_NEAR, _FAR = 0.003, 0.3  # steps, as shares of the interval of a value
 _MOVES = 20  # attempts to move the rings of the best candidate of a sweep apart
 _STREAM = 7  # random stream, besides those of the search
 
@@ -58,6 +63,29 @@ class FeasibleRecord:
                 continue
             if (there := moved(self._space, c, self._rng, _MOVES)) is not None:
                 self._take(there)
+
+    def climb(self, brake: StopToken) -> None:
+        """Improve the best by steps that keep the rings apart, where what the exchange came to
+        collides; also from random candidates."""
+        with suppress(InfeasibleError):
+            for c in apart(self._space, [fresh(self._space, self._rng)], self._rng):
+                self._take(c)
+        for i in range(_DRAWS + _STEPS):
+            if brake.on() or self.best is None:
+                return
+            c = fresh(self._space, self._rng) if i < _DRAWS else self._stepped(self.best)
+            if not collisions(self._space, c):
+                self._take(c)
+
+    def _stepped(self, c: Candidate) -> Candidate:
+        """Return a candidate with another ring, or with all values of one ring a little other."""
+        if not len(c.rings) or self._rng.uniform() < 0.3:
+            return vary(self._space, c, self._rng)
+        i, values = int(self._rng.choice(c.rings)), c.values.copy()
+        low, high = (edge[:, i] for edge in self._space.box(c))
+        step = np.exp(self._rng.uniform(math.log(_NEAR), math.log(_FAR))) * (high - low)
+        values[:, i] = np.clip(values[:, i] + step * self._rng.normal(size=3), low, high)
+        return replace(c, values=values)
 
     def _take(self, c: Candidate) -> None:
         share = share_of(self._space, self._fields, c)

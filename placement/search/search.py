@@ -195,6 +195,8 @@ def _finalists(pool: Pool, late: bool) -> list[Candidate]:
     """
     some = pool.some[:FINALISTS] or [fresh(pool.space, pool.rng)]
     record = pool.record
+    if record is not None and collisions(pool.space, some[0]):
+        record.climb(pool.brake)
     if record is None or record.best is None:
         return apart(pool.space, some, pool.luck)
     done = [] if late else [c for c in some if not collisions(pool.space, c)]
