@@ -22,6 +22,7 @@ from place_rings.placement.search import feasible_record
 from place_rings.placement.search import finalists as choice
 from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.feasible_record import FeasibleRecord
+from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import CollisionLoss, search
 
@@ -130,3 +131,22 @@ def test_what_keeping_rings_apart_costs_is_in_the_record_of_a_search():
     assert (model.best_percent, model.cost_points) == pytest.approx((26.4, 5.0))
     assert model.links == ["forearm", "tool"]
     assert CollisionLossModel.of(None) is None
+
+
+@pytest.mark.slow
+def test_a_search_whose_results_all_collide_beats_random_layouts_that_do_not():
+    """By a share of points of its own, not of the search."""
+    robot = ROBOTS["ur3"]
+    pose = Pose(np.radians([0.0, -60.0, 130.0, -90.0, -90.0, 0.0]))
+    scene = CoreScene(
+        robot=robot, poses=(pose,), goals=(Goal(Target("V_S", 0.3)),), ring_radius=0.09
+    )
+    space = Space(scene, sensors=24)
+    found = search(scene, space, 0, voxel=0.05)
+    assert found.loss is not None
+    assert faults(scene, found.setup.rings) == []
+    verifier, rng = Verifier(scene, 0.05), np.random.default_rng(1)
+    drawn = [space.setup(c) for c in (fresh(space, rng) for _ in range(60))]
+    fair = [setup for setup in drawn if faults(scene, setup.rings) == []]
+    assert len(fair) > 10
+    assert found.exact >= max(verifier.judge(setup)[1] for setup in fair) + 0.02
