@@ -172,7 +172,7 @@ class SelfModel(StrictModel):
     waved: list[WavingModel] = Field(default=[])
 
 
-class SensorModel(StrictModel):
+class SensorHealthModel(StrictModel):
     """Doubtful readings of a sensor while the robot stood still, in percent of its readings: in the
     part of the check that has the most. A sensor is doubtful if one of them is above 20 %.
     """
@@ -285,7 +285,7 @@ class CheckResult(StrictModel):
     robot: LinkModel
     lines: list[LineModel]
     events: list[EventModel]
-    sensors: list[SensorModel] = Field(default=[])
+    sensors: list[SensorHealthModel] = Field(default=[])
     cell_turned: bool = Field(
         default=False, description="whether the readings fit the cell turned by 180° about z"
     )

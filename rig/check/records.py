@@ -29,7 +29,7 @@ from .models import (
     MountCheckModel,
     RingFitModel,
     SelfModel,
-    SensorModel,
+    SensorHealthModel,
     WavingModel,
     ZetaModel,
 )
@@ -201,7 +201,7 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
     )
 
 
-def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorModel]:
+def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorHealthModel]:
     """Describe the doubtful readings of each sensor."""
     if found is None:
         return []
@@ -209,7 +209,7 @@ def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorModel]:
         f"{kind}_percent": np.round(100 * getattr(found, kind), 3).tolist() for kind in KINDS
     }
     return [
-        SensorModel(
+        SensorHealthModel(
             sensor=name,
             readings=int(found.readings[k]),
             doubtful=bool(found.found[:, k].any()),

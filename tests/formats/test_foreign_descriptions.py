@@ -305,6 +305,7 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     assert exported.volume == pytest.approx(mesh.volume, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path):
     """A wide shaft within the base's housing takes no ring, so its radius does not count; the scene
     stays valid. TechmanRobotInc/tmr_ros2: 18 % instead of 40.6."""

@@ -441,12 +441,12 @@ def test_the_silence_of_a_ring_that_started_is_no_warning():
         *(Event(0, Happened.BACK, 12.0), Event(1, Happened.SILENT, 1.0)),
     ]
     said = [(3.0, {"what": "starting", "rings": [0, 1]})]
-    (line,) = warnings_of(SETUP, Gathered(events=events, said=said), "")
+    (line,) = warnings_of(SETUP, Gathered(events=events, said=said), "", ())
     assert Happened.SILENT.value in line
     assert SETUP.group_name(1) in line
     later = [*events, Event(0, Happened.SILENT, 20.0)]
-    assert len(warnings_of(SETUP, Gathered(events=later, said=said), "")) == 2
-    assert len(warnings_of(SETUP, Gathered(events=events), "")) == 3
+    assert len(warnings_of(SETUP, Gathered(events=later, said=said), "", ())) == 2
+    assert len(warnings_of(SETUP, Gathered(events=events), "", ())) == 3
 
 
 def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():

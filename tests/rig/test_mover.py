@@ -51,6 +51,8 @@ while data := os.read(0, 4096):
 class Told:
     """A link whose robot is at the next place whenever it is asked, and stays at the last."""
 
+    robot = None
+
     def __init__(self):
         self.path, self.fault, self.clock = [HOME], None, 0.0
 
