@@ -246,22 +246,29 @@ def _require_place(folder: Path, name: str) -> None:
 _mine = threading.local()  # folders that this thread holds
 
 
+def _opened(folder: Path) -> int | None:
+    """Return a handle of a folder; None if it may be written but not read."""
+    with contextlib.suppress(OSError):
+        return os.open(folder, os.O_RDONLY)
+    return None
+
+
 @contextlib.contextmanager
 def _held(folder: Path, argument: str) -> Iterator[None]:
     """Hold a folder against other runs, and remove what killed runs have left there.
 
-    The lock is on the folder itself and ends with the process. Some file systems have none; then
-    nothing is held.
+    The lock is on the folder itself and ends with the process. Some file systems have none, and a
+    folder that cannot be read takes none; then nothing is held.
 
     Raises:
         UserError: if another run holds it.
     """
     folders: set[str] = _mine.__dict__.setdefault("folders", set())
     name = os.path.realpath(folder)
-    if fcntl is None or name in folders:
+    handle = None if fcntl is None or name in folders else _opened(folder)
+    if handle is None:
         yield
         return
-    handle = os.open(folder, os.O_RDONLY)
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,7 +1,7 @@
 """A check on a real or simulated rig: connect, move or guide the robot, and record."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,7 +25,7 @@ from ..rings.line_monitor import BAUD
 from ..robot.link import START
 from ..robot.motion import MoveRefusedError
 from ..robot.robot_mode import not_running
-from ..robot.state import JOINTS
+from ..robot.state import JOINTS, State
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
 from ..session.gathering import Gathered
@@ -49,6 +49,7 @@ from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
 from .plans import CheckOptions, Part, Plans
 from .preconditions import (
+    least_near_share,
     require_boards,
     require_free_inputs,
     require_known_cell,
@@ -272,20 +273,19 @@ class LiveCheck:
         setup, plans = check.setup, check.plans
         for warning in self.warnings:
             session.say("warning", text=warning)
-        try:
-            state = session.link.wait((START + 1) * session.patience)
-        except LinkFaultError as fault:
-            raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
+        state = self._state(lambda: session.link.wait((START + 1) * session.patience))
         moves = self.moved and bool(plans.poses)
         if why := not moves and not_running(state.mode):
             session.say("warning", text=why)
         self._await_rings(session, rig, attendant)
         if rig.simulated is None:
             self._require_ports(session, [port.name for port in rig.ports])
-            if moves:
-                require_boards(setup, session.rings.counts)
-                require_running(state.mode)
-                require_free_inputs(rig.address, _ANSWER * session.patience)
+        if moves:
+            state = self._state(session.link.latest)  # the rings may have taken long
+        if moves and rig.simulated is None:
+            require_boards(setup, session.rings.counts)
+            require_running(state.mode)
+            require_free_inputs(rig.address, _ANSWER * session.patience)
         with ExitStack() as stack:
             view = attendant.view(session, setup)
             robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
@@ -301,6 +301,13 @@ class LiveCheck:
             stack.enter_context(view)
             before = partial(self._require_self_check, session, check, moves)
             run(session, plans, RobotAndHelper(robot, helper, view.show), before)
+
+    def _state(self, state: Callable[[], State]) -> State:
+        """Return a state; raise UserError if the robot's link has none."""
+        try:
+            return state()
+        except LinkFaultError as fault:
+            raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
 
     def _await_rings(self, session: Session, rig: _Rig, attendant: Attendant) -> None:
         """Wait for the first frames of all rings, longer for those that are starting."""
@@ -376,7 +383,7 @@ class LiveCheck:
         if rig.simulated is None:
             require_near_stop(stops, scene, waived)
             attendant.confirm(scene, check.plans, itinerary)
-        waived = waived and stops.share < scene.motion.near_share
+        waived = waived and stops.share < least_near_share(scene)
         session.say("near stop", share=stops.share, waived=waived)
         try:
             ask = resume if rig.simulated is None else None

@@ -54,11 +54,16 @@ def require_known_cell(scene: CoreScene) -> None:
         )
 
 
-def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
-    """Raise UserError if too few sensors keep the full near stop, unless ``waived``. A scene may
-    ask for more sensors than by default, not for fewer: that is a waiver.
+def least_near_share(scene: CoreScene) -> float:
+    """Return which share of the sensors must keep the full near stop. A scene may ask for more than
+    by default, not for less: that is a waiver.
     """
-    least = max(scene.motion.near_share, Motion.near_share)
+    return max(scene.motion.near_share, Motion.near_share)
+
+
+def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
+    """Raise UserError if too few sensors keep the full near stop, unless ``waived``."""
+    least = least_near_share(scene)
     if stops.share >= least or waived:
         return
     hint = (

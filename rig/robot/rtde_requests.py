@@ -4,6 +4,7 @@ of the protocol, and which of its inputs another client holds.
 
 import socket
 import struct
+import time
 from contextlib import suppress
 
 PORT, VERSION = 30004, 2
@@ -24,9 +25,9 @@ def refusal(host: str, seconds: float) -> str:
     Empty if it accepts, or if it cannot be reached or does not answer within ``seconds``: then the
     client that connects next tells why.
     """
+    until = time.monotonic() + seconds
     with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
-        line.settimeout(seconds)
-        if _accepts(line) is False:
+        if _accepts(line, until) is False:
             return f"its controller refuses version {VERSION} of RTDE; update its software"
     return ""
 
@@ -38,35 +39,38 @@ def inputs_in_use(host: str, seconds: float) -> list[str]:
     Empty if it cannot be reached or does not answer within ``seconds``: then the client that
     connects next tells why.
     """
+    until = time.monotonic() + seconds
     with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
-        line.settimeout(seconds)
-        if _accepts(line):
-            answer = _asked(line, _INPUTS, ",".join(INPUTS).encode()) or b""
+        if _accepts(line, until):
+            answer = _asked(line, until, _INPUTS, ",".join(INPUTS).encode()) or b""
             kinds = answer[1:].decode(errors="replace").strip(",").split(",")
             return [n for n, kind in zip(INPUTS, kinds, strict=False) if kind == _IN_USE]
     return []
 
 
-def _accepts(line: socket.socket) -> bool | None:
+def _accepts(line: socket.socket, until: float) -> bool | None:
     """Return whether the controller accepts the version; None without an answer."""
-    answer = _asked(line, _VERSION, struct.pack(">H", VERSION))
+    answer = _asked(line, until, _VERSION, struct.pack(">H", VERSION))
     return None if answer is None else answer[:1] == b"\1"
 
 
-def _asked(line: socket.socket, kind: int, data: bytes) -> bytes | None:
+def _asked(line: socket.socket, until: float, kind: int, data: bytes) -> bytes | None:
     """Return the answer to a request; None if there is none among the next packages."""
     line.sendall(_HEAD.pack(_HEAD.size + len(data), kind) + data)
     for _ in range(_MOST):
-        size, of = _HEAD.unpack(_read(line, _HEAD.size))
-        answer = _read(line, max(size - _HEAD.size, 0))
+        size, of = _HEAD.unpack(_read(line, until, _HEAD.size))
+        answer = _read(line, until, max(size - _HEAD.size, 0))
         if of == kind:
             return answer
     return None
 
 
-def _read(line: socket.socket, size: int) -> bytes:
+def _read(line: socket.socket, until: float, size: int) -> bytes:
     data = b""
     while len(data) < size:
+        if (left := until - time.monotonic()) <= 0:
+            raise TimeoutError("timed out")
+        line.settimeout(left)
         if not (piece := line.recv(size - len(data))):
             raise ConnectionError("closed")
         data += piece

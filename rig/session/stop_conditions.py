@@ -127,7 +127,8 @@ class StopConditions:
         self._session, self._near = session, near
         self._names = names or [f"ring {i}" for i, _ in enumerate(session.rings.counts)]
         self._watches = [RingWatch(rules) for _ in session.rings.counts]
-        self._events, self._exchanged = len(session.gathered.events), ""
+        self._events, self._exchanged = 0, ""
+        self._board(moving=False)  # a board that was exchanged during the question stays another
 
     def __call__(self) -> str | None:
         """Return the reason to stop right now, as one line, or None."""
@@ -145,7 +146,7 @@ class StopConditions:
         return next((f"{name}: {fault}" for name, fault in named if fault), None)
 
     def _board(self, moving: bool) -> str | None:
-        """Return which ring is another one than when these conditions began, or, while the robot is
+        """Return which ring is another one than when its session began, or, while the robot is
         ``moving``, began anew; None if none is.
         """
         events, began = self._session.gathered.events, ""

@@ -296,3 +296,18 @@ def test_an_export_does_not_follow_links_out_of_its_folder(tmp_path):
         export("n1_8_0", to="firmware", folder=out)
     assert list(elsewhere.iterdir()) == []
     assert len(list(out.iterdir())) == 1
+
+
+def test_a_folder_that_may_be_written_but_not_read_is_used(tmp_path, monkeypatch):
+    """As a drop box of mode 300; the superuser who may run this test can read it, so it is faked."""
+    real = os.open
+
+    def opened(path, flags, *more, **others):
+        if os.fspath(path) == os.fspath(tmp_path) and not flags & os.O_ACCMODE:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        return real(path, flags, *more, **others)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(writing.os, "open", opened)
+        write(tmp_path, "new")
+    assert content(tmp_path) == dict.fromkeys(NAMES, "new")

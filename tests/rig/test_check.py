@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -37,6 +37,8 @@ from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.line_monitor import Event, Happened
 from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Counts
+from place_rings.rig.robot.robot_mode import RobotMode
+from place_rings.rig.robot.state import State
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
@@ -332,6 +334,40 @@ def test_a_scene_cannot_waive_the_near_stop(asked):
             require_near_stop(stops, scene, True)
 
 
+@pytest.mark.parametrize("asked", [0.0, 0.2, 0.5, 0.7])
+@pytest.mark.parametrize(("keeping", "full"), [(1, False), (3, True)])
+def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, asked, keeping, full):
+    """A value below the default counts as the default, in the report as before the motion."""
+    least = np.array([[0.15] * keeping + [0.0] * (5 - keeping)])
+    stops = NearStops(0.15, np.zeros((1, 6)), least, np.full(least.shape, NOBODY))
+    monkeypatch.setattr(live, "Clearance", Mock(**{"return_value.fault.return_value": None}))
+    itinerary = Mock(**{"return_value.near_stops.return_value": stops})
+    monkeypatch.setattr(live, "Itinerary", itinerary)
+    monkeypatch.setattr(live, "bounds_of_route", lambda *_: ([Mock(seconds=1, metres=1)], None))
+    monkeypatch.setattr(live, "MovedRobot", Mock())
+    scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
+    session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
+    options = replace(moving().options, reduced_near_stop=True)
+    check = Mock(setup=SETUP, scene=scene)
+    replace(moving(), options=options)._moved_robot(
+        session, check, Mock(simulated=None), SCENE.poses[0].q, MagicMock(), Mock()
+    )
+    assert said["near stop"]["waived"] == (not full or asked > 0.6)
+
+
+def test_the_robot_is_judged_as_it_is_once_the_rings_have_begun():
+    """They may take seconds, in which a person may move it or switch it off."""
+    early = State(0.0, 0.0, np.zeros(6), np.zeros(6))
+    late = replace(early, q=np.ones(6), mode=RobotMode.POWER_OFF)
+    link = Mock(wait=lambda _: early, latest=lambda: late)
+    session = Mock(
+        spec=Session, link=link, rings=Mock(starting=[], counts=[Counts(), Counts()]), patience=1.0
+    )
+    check = Mock(setup=SETUP, plans=Mock(poses=[np.zeros((1, 6))]))
+    with refused("--move", RobotMode.POWER_OFF.name):
+        moving()._follow(session, check, Mock(simulated=None, ports=[]), Mock())
+
+
 def test_a_board_that_the_proposal_does_not_name_is_refused():
     own, other = "51D0000000000000", "51D00000000000FF"
     setup = replace(SETUP, rings=(replace(SETUP.rings[0], serial=own), SETUP.rings[1]))
@@ -441,12 +477,12 @@ def test_the_silence_of_a_ring_that_started_is_no_warning():
         *(Event(0, Happened.BACK, 12.0), Event(1, Happened.SILENT, 1.0)),
     ]
     said = [(3.0, {"what": "starting", "rings": [0, 1]})]
-    (line,) = warnings_of(SETUP, Gathered(events=events, said=said), "", ())
+    (line,) = warnings_of(SETUP, Gathered(events=events, said=said), "", [])
     assert Happened.SILENT.value in line
     assert SETUP.group_name(1) in line
     later = [*events, Event(0, Happened.SILENT, 20.0)]
-    assert len(warnings_of(SETUP, Gathered(events=later, said=said), "", ())) == 2
-    assert len(warnings_of(SETUP, Gathered(events=events), "", ())) == 3
+    assert len(warnings_of(SETUP, Gathered(events=later, said=said), "", [])) == 2
+    assert len(warnings_of(SETUP, Gathered(events=events), "", [])) == 3
 
 
 def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():

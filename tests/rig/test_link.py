@@ -9,6 +9,7 @@ import struct
 import sys
 import threading
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -296,6 +297,28 @@ def test_inputs_that_another_client_holds_are_named(held):
 def test_inputs_of_a_controller_that_does_not_answer_are_not_known():
     assert inputs_in_use(answering(("V", b"\0")), 20.0) == []
     assert inputs_in_use("127.0.0.1", 0.2) == []
+
+
+@pytest.mark.parametrize("asks", [refusal, inputs_in_use])
+@pytest.mark.parametrize("size", [3, 60000])
+def test_a_controller_that_answers_byte_by_byte_is_left_in_time(asks, size):
+    """Each byte comes in time, the answer does not."""
+    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
+
+    def serve():
+        with socket.create_server((address, PORT)) as server:
+            listening.set()
+            client, _ = server.accept()
+            with client, suppress(OSError):
+                for byte in struct.pack(">HB", size, ord("M")) * 10000:
+                    client.sendall(bytes([byte]))
+                    time.sleep(0.05)
+
+    threading.Thread(target=serve, daemon=True).start()
+    assert listening.wait(20)
+    began = time.monotonic()
+    assert not asks(address, 0.3)
+    assert time.monotonic() - began < 2
 
 
 def test_a_state_keeps_its_mode_and_an_old_one_has_none():

@@ -258,14 +258,14 @@ def test_a_mode_that_no_controller_had_is_no_running_one_and_an_unasked_one_is_n
 
 @given(st.sampled_from(list(Happened)), st.booleans(), st.integers(0, 1), st.integers(0, 3))
 def test_a_ring_that_is_another_one_stops_it(what, moving, ring, before):
-    """Another board, or two, for good; one that began anew, which may be another, while it moves.
-    What happened before the conditions began is known to the person who confirmed."""
+    """Another board, or two, for good, also before the conditions began: the person who confirmed
+    was not told. One that began anew, which may be another, while it moves."""
     of = session([seeing(0, 3), seeing(0, 2)], state=AT_SPEED if moving else AT_REST)
-    of.gathered.events += [Event(ring, Happened.OTHER, 0.0)] * before
+    of.gathered.events += [Event(ring, what, 0.0)] * before
     stops = conditions(of)
-    assert stops() is None
-    of.gathered.take(Event(ring, what, 1.0, "detail"))
     other = what in (Happened.OTHER, Happened.TWO)
+    assert (stops() is not None) == (other and before > 0)
+    of.gathered.take(Event(ring, what, 1.0, "detail"))
     anew = what in (Happened.RESTARTED, Happened.CLOCK) and moving
     for still in (other or anew, other):
         said = stops()
