@@ -299,7 +299,7 @@ def test_an_export_does_not_follow_links_out_of_its_folder(tmp_path):
 
 
 def test_a_folder_that_may_be_written_but_not_read_is_used(tmp_path, monkeypatch):
-    """As a drop box of mode 300; the superuser who may run this test can read it, so it is faked."""
+    """As a drop box of mode 300; faked, because the superuser can read any."""
     real = os.open
 
     def opened(path, flags, *more, **others):
