@@ -5,6 +5,7 @@ import json
 import numpy as np
 from place_rings.rig.check.models import PortModel
 from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
 
 from .commands import call
@@ -13,7 +14,9 @@ from .tape import about_file, recording_of
 HZ, EVERY = 125, 5  # states a second, states between two frames
 
 
-def checked_still(folder, scene, setup, sent, decoder="place-rings", frames=60):
+def checked_still(
+    folder, scene, setup, sent, decoder="place-rings", frames=60, mode=RobotMode.RUNNING
+):
     """The exit code and check.json of a check of rings that send ``sent(ring, n)`` 25 times a
     second.
     """
@@ -31,7 +34,7 @@ def checked_still(folder, scene, setup, sent, decoder="place-rings", frames=60):
 
         for n in range(EVERY * frames):
             t = 100 + n / HZ
-            state = State(t, t - 90, np.array(scene.poses[0].q), np.zeros(6))
+            state = State(t, t - 90, np.array(scene.poses[0].q), np.zeros(6), mode=mode)
             recording.put(Record(Kind.STATE, 0, t, state.pack()))
             if n == 0:
                 say(t, what="begin", step="self", number=0)

@@ -36,7 +36,7 @@ from place_rings.rig.poses.near_stops import NOBODY, NearStops, by_ring, near_st
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.line_monitor import Event, Happened
 from place_rings.rig.rings.ports import RingReaders
-from place_rings.rig.rings.protocol import Counts
+from place_rings.rig.rings.protocol import Counts, encode
 from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
 from place_rings.rig.rod.rod import Rod
@@ -47,6 +47,7 @@ from place_rings.rig.simulated.process import SimulatedRig
 from .cell import SETUP
 from .cell import SHELLS as SCENE
 from .commands import call, refused
+from .still import checked_still
 from .tape import Tape, assessed, record, recording_of
 
 PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
@@ -468,6 +469,23 @@ def test_a_ring_that_starts_is_waited_for_and_told(monkeypatch, after, told):
     assert all("tool" in line for line in notes)
     assert said in ([], [("starting", {"rings": [1]})])
     assert time.monotonic() - began < 5
+
+
+def test_a_recording_from_before_the_robot_mode_was_asked_for_gives_the_same_report(tmp_path):
+    """Its states have no mode."""
+
+    def sent(ring, n):
+        count = SETUP.groups[ring].count
+        return encode(n, n / 25, np.full(count, 0.5 + n % 3 / 1000), np.zeros(count, int))
+
+    now, before = (
+        checked_still(tmp_path / str(mode), SCENE, SETUP, sent, mode=mode)
+        for mode in (RobotMode.RUNNING, None)
+    )
+    for _, told in (now, before):
+        del told["recorded"]
+        assert told["robot"]["states"] == 300
+    assert now == before
 
 
 def test_the_silence_of_a_ring_that_started_is_no_warning():
