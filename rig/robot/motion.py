@@ -20,6 +20,7 @@ from jaxtyping import Float
 
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.records import Kind
+from .dashboard import PORT as DASHBOARD
 from .link import Link
 from .motion_control import MotionControl, NoAnswerError
 from .motion_process import DECELERATION
@@ -35,12 +36,12 @@ _STILL = 0.3  # s until the robot is seen to stand still, in addition to its dec
 BOUND = 1.0  # s; a standstill after this time is reported as late
 LOOK = 0.01  # s
 _STEP = math.radians(2)  # rad between checked poses of a path
-_THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
+_THERE = 2e-3  # rad of every joint
+STANDS = 2e-3  # rad/s; a robot whose joints are slower stands still
 _FIRM = 0.1  # s of the robot's clock for which it must be seen to stand still
 HELD = 1.0  # s without motion on the way, after which the robot is held by somebody or something
 _AGAIN = 3.0  # s until a lost robot answers again
 _PATIENCE = 2.0  # s, in addition to the duration of a motion
-_DASHBOARD = 29999
 UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 
@@ -243,7 +244,7 @@ class Mover:
         self._control.kill()
         with (
             suppress(OSError),
-            socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard,
+            socket.create_connection((self._host, DASHBOARD), timeout=_TOLD) as dashboard,
         ):
             dashboard.settimeout(_TOLD)
             dashboard.sendall(b"stop\n")
@@ -269,7 +270,7 @@ class Mover:
 
     def _there(self, q: Float[np.ndarray, " 6"]) -> bool:
         state = self._link.latest()
-        return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
+        return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < STANDS)
 
     def _stands(self, link: Link) -> bool:
         """Whether the robot is seen to stand still in time: at one place for ``_FIRM`` s, in states
@@ -280,7 +281,7 @@ class Mover:
         with suppress(LinkFaultError):
             while time.monotonic() < until:
                 state = link.latest()
-                if np.abs(state.speed).max() >= _STANDS or (
+                if np.abs(state.speed).max() >= STANDS or (
                     first and np.abs(state.q - first.q).max() > _THERE
                 ):
                     first = None
@@ -316,6 +317,6 @@ class _Standstill:
 
     def seconds(self, state: State, now: float) -> float:
         """Return for how long it has stood where it is, s."""
-        if np.abs(state.speed).max() >= _STANDS or np.abs(state.q - self._at).max() > _THERE:
+        if np.abs(state.speed).max() >= STANDS or np.abs(state.q - self._at).max() > _THERE:
             self._since, self._at = now, state.q
         return now - self._since

@@ -14,13 +14,13 @@ from jaxtyping import Bool, Float
 
 from ..rings.line_monitor import Happened
 from ..rings.protocol import Frame, Status
+from ..robot.motion import STANDS
 from ..robot.robot_mode import not_running
 from ..robot.vetting import LinkFaultError
 from .session import Session
 
 TURNED = math.radians(1.0)  # rad of any joint, over which distances must change
 _LEFT = math.radians(0.05)  # rad; a robot this near to a pose has not left it: noise of encoders
-_STANDS = 2e-3  # rad/s; a robot whose joints are slower stands still
 _OTHER = (Happened.OTHER, Happened.TWO)  # whose frames these are is not known from then on
 _BEGAN_ANEW = (Happened.RESTARTED, Happened.CLOCK)  # maybe another board: motions end, none is kept
 Near = Callable[[Float[np.ndarray, " J"]], Sequence[Float[np.ndarray, " n"]]]
@@ -138,7 +138,7 @@ class StopConditions:
             state = self._session.link.latest()
         except LinkFaultError as fault:
             return str(fault)
-        if wrong := not_running(state.mode) or self._board(np.abs(state.speed).max() > _STANDS):
+        if wrong := not_running(state.mode) or self._board(np.abs(state.speed).max() > STANDS):
             return wrong
         rings = zip(self._watches, self._session.rings.latest(), self._near(state.q), strict=True)
         faults = [watch.fault(frame, near, state.q) for watch, frame, near in rings]
