@@ -9,6 +9,8 @@ import tomllib
 from typing import Any
 
 MOST_PARTS = 32  # of a dotted key
+MOST_TABLES = 50_000  # parts of the headers and dotted keys at the starts of lines
+_HEAD = re.compile(r"^[ \t]*+(?:\[[^,\n=\]]++\]|[^=\n#\[,.]*+\.[^=\n#,]*+=)", re.MULTILINE)
 _TOKEN = re.compile(
     r"""
     (?P<skip> \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ (?:\"{3})?+   # strings over several lines
@@ -34,6 +36,10 @@ def toml_keys(text: str) -> dict[str, Any]:
             f"line {line}: found a key of more than {MOST_PARTS} parts, allowed: at most"
             f" {MOST_PARTS}"
         )
+    if text.count("\n") >= MOST_TABLES // MOST_PARTS:
+        parts = sum(head[0].count(".") + 1 for head in _HEAD.finditer(text))
+        if parts > MOST_TABLES:
+            raise ValueError(f"found {parts} parts of tables, allowed: at most {MOST_TABLES}")
     try:
         return tomllib.loads(text)
     except RecursionError as error:

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from .errors import UserError, shown
+from .stand_ins import refuse_stand_in
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 
@@ -36,8 +37,10 @@ def read_bytes(path: Path, kind: str, most: int = _LARGEST) -> bytes:
 
 
 def read_text(path: Path, kind: str, most: int = _LARGEST) -> str:
-    """Return the text of a UTF-8 file; parameters and errors as in ``read_bytes``."""
+    """Return the text of a UTF-8 file; parameters and errors as in ``read_bytes``, and what stands
+    in the place of a file is refused."""
     name, data = str(path), read_bytes(path, kind, most)
+    refuse_stand_in(data, name)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -9,8 +9,16 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from .collada_geometry import Triangles, geometry_triangles
-from .mesh_numbers import AGAIN, MOST_TRIANGLES, MeshError, bounded, numbers, placed
+from .collada_geometry import Points, Triangles, geometry_triangles
+from .mesh_numbers import (
+    AGAIN,
+    MOST_PARTS,
+    MOST_TRIANGLES,
+    MeshError,
+    bounded,
+    numbers,
+    placed,
+)
 
 _MOST_DEEP = 100  # nodes in each other, those that instances name included
 _INSTANCES = ("instance_geometry", "instance_controller", "instance_node")
@@ -33,6 +41,8 @@ class _Scene:
         self._ids = {(e.tag, e.get("id", "")): e for e in root.iter() if e.get("id")}
         self._geometries: dict[ET.Element, Triangles] = {}
         self._counts: dict[ET.Element, int] = {}
+        self._points = Points(self._named)
+        self._parts = 0
 
     def triangles(self) -> Triangles:
         scene = self._scene()
@@ -90,6 +100,8 @@ class _Scene:
         elif element.tag == "instance_node":
             yield from self._placed(self._named(element, "url", "node"), T)
         else:
+            self._parts += 1
+            bounded(self._parts, MOST_PARTS, "surfaces")
             triangles, bound = self._instance(element)
             yield placed(triangles, T @ bound)
 
@@ -108,7 +120,7 @@ class _Scene:
         else:
             geometry = self._named(element, "url", "geometry")
         if geometry not in self._geometries:
-            self._geometries[geometry] = geometry_triangles(geometry, self._named)
+            self._geometries[geometry] = geometry_triangles(geometry, self._points)
         return self._geometries[geometry], bound
 
 

@@ -7,19 +7,75 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float, Int
 
-from .mesh_numbers import AGAIN, MOST_TRIANGLES, MeshError, bounded, fans, numbers, picked
+from .mesh_numbers import (
+    AGAIN,
+    MOST_PARTS,
+    MOST_TRIANGLES,
+    MeshError,
+    bounded,
+    fans,
+    numbers,
+    picked,
+)
 
 Triangles = Float[np.ndarray, "T 3 3"]
 Named = Callable[[ET.Element, str, str], ET.Element]
 _SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 
 
-def geometry_triangles(geometry: ET.Element, named: Named) -> Triangles:
+class Points:
+    """The points that surfaces name; each source is read once.
+
+    Args:
+        named: returns the element of a tag that an element's attribute names.
+    """
+
+    def __init__(self, named: Named) -> None:
+        self._named = named
+        self._read: dict[ET.Element, Float[np.ndarray, "V 3"]] = {}
+        self._parts = 0
+
+    def of(self, vertex: ET.Element) -> Float[np.ndarray, "V 3"]:
+        """Return the points (V, 3) that an input VERTEX names.
+
+        Raises:
+            MeshError: if there are none, or too many surfaces name points.
+        """
+        self._parts += 1
+        bounded(self._parts, MOST_PARTS, "surfaces")
+        vertices = self._named(vertex, "source", "vertices")
+        inputs = vertices.findall("input")
+        position = next((i for i in inputs if i.get("semantic") == "POSITION"), None)
+        if position is None:
+            raise MeshError(f"vertices with an input POSITION; {AGAIN}")
+        source = self._named(position, "source", "source")
+        if source not in self._read:
+            self._read[source] = _points(source)
+        return self._read[source]
+
+
+def _points(source: ET.Element) -> Float[np.ndarray, "V 3"]:
+    """Return the points (V, 3) of a source."""
+    accessor, array = source.find("technique_common/accessor"), source.find("float_array")
+    if accessor is None or array is None:
+        raise MeshError(f"sources with a float_array and an accessor; {AGAIN}")
+    values: np.ndarray = numbers(array.text or "", np.float64, "points")
+    count, begin = _whole(accessor, "count"), _whole(accessor, "offset")
+    stride = _whole(accessor, "stride", 1)
+    if stride < 3 or len(values) < begin + count * stride:
+        raise MeshError(
+            f"{begin + count * stride} coordinates, as it states (it has {len(values)}); {AGAIN}"
+        )
+    points: np.ndarray = values[begin : begin + count * stride].reshape(count, stride)[:, :3]
+    return points
+
+
+def geometry_triangles(geometry: ET.Element, points: Points) -> Triangles:
     """Return the triangles (T, 3, 3) of a geometry; polygons become fans.
 
     Args:
         geometry: the element.
-        named: returns the element of a tag that an element's attribute names.
+        points: the points of the file.
 
     Raises:
         MeshError: if it has no mesh, lacks a part, or has too many triangles.
@@ -27,12 +83,12 @@ def geometry_triangles(geometry: ET.Element, named: Named) -> Triangles:
     mesh = geometry.find("mesh")
     if mesh is None:
         raise MeshError(f"geometries with a mesh ({geometry.get('id', '')[:60]} has none); {AGAIN}")
-    found = [_triangles(part, named) for part in mesh if part.tag in _SURFACES]
+    found = [_triangles(part, points) for part in mesh if part.tag in _SURFACES]
     bounded(sum(len(t) for t in found), MOST_TRIANGLES, "triangles")
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
-def _triangles(part: ET.Element, named: Named) -> Triangles:
+def _triangles(part: ET.Element, points: Points) -> Triangles:
     """Return the triangles of one element of a mesh, such as ``polylist``."""
     inputs = part.findall("input")
     vertex = next((i for i in inputs if i.get("semantic") == "VERTEX"), None)
@@ -41,17 +97,20 @@ def _triangles(part: ET.Element, named: Named) -> Triangles:
     place, width = _whole(vertex, "offset"), 1 + max(_whole(i, "offset") for i in inputs)
     if part.find("ph") is not None:
         raise MeshError("polygons without holes; triangulate the mesh")
-    rows = [_corners(p.text or "", width, place) for p in part.findall("p")]
-    corners = np.concatenate(rows) if rows else np.zeros(0, np.int64)
+    texts = [p.text or "" for p in part.findall("p")]
+    corners = _corners(" ".join(texts), width, place)
     if not len(corners):
         return np.zeros((0, 3, 3))
-    index = corners[_order(part, [len(row) for row in rows])]
+    rows = [len(text.split()) // width for text in texts]
+    if sum(rows) != len(corners):
+        raise MeshError(f"{width} numbers for each corner; {AGAIN}")
+    index = corners[_order(part, rows)]
     if part.tag != "polygons" and part.get("count") is not None:
         count = {"triangles": len(index), "tristrips": len(rows), "trifans": len(rows)}
         found = count.get(part.tag, len((part.findtext("vcount") or "").split()))
         if (stated := _whole(part, "count")) != found:
             raise MeshError(f"{stated} {part.tag}, as it states (it has {found}); {AGAIN}")
-    return picked(_points(vertex, named), index)
+    return picked(points.of(vertex), index)
 
 
 def _order(part: ET.Element, rows: list[int]) -> Int[np.ndarray, "T 3"]:
@@ -91,27 +150,6 @@ def _corners(text: str, width: int, place: int) -> Int[np.ndarray, " C"]:
     if len(values) % width:
         raise MeshError(f"{width} numbers for each corner (it has {len(values)}); {AGAIN}")
     return values[place::width]
-
-
-def _points(vertex: ET.Element, named: Named) -> Float[np.ndarray, "V 3"]:
-    """Return the points (V, 3) that an input VERTEX names."""
-    vertices = named(vertex, "source", "vertices")
-    position = next((i for i in vertices.findall("input") if i.get("semantic") == "POSITION"), None)
-    if position is None:
-        raise MeshError(f"vertices with an input POSITION; {AGAIN}")
-    source = named(position, "source", "source")
-    accessor, array = source.find("technique_common/accessor"), source.find("float_array")
-    if accessor is None or array is None:
-        raise MeshError(f"sources with a float_array and an accessor; {AGAIN}")
-    values: np.ndarray = numbers(array.text or "", np.float64, "points")
-    count, begin = _whole(accessor, "count"), _whole(accessor, "offset")
-    stride = _whole(accessor, "stride", 1)
-    if stride < 3 or len(values) < begin + count * stride:
-        raise MeshError(
-            f"{begin + count * stride} coordinates, as it states (it has {len(values)}); {AGAIN}"
-        )
-    points: np.ndarray = values[begin : begin + count * stride].reshape(count, stride)[:, :3]
-    return points
 
 
 def _whole(element: ET.Element, key: str, default: int = 0) -> int:

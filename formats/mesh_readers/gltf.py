@@ -15,14 +15,17 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from .mesh_numbers import AGAIN, MOST_TRIANGLES, MeshError, bounded, picked, placed
+from ..errors import shown
+from .mesh_numbers import AGAIN, MOST_PARTS, MOST_TRIANGLES, MeshError, bounded, picked, placed
 
 _TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTH = {"SCALAR": 1, "VEC3": 3}
 _MOST_VALUES = 2_000_000  # of a file's text
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # modes of a primitive that have a surface
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-_UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
+_COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+_NO_SHAPE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
+_ODD = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
 def read_gltf(data: bytes, beside: Callable[[str], bytes]) -> Float[np.ndarray, "T 3 3"]:
@@ -37,7 +40,7 @@ def read_gltf(data: bytes, beside: Callable[[str], bytes]) -> Float[np.ndarray, 
     """
     try:
         return _Gltf(data, beside).triangles()
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except _ODD as error:
         if isinstance(error, MeshError):
             raise
         raise MeshError(f"glTF 2.0 as its standard has it ({error!s:.60}); {AGAIN}") from error
@@ -49,14 +52,19 @@ class _Gltf:
         text, self._chunk = _chunks(data) if data[:4] == b"glTF" else (data, b"")
         bounded(sum(text.count(mark) for mark in (b",", b"[", b"{")), _MOST_VALUES, "values")
         self._json: dict[str, Any] = json.loads(text)
+        version = self._json.get("asset", {}).get("version")
+        if not str(version).startswith("2."):
+            raise MeshError(f"glTF 2.0 (its version is {shown(version)}); {AGAIN}")
         for name in self._json.get("extensionsRequired", ()):
-            if name in _UNREADABLE:
-                raise MeshError(f"glTF without {name}; export it uncompressed")
+            if not name.startswith(_NO_SHAPE):
+                raise MeshError(f"glTF that does not require {name:.60}; export it without that")
+        self._values: dict[int, np.ndarray] = {}
 
     def triangles(self) -> Float[np.ndarray, "T 3 3"]:
         """Return the triangles of the scene."""
         instances = self._instances()
-        primitives = {mesh: self._json["meshes"][mesh]["primitives"] for _, mesh in instances}
+        primitives = {mesh: self._item("meshes", mesh)["primitives"] for _, mesh in instances}
+        bounded(sum(len(primitives[mesh]) for _, mesh in instances), MOST_PARTS, "surfaces")
         counts = {m: sum(self._count(p) for p in parts) for m, parts in primitives.items()}
         bounded(sum(counts[mesh] for _, mesh in instances), MOST_TRIANGLES, "triangles")
         shapes = {m: [self._primitive(p) for p in parts] for m, parts in primitives.items()}
@@ -66,10 +74,11 @@ class _Gltf:
     def _instances(self) -> list[tuple[Float[np.ndarray, "4 4"], int]]:
         """Return the meshes of the scene with their poses; each node stands once, as in a tree."""
         nodes = self._json.get("nodes", [])
+        bounded(len(nodes), MOST_PARTS, "nodes")
         scenes = self._json.get("scenes", [])
         below = {child for node in nodes for child in node.get("children", ())}
         roots = (
-            scenes[self._json.get("scene", 0)].get("nodes", [])
+            self._item("scenes", self._json.get("scene", 0)).get("nodes", [])
             if scenes
             else [i for i in range(len(nodes)) if i not in below]
         )
@@ -81,7 +90,7 @@ class _Gltf:
             seen.add(i)
             T = T @ _pose(nodes[i])
             if "mesh" in nodes[i]:
-                found.append((T, int(nodes[i]["mesh"])))
+                found.append((T, nodes[i]["mesh"]))
             stack += [(child, T) for child in nodes[i].get("children", ())]
         return found
 
@@ -90,34 +99,50 @@ class _Gltf:
         mode = primitive.get("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN):
             return 0
-        corners = self._json["accessors"][
-            primitive.get("indices", primitive["attributes"]["POSITION"])
-        ]["count"]
+        accessor = primitive.get("indices", primitive["attributes"]["POSITION"])
+        corners = self._item("accessors", accessor)["count"]
         return int(corners) // 3 if mode == _TRIANGLES else max(int(corners) - 2, 0)
 
     def _primitive(self, primitive: dict[str, Any]) -> Float[np.ndarray, "T 3 3"]:
         """Return the triangles of a primitive; none of points and lines."""
         if not (count := self._count(primitive)):
             return np.zeros((0, 3, 3))
-        for name in _UNREADABLE:
+        for name in _COMPRESSED:
             if name in primitive.get("extensions", {}):
                 raise MeshError(f"glTF without {name}; export it uncompressed")
-        points = self._accessor(primitive["attributes"]["POSITION"], "VEC3").astype(np.float64)
+        points = self._accessor(primitive["attributes"]["POSITION"], "VEC3")
         corners = (
-            self._accessor(primitive["indices"], "SCALAR")[:, 0].astype(np.int64)
+            self._accessor(primitive["indices"], "SCALAR")[:, 0]
             if "indices" in primitive
             else np.arange(len(points))
         )
         return picked(points, corners[_order(primitive.get("mode", _TRIANGLES), count)])
 
+    def _item(self, kind: str, i: int) -> Any:
+        """Return the element of a list of the file that has a number, from 0."""
+        if not isinstance(i, int) or i < 0:
+            raise MeshError(f"{kind} by their numbers (one is {shown(i)}); {AGAIN}")
+        return self._json[kind][i]
+
     def _accessor(self, i: int, kind: str) -> np.ndarray:
-        """Return the values (N, width) of an accessor."""
-        accessor = self._json["accessors"][i]
+        """Return the values (N, width) of an accessor; each is read once."""
+        accessor = self._item("accessors", i)
+        if accessor["type"] != kind or accessor["componentType"] not in _TYPES:
+            raise MeshError(
+                f"accessors of the type {kind} (one is {shown(accessor['type'])} of"
+                f" {shown(accessor['componentType'])}); {AGAIN}"
+            )
+        if i not in self._values:
+            read = sum(map(len, self._values.values()))
+            bounded(read + accessor["count"], 6 * MOST_TRIANGLES, "points and corners")
+            self._values[i] = self._read(accessor)
+        return self._values[i]
+
+    def _read(self, accessor: dict[str, Any]) -> np.ndarray:
+        """Return the values (N, width) of an accessor from its buffer."""
         if "sparse" in accessor or "bufferView" not in accessor:
             raise MeshError("glTF without sparse accessors; export it without them")
-        view = self._json["bufferViews"][accessor["bufferView"]]
-        if accessor["type"] != kind or accessor["componentType"] not in _TYPES:
-            raise MeshError(f"accessors of the type {kind} (one is {accessor['type']}); {AGAIN}")
+        view, kind = self._item("bufferViews", accessor["bufferView"]), accessor["type"]
         dtype = np.dtype(_TYPES[accessor["componentType"]])
         if (dtype.kind == "f") != (kind == "VEC3"):
             raise MeshError(f"points as floats and indices as whole numbers; {AGAIN}")
@@ -127,18 +152,19 @@ class _Gltf:
         data, end = self._buffer(view["buffer"]), begin + (count - 1) * stride + size
         if min(begin, count - 1, stride - size) < 0 or end > len(data):
             raise MeshError(
-                f"a whole file (it is cut short: wants {end} bytes of a buffer, has {len(data)});"
-                f" {AGAIN}"
+                f"a whole file (it is cut short: wants {shown(end)} bytes of a buffer, has"
+                f" {len(data)}); {AGAIN}"
             )
         rows = np.lib.stride_tricks.as_strided(
             np.frombuffer(data, np.uint8, offset=begin), (count, size), (stride, 1)
         )
-        return np.ascontiguousarray(rows).view(dtype)
+        values = np.ascontiguousarray(rows).view(dtype)
+        return values.astype(np.float64 if kind == "VEC3" else np.int64)
 
     def _buffer(self, i: int) -> bytes:
         """Return the content of a buffer: the file's own, in its text, or a file beside it."""
         if i not in self._bytes:
-            uri = self._json["buffers"][i].get("uri")
+            uri = self._item("buffers", i).get("uri")
             if uri is None:
                 self._bytes[i] = self._chunk
             elif uri.startswith("data:"):
@@ -153,6 +179,8 @@ class _Gltf:
 
 def _chunks(data: bytes) -> tuple[bytes, bytes]:
     """Return the text and the binary chunk of a GLB file."""
+    if (version := int.from_bytes(data[4:8], "little")) != 2:
+        raise MeshError(f"GLB 2 (its version is {version}); {AGAIN}")
     length = int.from_bytes(data[8:12], "little")
     if len(data) < max(length, 20):
         raise MeshError(

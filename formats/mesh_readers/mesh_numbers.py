@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..errors import shown
+
 MOST_TRIANGLES = 1_000_000  # of a file
 MOST_CORNERS = 10_000  # of a polygon
+MOST_PARTS = 20_000  # nodes, or surfaces that nodes place
 _MOST_NUMBERS = 20 * MOST_TRIANGLES  # of one text
 AGAIN = "export the mesh again"
 
@@ -44,7 +47,7 @@ def bounded(found: int, most: int, what: str) -> None:
         MeshError: if ``found`` is larger.
     """
     if found > most:
-        raise MeshError(f"at most {most} {what} (it has {found})")
+        raise MeshError(f"at most {most} {what} (it has {shown(found)})")
 
 
 def fans(corners: Int[np.ndarray, " P"]) -> Int[np.ndarray, "T 3"]:

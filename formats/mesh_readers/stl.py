@@ -23,8 +23,9 @@ def read_stl(data: bytes) -> Float[np.ndarray, "T 3 3"]:
     count = int.from_bytes(data[80:_HEADER], "little")
     wanted = _HEADER + _RECORD.itemsize * count
     if len(data) < _HEADER or len(data) != wanted:
-        if data.lstrip()[:5].lower() == b"solid" and b"\0" not in data:
-            return _read_text(data.lower())
+        text = data.removeprefix(b"\xef\xbb\xbf").lstrip()
+        if text[:5].lower() == b"solid" and b"\0" not in text:
+            return _read_text(text.lower())
         wanted = max(wanted, _HEADER)
         if len(data) < wanted:
             raise MeshError(

@@ -12,11 +12,14 @@ _MESHES = re.compile(r"mesh(es)?|visual|collision", re.IGNORECASE)  # folders wi
 def parsed(name: str) -> tuple[str, PurePosixPath]:
     """Return the scheme of a mesh's name, empty for a path, and its path with forward slashes."""
     scheme, colon, rest = name.partition("://")
+    scheme = scheme.lower() if colon else scheme
     if name.startswith("file:/") and not colon:
         scheme, rest = "file", name.removeprefix("file:")
     elif not colon or len(scheme) == 1:  # a drive
         scheme, rest = "", name
     text = (unquote(rest) if scheme else rest).replace("\\", "/")
+    if scheme in ("package", "model"):
+        text = text.lstrip("/")
     if scheme == "file":
         text = text.removeprefix("localhost")
     if scheme in ("", "file"):

@@ -7,7 +7,6 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from urllib.parse import unquote
 
 from ..errors import UserError, shown
 from .mesh_addresses import above_equal, is_absolute, package_in, parsed
@@ -65,9 +64,9 @@ class Packages:
         package = self._own_package()
         self._own = [] if package is None else [package]
         self.addresses = [
-            PurePosixPath(unquote(name.partition("://")[2]).replace("\\", "/")).parts
-            for name in addresses
-            if name.startswith(("package://", "model://"))
+            wanted.parts
+            for scheme, wanted in map(parsed, addresses)
+            if scheme in ("package", "model")
         ]
 
     @cached_property
@@ -165,7 +164,7 @@ class Packages:
             inside = any(real.is_relative_to(folder) for folder in permitted)
             if there and inside:
                 self._stands_in |= permitted is self._own
-                if is_absolute(wanted) and option != Path(wanted):
+                if not packaged and all(option != folder / wanted for folder in self.folders):
                     self._elsewhere.append(above_equal(real, wanted))
                 return real
             # an absolute path that leads nowhere here is missing, not outside
@@ -189,6 +188,7 @@ class Packages:
                 yield renamed, self._own
         elif not is_absolute(wanted):
             yield from ((folder / wanted, self.folders) for folder in self.folders)
+            yield from self._on_other_machine(PurePosixPath("/", wanted))
         else:
             yield Path(wanted), self.folders
             yield from self._on_other_machine(wanted)
@@ -210,7 +210,8 @@ class Packages:
             yield self._described[package].joinpath(*inside), self.folders
 
     def _on_other_machine(self, wanted: PurePosixPath) -> Iterator[tuple[Path, Sequence[Path]]]:
-        """Yield the places of a file whose absolute address was written on another machine.
+        """Yield the places of a file whose absolute address was written on another machine, or
+        begins with the name of one.
 
         The name of a package follows a folder ``share`` of an installation; or it is that of a
         package that the user gave, or of the own one.
@@ -241,8 +242,8 @@ class Packages:
         the option to name its folder."""
         if ".." in wanted.parts[1:] or not wanted.parts:
             return ""
-        if is_absolute(wanted):
-            package = package_in(wanted)
+        if is_absolute(wanted) or (not packaged and "share" in wanted.parts[:-2]):
+            package = package_in(PurePosixPath("/", wanted))
             if package in self.named:
                 return f"; {self._as_given(self.named[package])} has no such file"
             return f"; name the folder of its package: --package {package}=FOLDER"

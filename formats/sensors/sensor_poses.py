@@ -31,6 +31,7 @@ from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
 from .single_fit import link_name, single_at
 
 _DIGITS = 12
+_MOST_KEYS = 200_000  # of a file
 
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
@@ -92,6 +93,8 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
         UserError: if the text is no such file, names a joint or link that the robot lacks, or
             contradicts itself.
     """
+    if (found := text.count('":')) > _MOST_KEYS:
+        raise UserError(f"{name}: found {found} keys, allowed: at most {_MOST_KEYS}")
     try:
         file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
     except ValidationError as error:

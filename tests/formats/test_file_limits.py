@@ -20,11 +20,11 @@ from place_rings.formats.layouts.mat_frames import sensors_of_mat
 from place_rings.formats.loader import read_scene
 from place_rings.formats.model_reader import read_calibration
 from place_rings.formats.schema.layout_models import LayoutMatModel
-from place_rings.formats.toml_text import MOST_PARTS, toml_keys
+from place_rings.formats.toml_text import MOST_PARTS, MOST_TABLES, toml_keys
 from place_rings.rig.sources.bags import Bag
 
 from ..rig.bags import JOINTS, START, write_mcap
-from ..support.refusals import refused
+from ..support.refusals import has_parts, refused
 
 PART = st.sampled_from(["a", "b-1", "7", '"x y"', "'q.'", '"\\"."', '""'])
 DOT = st.sampled_from([".", " . ", "\t."])
@@ -70,6 +70,41 @@ day = 2026-01-02T03:04:05.678
             toml_keys(text)
     else:
         assert toml_keys(text) == wanted
+
+
+HEADS = {
+    "tables": ("[a{0}]", 1, True),
+    "deep tables": (f"[{'.'.join(f'a{k}_{{0}}' for k in range(MOST_PARTS))}]", MOST_PARTS, True),
+    "lists": ("[[ a ]] # more", 1, True),
+    "dotted keys": ("a.b{0} = 1", 2, True),
+    "quoted keys": ('"a"."b"."{0}" = 1.5', 3, True),
+    "plain keys": ("a{0} = 1.5", 1, False),
+    "rows": ("  [0.1, {0}.2],", 1, False),
+    "numbers": ("  {0}.2,", 1, False),
+    "remarks": ("# a.b.c = 1 {0}", 1, False),
+}
+
+
+@pytest.mark.parametrize("kind", HEADS)
+def test_tables_are_bounded_and_nothing_else_counts_as_one(kind):
+    """300,000 tables took 12 s, and 40,000 of 30 parts 1.4 GB."""
+    line, parts, tables = HEADS[kind]
+    rows = [line.format(i) for i in range(MOST_TABLES // parts + 1)]
+    text = "\n".join(["x = [", *rows, "]"] if kind in ("rows", "numbers") else rows)
+    if tables:
+        with pytest.raises(ValueError, match=f"{MOST_TABLES}"):
+            toml_keys(text)
+    else:
+        assert toml_keys(text) == tomllib.loads(text)
+
+
+def test_a_list_of_sensors_with_many_keys_is_one_line(tmp_path, run):
+    """A million took 1.1 GB."""
+    keys = ",".join(f'"{i}": 1' for i in range(300_000))
+    (tmp_path / "s.json").write_text(f"{{{keys}}}")
+    code, _, err = run("verify", "s.json")
+    assert code == 2
+    assert has_parts(err, "s.json 300000 200000")
 
 
 @pytest.mark.parametrize("kind", ["scene", "proposal", "csv"])
@@ -119,10 +154,13 @@ HEADER = b"MATLAB 5.0".ljust(116) + bytes(8) + struct.pack("<H", 0x0100) + b"IM"
 
 def nested(depth):
     """Cells within each other."""
-    data = matrix(6, (1, 1), b"", element(9, bytes(8)))
+    parts = [matrix(6, (1, 1), b"", element(9, bytes(8)))]
+    size = len(parts[0])
     for level in range(depth):
-        data = matrix(1, (1, 1), b"v" if level == depth - 1 else b"", data)
-    return HEADER + data
+        start = matrix(1, (1, 1), b"v" if level == depth - 1 else b"", b"")[8:]
+        parts.append(struct.pack("<II", 14, len(start) + size) + start)
+        size += len(parts[-1])
+    return HEADER + b"".join(reversed(parts))
 
 
 def claims(packed):

@@ -2,6 +2,7 @@
 of Git LFS, addresses of other machines. Each loads or is one line that helps."""
 
 import io
+import time
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.formats.schema.robot_models import RobotFile
+from place_rings.formats.stand_ins import refuse_stand_in
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
@@ -162,12 +164,35 @@ def test_what_stands_in_place_of_a_file_is_named(tmp_path, run, parts, data):
     code, _, err = run("verify", "n1_8_0", "--scene", "scene.toml")
     assert code == 2
     assert has_parts(err, f'scene.toml obstacles[0].file "cell.obj" {parts}')
+    for name, words in {
+        "scene.toml": ["n1_8_0", "--scene"],
+        "kinematics.yaml": ["n1_8_0", "--calibration"],
+        "calibration.conf": ["n1_8_0", "--calibration"],
+        "proposal.toml": [],
+        "poses.csv": [],
+        "poses.json": [],
+    }.items():
+        (tmp_path / name).write_bytes(data)
+        code, _, err = run("verify", *words, name)
+        assert code == 2
+        assert has_parts(err, f"{name} {parts}")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("end", [b"", b"-->"])
+def test_a_search_for_comments_takes_time_in_proportion_to_a_file(end):
+    """Comments that do not end, 4 MB of them, took more than 40 s."""
+    data = b"<!--" * 1_000_000 + end + b"\n>>>>>>> a\n" + b"<!--" * 1_000_000
+    begin = time.process_time()
+    with refused("a.urdf conflict 2"):
+        refuse_stand_in(data, "a.urdf")
+    assert time.process_time() - begin < 2
 
 
 starts = st.sampled_from(
     ["file:///home/me/ws", "file://localhost/opt/ros", "file:/opt/ros", "/home/me", "file:///C:/ros",
-     "file:///c%3A/ros", r"file:///C:\ros", r"C:\ros", "D:/ros", "file:////srv/ros"]
+     "file:///c%3A/ros", r"file:///C:\ros", r"C:\ros", "D:/ros", "file:////srv/ros",
+     "FILE:///home/me"]
 )  # fmt: skip
 
 
@@ -206,6 +231,31 @@ def test_absolute_addresses_of_another_machine_are_found_by_their_package(
     climbing = name.replace(f"arm{slash}", f"arm{slash}..{slash}..{slash}", 1)
     with refused("upper"):
         packages.find(climbing, "upper")
+
+
+@given(
+    st.sampled_from(
+        ["file://robotpc/opt/ros/share/arm", "File://10.0.0.7/ws/src/share/arm", "package:///arm",
+         "PACKAGE://arm", "package:////arm", "model:///arm", "install/arm/share/arm"]
+    ),
+    st.booleans(),
+)  # fmt: skip
+def test_addresses_with_a_host_or_too_many_slashes_lead_to_their_package(
+    tmp_path_factory, start, quoted
+):
+    folder = tmp_path_factory.mktemp("hosts")
+    file = folder / "given" / "arm" / "meshes" / "upper arm.stl"
+    file.parent.mkdir(parents=True)
+    trimesh.creation.box().export(file)
+    quoted &= "://" in start
+    name = f"{start}/meshes/upper{'%20' if quoted else ' '}arm.stl"
+    urdf = folder / "arm.urdf"
+    with refused('"upper" --package arm=FOLDER'):
+        Packages(urdf, addresses=[name]).find(name, "upper")
+    for options in ({"folders": [folder / "given"]}, {"named": {"arm": folder / "given" / "arm"}}):
+        packages = Packages(urdf, addresses=[name], **options)
+        assert packages.find(name, "upper") == file.resolve()
+        assert len(packages.notes) == (not start.lower().startswith(("package", "model")))
 
 
 def test_an_own_package_serves_absolute_addresses_and_others_stay_outside(tmp_path):
