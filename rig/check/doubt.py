@@ -1,5 +1,6 @@
 """Doubtful readings of each sensor while the robot stood still: failures, missing readings,
-readings below the least distance, and readings that jump away from most others.
+readings below the least distance, readings that jump away from most others, and readings that do
+not arrive.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ _SURE = 5.0  # standard deviations
 # width of a cluster of distances: m at least, and standard deviations
 _WIDTH, _WIDE = 0.06, 6.0
 _EDGE = 0.9  # of the range; a target beyond may be missed
-KINDS = ("failed", "missing", "near", "apart")
+KINDS = ("failed", "missing", "near", "apart", "absent", "together")
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,20 @@ class Doubt:
     """Share of readings below the sensor's least distance, or 5 cm, where nothing is expected."""
     apart: Float[np.ndarray, " K"]
     """Share of distances outside the cluster that most are in."""
+    absent: Float[np.ndarray, " K"]
+    """Share of its ring's frames in which it sends nothing; 0 without readings."""
+    together: Float[np.ndarray, " K"]
+    """Share of its ring's frames in which it fails, misses, reads too near or sends nothing."""
 
     @property
-    def found(self) -> Bool[np.ndarray, "4 K"]:
-        """Which of ``KINDS`` counts for which sensor."""
+    def found(self) -> Bool[np.ndarray, "6 K"]:
+        """Which of ``KINDS`` counts for which sensor; ``together`` if no other one does."""
         shares = np.stack([getattr(self, kind) for kind in KINDS])
-        enough = (self.readings == 0) | (np.rint(shares * self.readings) >= _FEWEST)
-        return np.asarray((shares > MOST) & enough)
+        frames = self.readings / np.where(self.absent < 1, 1 - self.absent, 1.0)
+        enough = (self.readings == 0) | (np.rint(shares * frames) >= _FEWEST)
+        found = np.asarray((shares > MOST) & enough)
+        found[-1] &= ~found[:-1].any(axis=0)
+        return found
 
     def worse(self, other: "Doubt") -> "Doubt":
         """Return the larger shares of two parts of a check."""
@@ -105,7 +113,18 @@ def doubt(
     every = np.maximum(total.sum(axis=0), 1)
     none = total.sum(axis=0) == 0
     shares = [a.sum(axis=0) / every for a in (failed, missing, near, apart)]
-    return Doubt(total.sum(axis=0), np.where(none, 1.0, shares[0]), *shares[1:])
+    counts = [group.count for group in setup.groups]
+    sent = np.maximum.reduceat(total, np.cumsum([0, *counts[:-1]]), axis=1).sum(axis=0)
+    frames = np.maximum(np.repeat(sent, counts), 1)
+    absent = np.where(none, 0, frames - total.sum(axis=0))
+    together = (failed + missing + near).sum(axis=0) + absent
+    return Doubt(
+        total.sum(axis=0),
+        np.where(none, 1.0, shares[0]),
+        *shares[1:],
+        absent / frames,
+        np.where(none, 1.0, together / frames),
+    )
 
 
 def _own_body(

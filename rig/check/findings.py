@@ -20,6 +20,8 @@ _DOUBTS = {
     "missing": "miss their target",
     "near": "read less than 5 cm or their own least distance where nothing is expected",
     "apart": "jump away from their usual distance, although the robot stands still",
+    "absent": "send nothing although others of their ring do",
+    "together": "fail, miss their target, read too near or send nothing",
 }
 _NOT_BEGUN = "not finished before the check ended"
 

@@ -22,13 +22,22 @@ def doubtful_sensors(r: CheckResult) -> list[str]:
                     one.missing_percent,
                     one.near_percent,
                     one.apart_percent,
+                    one.absent_percent,
                 )
             ),
         )
         for one in r.sensors
         if one.doubtful
     ]
-    heads = ("sensor", "readings", "failed, %", "missing, %", "below 5 cm, %", "apart, %")
+    heads = (
+        "sensor",
+        "readings",
+        "failed, %",
+        "missing, %",
+        "below 5 cm, %",
+        "apart, %",
+        "absent, %",
+    )
     return ["## Doubtful sensors", "", table(heads, rows), ""] if rows else []
 
 

@@ -183,6 +183,8 @@ class SensorHealthModel(StrictModel):
     missing_percent: Percent = Field(description="without a sure distance, where it has a target")
     near_percent: Percent = Field(description="below 5 cm, or its least range, unexpectedly")
     apart_percent: Percent = Field(description="valid, but outside the cluster of most distances")
+    absent_percent: Percent = Field(description="not sent, although others of its ring are")
+    together_percent: Percent = Field(description="failed, missing, near or absent")
     doubtful: bool
 
 

@@ -19,10 +19,12 @@ _NUMBER = re.compile(
 )
 _FAILURE = re.compile(
     r"bad|bounds|data|dead|e|err|error|fail|failed|failure|fault|inf|infinity|invalid|lost|missing"
-    r"|na|nan|nil|none?|null|off?|oor|out|ovf|over|overflow|range|reading|saturated|sensor|signal"
-    r"|target|timed?|timeout|undefined|underflow|weak|x"
+    r"|na|nan|nil|no|none?|null|off?|oor|out|ovf|over|overflow|range|reading|saturated|sensor"
+    r"|signal|target|timed?|timeout|undefined|underflow|weak|x"
 )
-_PHRASES = re.compile(r"\b(?:out of range|out of bounds|no target|timed? out)\b", _I)
+_PHRASES = re.compile(
+    r"\b(?:out of range|out of bounds|no (?:data|reading|signal|target)|timed? out)\b", _I
+)
 _NUMBERED = re.compile(r"\d{1,10}:[ \t]+")
 _MEASURING = re.compile(r"reading a measurement\.{3}\s*", _I)
 _LABEL = re.compile(
@@ -95,8 +97,8 @@ def reading(word: str, unit: str = "") -> Reading | None:
 
 def _means_failure(word: str) -> bool:
     """Whether a word means a failure: marks such as ``-`` or ``?``, or words that mean one."""
-    words = re.findall(r"[a-z]+", word.lower().replace("n/a", "na"))
-    rest = re.sub(r"[A-Za-z]", "", word)
+    word = re.sub(r"(?<=\w)\s(?:mm|cm|m)$", "", word.lower().replace("n/a", "na"))
+    words, rest = re.findall(r"[a-z]+", word), re.sub(r"[a-z]", "", word)
     if not words:
         return bool(re.fullmatch(r"[-?*#!/ ]*", word))
     return all(map(_FAILURE.fullmatch, words)) and bool(re.fullmatch(r"[-+_!?/ ]*\d{0,3}", rest))
@@ -115,32 +117,34 @@ def read_list(line: str, count: int) -> LineReadings | None:
     fields = _fields(text, count)
     each = [reading(field, unit) for field in fields]
     odd = [i for i, one in enumerate(each) if one is None]
-    if len(fields) != count or not _one_odd_word(text, fields, odd):
+    # a log's lines begin with a word, or are words between blanks
+    log = bool(odd) and (odd[0] == 0 or re.search(r"[,;\t]", text) is None)
+    if len(fields) != count or log or _some_units(fields, unit) or not _one_odd_word(fields, odd):
         return None
     name = re.sub(r"[\d _-]+", "", label["label"]).lower() if label else "#" * bool(number)
     return LineReadings("measurement" if before else name, [one or _FAILED for one in each])
 
 
-def _one_odd_word(text: str, fields: list[str], odd: list[int]) -> bool:
+def _some_units(fields: list[str], unit: str) -> bool:
+    """Whether some numbers are in cm or m and others without a unit: ``1,24 m`` is one distance."""
+    numbers = [match for field in fields if (match := _NUMBER.fullmatch(field))]
+    stated = {(match["unit"] or unit or "").lower() for match in numbers}
+    return "" in stated and bool(stated & {"cm", "m"})
+
+
+def _one_odd_word(fields: list[str], odd: list[int]) -> bool:
     """Whether the fields ``odd``, of no known meaning, are none, or one word among the numbers of
-    at least three other sensors. A log's lines begin with such a word: the first field is none.
+    at least three other sensors.
     """
-    if not odd:
-        return True
-    numbers = [i for i, field in enumerate(fields) if field[:1].isdigit()]
-    alone = len(odd) == 1 and odd[0] > 0 and len(numbers) == len(fields) - 1
-    return (
-        alone
-        and len(fields) >= _FEWEST
-        and re.search(r"[,;\t]", text) is not None
-        and _ODD.fullmatch(fields[odd[0]]) is not None
-    )
+    numbers = sum(field[:1].isdigit() for field in fields)
+    alone = len(odd) == 1 and numbers == len(fields) - 1 and len(fields) >= _FEWEST
+    return not odd or (alone and _ODD.fullmatch(fields[odd[0]]) is not None)
 
 
 def _fields(text: str, count: int) -> list[str]:
     """Return the fields of a list; a separator after the last one is no further field."""
-    if re.search(r"[,;]", text):
-        fields = re.split(r"[,;]", text)
+    if re.search(r"[,;]", text):  # commas beside semicolons are decimal
+        fields = re.split(";" if re.search(r";(?!\s*$)", text) else "[,;]", text)
     elif "\t" in text:
         fields = text.split("\t")
     else:
@@ -157,17 +161,20 @@ def _fields(text: str, count: int) -> list[str]:
 def read_indexed(line: str, count: int) -> LineReadings | None:
     """Read ``0:900,1:910``: every sensor of at least two, with its index from 0 or from 1."""
     items = re.split(r"(?:\s*[,;]\s*|\s+)(?=\d{1,3}\s?:)", _INDEX.sub("", line).strip(" ,;\t"))
-    found: dict[int, Reading] = {}
+    found: dict[int, str] = {}
     for item in items:
-        match = _ITEM.fullmatch(item)
-        one = reading(match["value"].strip()) if match else None
-        if match is None or one is None:
+        if (match := _ITEM.fullmatch(item)) is None:
             return None
-        found[int(match["index"])] = one
+        found[int(match["index"])] = match["value"].strip()
     each = sorted(found)
     if count < 2 or len(items) != count or each not in ([*range(count)], [*range(1, count + 1)]):
         return None
-    return LineReadings("", [found[i] for i in each])
+    words = [found[i] for i in each]
+    sensors = [reading(word) for word in words]
+    odd = [i for i, one in enumerate(sensors) if one is None]
+    return (
+        LineReadings("", [one or _FAILED for one in sensors]) if _one_odd_word(words, odd) else None
+    )
 
 
 def read_pololu(line: str, count: int) -> LineReadings | None:

@@ -168,6 +168,8 @@ ODD = [
     "TIMEOUT",
     "E7",
     "oops",
+    "no target",
+    "inf m",
 ]
 
 
@@ -187,6 +189,29 @@ def test_an_odd_word_fails_its_sensor_alone(seed, count, gap):
     assert odd.status.tolist() == [Status.FAILED if i == k else Status.VALID for i in range(count)]
     np.testing.assert_allclose(np.delete(odd.distance, k), np.delete(mm, k) / 1000)
     assert found.counts.corrupt == 1
+
+
+@settings(max_examples=40)
+@given(seeds, st.integers(4, 16), st.sampled_from([",", " ", "\t", "; "]), st.integers(0, 1))
+def test_an_odd_word_fails_the_sensor_of_its_index_alone(seed, count, gap, first):
+    rng = np.random.default_rng(seed)
+    mm, k, word = rng.integers(1, 8000, count), int(rng.integers(count)), rng.choice(ODD)
+    words = [str(one) for one in mm]
+    good, words[k] = [*words], word
+    lines = [gap.join(f"{i + first}:{one}" for i, one in enumerate(w)) for w in (good, words)]
+    _, (*_, odd) = frames("text", count, [*lines[:1] * 3, lines[1]])
+    assert odd.status.tolist() == [Status.FAILED if i == k else Status.VALID for i in range(count)]
+    np.testing.assert_allclose(np.delete(odd.distance, k), np.delete(mm, k) / 1000)
+
+
+@given(seeds, st.integers(1, 9), st.sampled_from(["", "mm", " m", " cm"]))
+def test_no_part_of_a_number_with_a_decimal_comma_is_a_distance(seed, n, unit):
+    """Of n sensors, whose line has 2 n fields if each comma separates, too."""
+    rng = np.random.default_rng(seed)
+    line = ";".join(f"{rng.integers(9)},{rng.integers(10, 100)}{unit}" for _ in range(n))
+    for count in {n, 2 * n} if n > 1 or unit in (" m", " cm") else {n}:
+        _, found = frames("text", count, [line] * 4)
+        assert found == []
 
 
 @pytest.mark.parametrize(
