@@ -7,7 +7,8 @@ one zone too late. The best of eight turns is then wrong too, and what is fitted
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+from scipy.optimize import linear_sum_assignment
 
 from ..sensing.readings import ZoneStops
 from ..sensing.zone_grid import every_turn
@@ -17,6 +18,7 @@ _TOLERANCE = 0.03  # m; of the readings of a fitted ring's zones
 # mean cost of a zone's reading, above which a grid fits no turn, although the sensor's first return
 # has no more than the other; a chip's zones may read farther than the nearest ray by centimetres
 _MISFIT, _NEAREST = 8.0, 4.0
+_CLEARLY = 0.8  # of the cost of the best stated order, below which columns or rows are mixed anyhow
 
 
 @dataclass(frozen=True)
@@ -82,11 +84,7 @@ def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: ZoneStops, wire: int) ->
     read, heard = stops.distance[:, wire], stops.total[:, wire] > 0
 
     def cost(want: Float[np.ndarray, "P Z"]) -> float:
-        both, one = np.isfinite(read) & np.isfinite(want), np.isfinite(read) ^ np.isfinite(want)
-        with np.errstate(invalid="ignore"):
-            z = (read - want) / _TOLERANCE
-        each = np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
-        return float((each * heard).sum())
+        return float((_each(read, want) * heard).sum())
 
     orders = zone_orders(rows, columns)
     # rounded: of orders that are the same but for a turn, that without one counts
@@ -95,11 +93,39 @@ def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: ZoneStops, wire: int) ->
         for order in orders
         for number, turn in enumerate(turns)
     ]
+    shape = (len(wanted), rows, columns)
+    mixed = min(
+        _mixed(read.reshape(shape), heard.reshape(shape), turn.reshape(shape)) for turn in turns
+    )
     count = int((heard & np.isfinite(read)).sum())
     best, _, text = min(others)
+    if mixed[0] < _CLEARLY * best:
+        best, text = mixed
     number = max(count, 1)
     near = [np.where(np.isfinite(grid), grid, np.inf).min(axis=1) for grid in (read, turns[0])]
     both = np.isfinite(near[0]) & np.isfinite(near[1])
     off = (near[0][both] - near[1][both]) / _TOLERANCE
     nearest = float(np.minimum(off * off, CAP).mean()) if both.any() else CAP
     return GridFit(min(map(cost, turns)) / number, best / number, text, nearest, count)
+
+
+def _each(read: np.ndarray, want: np.ndarray) -> np.ndarray:
+    """Return the cost of each reading."""
+    both, one = np.isfinite(read) & np.isfinite(want), np.isfinite(read) ^ np.isfinite(want)
+    with np.errstate(invalid="ignore"):
+        z = (read - want) / _TOLERANCE
+    return np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
+
+
+def _mixed(
+    read: Float[np.ndarray, "P r c"],
+    heard: Bool[np.ndarray, "P r c"],
+    want: Float[np.ndarray, "P r c"],
+) -> tuple[float, str]:
+    """Return the cost of the best order of the columns, or of the rows, and which it mixes."""
+    found = []
+    for axis, name in ((2, "columns"), (1, "rows")):
+        a, h, b = (np.moveaxis(grid, axis, 1) for grid in (read, heard, want))
+        table = (_each(a[:, :, None], b[:, None]) * h[:, :, None]).sum(axis=(0, 3))
+        found.append((float(table[linear_sum_assignment(table)].sum()), f"{name} are mixed"))
+    return min(found)

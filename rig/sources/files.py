@@ -108,6 +108,11 @@ def read_files(
     if joints.left_out:
         text = f"joint states: left out because they cannot be true: {'; '.join(joints.left_out)}"
         data.said.append((start, {"what": "warning", "text": text}))
+    if not joints.q.any():
+        text = (
+            "joint states: all are exactly zero: the arm stands there, or its driver is not ready"
+        )
+        data.said.append((start, {"what": "warning", "text": text}))
     gaps = joints.gaps()
     if len(gaps):
         text = (

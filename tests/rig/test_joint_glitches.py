@@ -171,3 +171,14 @@ def test_a_check_says_what_it_left_out(tmp_path, kind):
     assert "100 all zeros" in line
     assert "1 not finite" in line
     assert result["self_check"]["rings"][0]["frames"] < 20  # of 40: none at zero
+
+
+def test_a_file_of_zeros_only_is_named(tmp_path):
+    (tmp_path / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
+    joints = written(tmp_path / "joints.csv", ROBOT, np.zeros((200, 6)))
+    files = ["--joints", joints, "--readings", readings(tmp_path / "readings.csv", 4)]
+    out = tmp_path / "out"
+    assert call("check", tmp_path / "small.toml", *files, "--part", "self", "--out", out) in (0, 1)
+    (line,) = json.loads((out / "check.json").read_text())["warnings"]
+    assert "joint states" in line
+    assert "zero" in line

@@ -282,6 +282,23 @@ def test_orders_that_are_no_turn_are_named_and_turns_are_none_of_them(side):
         assert misfits(rng.permutation(side * side)).count("") >= 6
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_any_order_of_the_columns_or_rows_is_found(axis):
+    setup, joints = Setup((replace(SETUP.rings[0], count=4),)), drawn(SCENE, 14, 0)
+    world, wanted = World(SCENE, setup), expected_zones(SCENE, setup, 0, joints)[..., 0]
+    rng, number = np.random.default_rng(axis), np.arange(64).reshape(8, 8)
+    plain = heard(world, joints, 2)
+    for _ in range(4):
+        order = rng.permutation(8)
+        index = np.take(number, order, axis).ravel()
+        stops = replace(plain, distance=plain.distance[:, :, index])
+        fits = [grid_fit(wanted[:, k], stops, k) for k in range(4)]
+        assert sum(bool(fit.misfit(8)) for fit in fits) >= 3, order
+        turned = GridTurn(90).arrives(index.reshape(8, 8)).ravel()
+        stops = replace(plain, distance=plain.distance[:, :, turned])
+        assert sum(bool(grid_fit(wanted[:, k], stops, k).misfit(8)) for k in range(4)) >= 3
+
+
 @pytest.mark.slow
 def test_nothing_is_estimated_from_grids_that_fit_no_turn():
     ring = replace(SETUP.rings[0], sensor=effective(Use("vl53l5cx-4x4")).sensor)
