@@ -112,7 +112,7 @@ def doubt(
     near = np.where(_own_body(scene, setup, joints, near, least), np.minimum(near, apart), near)
     every = np.maximum(total.sum(axis=0), 1)
     none = total.sum(axis=0) == 0
-    fails, *shares = (a.sum(axis=0) / every for a in (failed, missing, near, apart))
+    fail, miss, close_by, off = (a.sum(axis=0) / every for a in (failed, missing, near, apart))
     counts = [group.count for group in setup.groups]
     sent = np.maximum.reduceat(total, np.cumsum([0, *counts[:-1]]), axis=1).sum(axis=0)
     frames = np.maximum(np.repeat(sent, counts), 1)
@@ -120,10 +120,12 @@ def doubt(
     together = (failed + missing + near).sum(axis=0) + absent
     return Doubt(
         total.sum(axis=0),
-        np.where(none, 1.0, fails),
-        *shares,
-        absent=absent / frames,
-        together=np.where(none, 1.0, together / frames),
+        np.where(none, 1.0, fail),
+        miss,
+        close_by,
+        off,
+        absent / frames,
+        np.where(none, 1.0, together / frames),
     )
 
 
