@@ -18,7 +18,7 @@ from place_rings.formats import writing
 from place_rings.formats.errors import UserError
 from place_rings.formats.writing import made_folder, output_files, write_text
 
-resource = pytest.importorskip("resource")  # and forks and signals of POSIX
+pytest.importorskip("resource")  # and forks and signals of POSIX
 
 NAMES = ("proposal.toml", "result.json", "picture.png")
 files = st.lists(st.sampled_from([*NAMES, "table.csv", "sub/mesh.stl"]), unique=True, min_size=1)
@@ -85,12 +85,15 @@ def test_a_full_disk_keeps_what_was_written_first(tmp_path, monkeypatch, n, erro
 
 def limited(folder: Path, size: int) -> subprocess.CompletedProcess[str]:
     """Place rings where no file may become larger than ``size`` bytes."""
+    begin = (  # JAX forbids a fork in this process
+        f"import resource, runpy; resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}));"
+        "runpy.run_module('place_rings.cli.entry', run_name='__main__', alter_sys=True)"
+    )
     return subprocess.run(
-        [sys.executable, "-m", "place_rings.cli.entry", *PLACE, "--out", str(folder)],
+        [sys.executable, "-c", begin, *PLACE, "--out", str(folder)],
         capture_output=True,
         text=True,
         check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
         env={**os.environ, "PLACE_RINGS_CACHE": "", "JAX_ENABLE_COMPILATION_CACHE": "false"},
     )
 
