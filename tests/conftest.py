@@ -5,6 +5,7 @@ half the time: its workers, and the processes that tests start, find both by the
 import mmap
 import os
 import random
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -123,6 +124,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         command = "run" in getattr(item, "fixturenames", ())
         if not command and not imported_rooms(item.path) - _CORE:
             item.add_marker("core")
+
+
+def pytest_runtest_teardown() -> None:
+    """Commands let a closed pipe end their process, which the tests after them must survive."""
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 @pytest.fixture
