@@ -4,6 +4,8 @@ import re
 import socket
 import time
 
+from .timed_read import read_exactly
+
 PORT = 29999
 _MOST = 1 << 12  # bytes of an answer
 _MODEL = re.compile(r"UR(3|5|7|8|10|12|15|16|18|20|30)(e?)", re.IGNORECASE)
@@ -51,11 +53,7 @@ def _asked(line: socket.socket, until: float, question: str) -> str:
 def _line(line: socket.socket, until: float) -> str:
     data = b""
     while not data.endswith(b"\n"):
-        left = until - time.monotonic()
-        if left <= 0 or len(data) >= _MOST:
+        if len(data) >= _MOST:
             raise TimeoutError("no answer in time")
-        line.settimeout(left)
-        if not (piece := line.recv(1)):
-            raise ConnectionError("closed before its answer")
-        data += piece
+        data += read_exactly(line, 1, until)
     return data.decode(errors="replace").strip()

@@ -14,11 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...coverage.robots.calibration import DhTable
+from .timed_read import read_exactly
 
 PORT = 30001
 HEAD = struct.Struct(">iB")  # size including this header, kind; of packages and of their parts
 STATE, KINEMATICS = 16, 5
 INFO = struct.Struct(">6I24dI")  # checksums, theta, a, d, alpha, status of the calibration
+_WANTED = "kinematics"
 _MOST = 1 << 20  # bytes of a package
 _MOST_BYTES = 8 << 20  # in all; a controller sends some 100 kB a second
 _FARTHEST = 1e5  # rad or m
@@ -82,13 +84,13 @@ def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or str(error) or "no answer"
         raise CalibrationUnreadError(f"port {PORT}: {reason}") from error
-    raise CalibrationUnreadError(f"port {PORT}: closed before its kinematics")
+    raise CalibrationUnreadError(f"port {PORT}: closed before its {_WANTED}")
 
 
 def _packages(line: socket.socket, until: float) -> Iterator[tuple[int, bytes]]:
     left = _MOST_BYTES
     while True:
-        head = _read(line, HEAD.size, until)
+        head = read_exactly(line, HEAD.size, until, _WANTED)
         size, kind = HEAD.unpack(head)
         if not HEAD.size <= size <= _MOST:
             raise CalibrationUnreadError(f"port {PORT}: a package of {size} bytes")
@@ -97,7 +99,7 @@ def _packages(line: socket.socket, until: float) -> Iterator[tuple[int, bytes]]:
             raise CalibrationUnreadError(
                 f"port {PORT}: no kinematics in its first {_MOST_BYTES >> 20} MiB"
             )
-        yield kind, _read(line, size - HEAD.size, until)
+        yield kind, read_exactly(line, size - HEAD.size, until, _WANTED)
 
 
 def _parts(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -107,15 +109,3 @@ def _parts(data: bytes) -> Iterator[tuple[int, bytes]]:
             raise CalibrationUnreadError(f"port {PORT}: a part of {size} bytes")
         yield kind, data[HEAD.size : size]
         data = data[size:]
-
-
-def _read(line: socket.socket, size: int, until: float) -> bytes:
-    data = bytearray()
-    while len(data) < size:
-        if (left := until - time.monotonic()) <= 0:
-            raise TimeoutError("timed out")
-        line.settimeout(left)
-        if not (piece := line.recv(size - len(data))):
-            raise ConnectionError("closed before its kinematics")
-        data += piece
-    return bytes(data)

@@ -7,6 +7,8 @@ import struct
 import time
 from contextlib import suppress
 
+from .timed_read import read_exactly
+
 PORT, VERSION = 30004, 2
 # inputs that ur-rtde's control interface takes (version 1.6.5); one client holds an input
 INPUTS = (
@@ -58,20 +60,8 @@ def _asked(line: socket.socket, until: float, kind: int, data: bytes) -> bytes |
     """Return the answer to a request; None if there is none among the next packages."""
     line.sendall(_HEAD.pack(_HEAD.size + len(data), kind) + data)
     for _ in range(_MOST):
-        size, of = _HEAD.unpack(_read(line, until, _HEAD.size))
-        answer = _read(line, until, max(size - _HEAD.size, 0))
+        size, of = _HEAD.unpack(read_exactly(line, _HEAD.size, until))
+        answer = read_exactly(line, max(size - _HEAD.size, 0), until)
         if of == kind:
             return answer
     return None
-
-
-def _read(line: socket.socket, until: float, size: int) -> bytes:
-    data = b""
-    while len(data) < size:
-        if (left := until - time.monotonic()) <= 0:
-            raise TimeoutError("timed out")
-        line.settimeout(left)
-        if not (piece := line.recv(size - len(data))):
-            raise ConnectionError("closed")
-        data += piece
-    return data
