@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.arrays import Array, namespace
 from .scene import CoreScene
 
 MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
@@ -15,12 +16,13 @@ def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
 
 
 def worth(
-    zetas: Float[np.ndarray, "*batch G"], scene: CoreScene
-) -> Float[np.ndarray, "*batch"] | np.floating:
+    zetas: Float[Array, "*batch G"], scene: CoreScene
+) -> Float[Array, "*batch"]:
     """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
 
     The penalty is a steep parabola of the shortfall below each floor.
     """
-    short = np.maximum(floors(scene) - zetas, 0.0)
-    value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+    xp = namespace(zetas)
+    short = xp.maximum(xp.asarray(floors(scene)) - zetas, 0.0)
+    value: Array = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
     return value

@@ -172,7 +172,7 @@ def sensor_poses(
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
-def _with_base(frames: Array) -> Any:
+def with_base(frames: Array) -> Any:
     """Return frames (..., F, 4, 4) and the base frame last, where the index ``BASE`` reads it."""
     xp = namespace(frames)
     base = xp.broadcast_to(xp.eye(4, dtype=frames.dtype), (*frames.shape[:-3], 1, 4, 4))
@@ -188,7 +188,7 @@ def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tupl
         look: axes in the frames of their links.
         frames: T_base_frame (..., F, 4, 4); equally many leading axes, which broadcast.
     """
-    T = _with_base(frames)[..., arrays.frame[arrays.ring], :, :]
+    T = with_base(frames)[..., arrays.frame[arrays.ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
     apex, look = (v[..., None, :] for v in (apex, look))
     return origin + dot(rotation, apex), dot(rotation, look)
@@ -199,7 +199,7 @@ def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
 
     For the other arguments see ``in_base``.
     """
-    rotation = _with_base(frames)[..., arrays.frame[arrays.ring], :3, :3]
+    rotation = with_base(frames)[..., arrays.frame[arrays.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 

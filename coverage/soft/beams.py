@@ -1,83 +1,140 @@
-"""Beams with or without occlusion, and the classes that evaluate them for the soft estimator."""
+"""Soft beams of rings at points: the sensors of each ring nearest to a point in azimuth, and their
+implicit functions, which JAX differentiates.
 
+The beam of a sensor tilted out of its ring's plane turns away from a point as the azimuth between
+them grows. If a cone contains the point, so does that of every sensor of its ring that is nearer in
+azimuth. A few nearest sensors of each ring therefore stand for all: two for narrow beams, more for
+wide ones, in proportion to the sensors whose beams overlap.
+"""
+
+import math
 from dataclasses import dataclass
-from functools import partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
 
-from ..occlusion.occlusion_mode import Occlusion
-from ..solids.capsules import Capsules
-from ..solids.cones import Cones
-from ..solids.polyhedra import Polyhedron
-from ..solids.sensor_beams import MixedBeams, SpecialBeams
-from .cones import SoftBeams
-from .first_return import soft_stop
-from .obstacle_occlusion import CellBeams
-from .pyramids import SquareBeams
-from .robot_occlusion import HiddenBeams
-from .special_beams import SpecialSoftBeams
+from ..arrays import Array
+from ..pytrees import tree
+from ..solids.sensor_beams import BeamShapes, beam_function
+
+_NOWHERE = 1e3  # m, the function of a sensor that is not there
+
+Coordinates = tuple[Any, Any, Any]
+"""x, y and z of vectors, each an array of one shape."""
 
 
-@partial(
-    jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",)
-)
+@tree
 @dataclass(frozen=True)
-class Hidden:
-    """Beams and the bodies that occlude them at the same pose."""
+class RingsAt:
+    """G rings, or single sensors as rings of one, at one pose in one mounting, base frame."""
 
-    cones: Cones
-    """Cones or mixed beams."""
-    bodies: Capsules
-    """The robot's bodies, one axis of N capsules."""
-    occlusion: Occlusion
-    """The occlusion model, a compile-time constant."""
+    centre: Float[Array, "G 3"]
+    """Centre of each ring, m."""
+    axis: Float[Array, "G 3"]
+    """Unit axis of each ring."""
+    zero: Float[Array, "G 3"]
+    """Unit vector of phase 0."""
+    side: Float[Array, "G 3"]
+    """Unit vector ``axis x zero``."""
+    tilt: Float[Array, " G"]
+    """Tilts, rad."""
+    phase: Float[Array, " G"]
+    """Phases, rad."""
+    count: Float[Array, " G"]
+    """Number of sensors; 0 for no ring."""
+    first: Int[Array, " G"]
+    """Number of each ring's first sensor."""
+    radius: Float[Array, " G"]
+    """Radii, m."""
+    shapes: BeamShapes
+    """Shapes (G,) of the beams."""
+
+    def across(self, points: Float[Array, "N 3"]) -> Coordinates:
+        """Return points in the frames of the rings (G, N): along ``zero``, ``side``, ``axis``."""
+        v = [points[None, :, i] - self.centre[:, None, i] for i in range(3)]
+        x, y, z = (
+            v[0] * e[:, None, 0] + v[1] * e[:, None, 1] + v[2] * e[:, None, 2]
+            for e in (self.zero, self.side, self.axis)
+        )
+        return x, y, z
 
 
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class InCell:
-    """Beams among obstacles, with or without occlusion by bodies."""
+class NearSensors(NamedTuple):
+    """The M sensors of each of G rings nearest in azimuth to each of N points."""
 
-    seen: Cones | Hidden
-    """Cones or mixed beams, or these with the robot's bodies."""
-    obstacles: tuple[Polyhedron, ...]
-    """The obstacles."""
-
-
-Seen = Cones | Hidden | InCell
+    sensor: Int[Array, "G M N"]
+    """Number of the sensor."""
+    east: Float[Array, "G M N"]
+    """Its direction from the ring's centre, along ``zero``."""
+    north: Float[Array, "G M N"]
+    """Its direction from the ring's centre, along ``side``."""
 
 
-def soft_beams(seen: Seen) -> SoftBeams:
-    """Return the soft estimator's beams for cones or mixed beams, with or without occlusion.
+def near_sensors(rings: RingsAt, points: Float[Array, "N 3"], most: int) -> NearSensors:
+    """Return the ``most`` sensors of each ring nearest in azimuth to points, without gradient."""
+    x, y, _ = rings.across(points)
+    gap = (2 * math.pi / jnp.maximum(rings.count, 1))[:, None]
+    off = (jnp.arctan2(y, x) - rings.phase[:, None]) / gap  # (G, N)
+    nearest = jnp.round(off)
+    ahead = jnp.where(off >= nearest, 1.0, -1.0)
+    rank = np.arange(most)
+    step = np.where(rank % 2, (rank + 1) // 2, -(rank // 2))[None, :, None]
+    number = nearest[:, None] + ahead[:, None] * step  # (G, M, N)
+    number = jnp.mod(number, jnp.maximum(rings.count, 1)[:, None, None])
+    angle = rings.phase[:, None, None] + number * gap[..., None]
+    sensor = rings.first[:, None, None] + number.astype(jnp.int32)
+    return NearSensors(sensor, jnp.cos(angle), jnp.sin(angle))
 
-    Under ``blind``, obstacles blind single-zone sensors, as the robot's bodies do, and cast shadows
-    for the others only.
+
+def beams_at(
+    rings: RingsAt,
+    points: Float[Array, "N 3"],
+    near: NearSensors,
+    seat: Float[Array, "K 3"] | None = None,
+) -> tuple[Float[Array, "G M N"], Coordinates]:
+    """Return the functions of sensors' beams without occlusion, m, and their apexes (G, M, N), m;
+    differentiable by the rings.
+
+    Args:
+        rings: the rings.
+        points: N points, m.
+        near: the sensors.
+        seat: direction of each sensor's axis in the frame of its intended axis, the direction
+            towards distal, and that along its ring; None: all are as intended.
     """
-    if isinstance(seen, Hidden):
-        return _hidden(seen, ())
-    if not isinstance(seen, InCell):
-        return _free(seen)
-    hidden = seen.seen if isinstance(seen.seen, Hidden) else None
-    cones = seen.seen.cones if isinstance(seen.seen, Hidden) else seen.seen
-    dtype = cones.apex.dtype
-    obstacles = jax.tree.map(
-        lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles
+    turned = (rings.phase - jax.lax.stop_gradient(rings.phase))[:, None, None]  # 0, with a gradient
+    level = 1 - turned * turned / 2
+    east = near.east * level - near.north * turned
+    north = near.north * level + near.east * turned
+    x, y, z = (a[:, None] for a in rings.across(points))
+    radius, tilt = rings.radius[:, None, None], rings.tilt[:, None, None]
+    cos, sin = jnp.cos(tilt), jnp.sin(tilt)
+    radial = x * east + y * north - radius
+    across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
+    if seat is not None:
+        depth, across, up = _seated(seat[near.sensor], depth, across, up)
+    local = jnp.stack([across, up, depth], axis=-1)  # the axis of a beam is the third
+    frame = jnp.eye(3, dtype=depth.dtype)
+    shapes = jax.tree.map(lambda a: a[:, None, None], rings.shapes)
+    value = beam_function(shapes, local, jnp.zeros(3, depth.dtype), frame[2], frame[1])
+    there = np.arange(near.east.shape[1])[None, :, None] < rings.count[:, None, None]
+    a, b, c = (
+        rings.centre[:, None, None, i]
+        + radius * (east * rings.zero[:, None, None, i] + north * rings.side[:, None, None, i])
+        for i in range(3)
     )
-    if hidden is None or hidden.occlusion != "blind":
-        return CellBeams(soft_beams(seen.seen), obstacles)
-    inner = _hidden(hidden, obstacles)
-    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, MixedBeams) else inner
+    return jnp.where(there, value, _NOWHERE), (a, b, c)
 
 
-def _free(cones: Cones) -> SoftBeams:
-    if isinstance(cones, SpecialBeams):
-        return SpecialSoftBeams(cones)
-    return SquareBeams(cones) if isinstance(cones, MixedBeams) else SoftBeams(cones)
-
-
-def _hidden(hidden: Hidden, obstacles: tuple[Polyhedron, ...]) -> SoftBeams:
-    """Return beams past bodies; under ``blind``, obstacles end them too."""
-    stop = partial(soft_stop, bodies=hidden.bodies, obstacles=obstacles)
-    blind = hidden.occlusion == "blind"
-    return HiddenBeams(soft_beams(hidden.cones), hidden.bodies, stop if blind else None)
+def _seated(seat: Array, depth: Array, across: Array, up: Array) -> Coordinates:
+    """Return coordinates in the frame of a sensor whose axis is off; see ``beams_at``."""
+    straight, raised, aside = (seat[..., i] for i in range(3))
+    level = jnp.sqrt(straight**2 + raised**2)
+    return (
+        straight * depth + raised * up + aside * across,
+        level * across - aside / level * (straight * depth + raised * up),
+        (straight * up - raised * depth) / level,
+    )

@@ -208,19 +208,11 @@ class SpecialBeams(MixedBeams):
     """Distances along the axis at which cones and pyramids begin, m; 0 for other parts."""
 
     def part(self, points: Array, index: Index) -> Any:
-        xp = namespace(self.half_angle)
-        half, range_m, thick = (
-            self.half_angle[index],
-            self.range_m[index],
-            self.half_thickness[index],
-        )
+        special = SpecialShapes(self.dome[index], self.half_thickness[index], self.near[index])
+        half, range_m, half_up = self.half_angle[index], self.range_m[index], self.half_up[index]
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        value = beam(points, apex, axis, half, range_m, up, self.half_up[index])
-        cap = dome(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
-        sector = fan(points, apex, axis, up, half, thick, range_m)
-        value = xp.where(self.dome[index], cap, xp.where(thick > 0, sector, value))
-        near, d = self.near[index], dot(points - apex, axis)
-        return xp.maximum(value, xp.where(near > 0, near - d, -xp.inf))
+        shapes = BeamShapes(half, range_m, half_up, self.zoned[index], special)
+        return beam_function(shapes, points, apex, axis, up)
 
     def _by_shape(self, index: Index) -> tuple[tuple[Any, Any], ...]:
         square, domed = self.is_square()[index], np.asarray(self.dome)[index]
@@ -308,3 +300,27 @@ def beam(
     xp = namespace(half_up)
     round_ = cone(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
     return xp.where(half_up > 0, pyramid(points, apex, axis, up, half, half_up, range_m), round_)
+
+
+def beam_function(
+    shapes: BeamShapes, points: Array, apex: Array, axis: Array, up: Array
+) -> Any:
+    """Return the implicit function of beams of any shape, m; all arguments broadcast.
+
+    Args:
+        shapes: shapes (...) of the beams.
+        points, apex: (..., 3) m.
+        axis, up: (..., 3), unit vectors; for ``up`` see ``pyramid``.
+    """
+    half, range_m = shapes.half_angle, shapes.range_m
+    xp = namespace(half)
+    if shapes.half_up is None:
+        return cone(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
+    value = beam(points, apex, axis, half, range_m, up, shapes.half_up)
+    if shapes.special is None:
+        return value
+    domed, thick, near = shapes.special
+    cap = dome(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
+    sector = fan(points, apex, axis, up, half, thick, range_m)
+    value = xp.where(domed, cap, xp.where(thick > 0, sector, value))
+    return xp.maximum(value, xp.where(near > 0, near - dot(points - apex, axis), -xp.inf))

@@ -1,0 +1,150 @@
+"""Soft lines of sight: how deep points lie behind bodies and obstacles, seen from sensors.
+
+A point is hidden where the segment from the sensor's apex to it passes a body's axis more closely
+than the body's radius. What it lacks is divided by the place along the segment where it passes,
+which gives about the distance of the point from the shadow's surface. The sign is exact.
+
+Of all bodies and planes only the one that hides a point deepest has a gradient. Which one that is,
+and where the segment passes it, is found without one: these places minimise the distance.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Float, Int
+
+from ..arrays import Array, root
+from ..solids.capsules import Capsules
+from .beams import Coordinates
+
+_NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
+_NIL = 1e-12  # m^2 and m^4, least divisor
+
+
+class Passing(NamedTuple):
+    """Where segments from apexes to points pass the body that hides the points deepest."""
+
+    place: Any
+    """Place on the segment, as a share of it."""
+    foot: Coordinates
+    """Nearest place on the body's axis, m."""
+    radius: Any
+    """The body's radius, m."""
+
+
+class Sight(NamedTuple):
+    """What hides points from sensors, chosen without gradient."""
+
+    passing: Passing | None
+    """Of the bodies; None without."""
+    planes: tuple[Any, ...]
+    """Number of the deepest plane of each obstacle's shadow."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Occluding:
+    """What occludes K sensors at one pose."""
+
+    bodies: Capsules | None = None
+    """Bodies that cast shadows, one axis of capsules; None: there are none."""
+    planes: tuple[tuple[Array, Array], ...] = ()
+    """Normals (K, F, 3) and offsets (K, F) m of the shadow of each obstacle."""
+    stop: Float[Array, " K"] | None = None
+    """First return, m, at which the beams of blinded sensors end, infinity for the others; None:
+    no sensor is blinded."""
+
+    def sight(self, sensor: Array, apex: Coordinates, points: Coordinates) -> Sight:
+        """Return what hides points from sensors, by their numbers and apexes."""
+        planes = tuple(_deepest_plane(sensor, points, *one) for one in self.planes)
+        return Sight(
+            None if self.bodies is None else _passing(apex, points, self.bodies), planes
+        )
+
+    def past(
+        self, value: Array, sensor: Array, apex: Coordinates, points: Coordinates, sight: Sight
+    ) -> Any:
+        """Return the function of beams past the occluders from that without, m."""
+        hidden = [
+            -_above(normal, offset, sensor, points, plane)
+            for (normal, offset), plane in zip(self.planes, sight.planes, strict=True)
+        ]
+        if sight.passing is not None:
+            hidden.append(_depth(apex, points, sight.passing))
+        if self.stop is None:
+            return reduce(jnp.maximum, hidden, value)
+        stop = self.stop[sensor]
+        for depth in hidden:
+            value = jnp.where(jnp.isinf(stop), jnp.maximum(value, depth), value)
+        v = [p - a for p, a in zip(points, apex, strict=True)]
+        return jnp.maximum(value, root(_dot(v, v)) - stop)
+
+
+def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passing:
+    def deeper(body: Any, best: tuple[Any, Passing]) -> tuple[Any, Passing]:
+        axis = [(bodies.start[body, i], bodies.end[body, i]) for i in range(3)]
+        passing = _nearest(apex, points, axis, bodies.radius[body])
+        depth = _depth(apex, points, passing)
+        new: tuple[Any, Passing] = jax.tree.map(
+            lambda a, b: jnp.where(depth > best[0], a, b), (depth, passing), best
+        )
+        return new
+
+    nothing = jnp.zeros(jnp.broadcast_shapes(apex[0].shape, points[0].shape), apex[0].dtype)
+    start = nothing - jnp.inf, Passing(nothing, (nothing, nothing, nothing), nothing)
+    found: Passing = jax.lax.fori_loop(0, len(bodies.radius), deeper, start)[1]
+    return found
+
+
+def _nearest(
+    apex: Coordinates, points: Coordinates, axis: list[tuple[Any, Any]], radius: Any
+) -> Passing:
+    """Return where segments from apexes to points pass the axis of a body most closely.
+
+    Both places follow from the nearest ones of the lines, each clipped in turn.
+    """
+    u = [p - a for p, a in zip(points, apex, strict=True)]
+    v = [end - start for start, end in axis]
+    w = [a - start for a, (start, _) in zip(apex, axis, strict=True)]
+    uu, vv, uv = _dot(u, u) + _NIL, _dot(v, v) + _NIL, _dot(u, v)
+    uw, vw = _dot(u, w), _dot(v, w)
+    place = jnp.clip((uv * vw - uw * vv) / jnp.maximum(uu * vv - uv * uv, _NIL), 0.0, 1.0)
+    along = jnp.clip((uv * place + vw) / vv, 0.0, 1.0)
+    place = jnp.clip((uv * along - uw) / uu, 0.0, 1.0)
+    x, y, z = (start + along * v[i] for i, (start, _) in enumerate(axis))
+    return Passing(place, (x, y, z), radius)
+
+
+def _depth(apex: Coordinates, points: Coordinates, passing: Passing) -> Any:
+    """Return how deep points lie behind a body, about m, negative outside; see the module."""
+    place = passing.place
+    gap = [a + place * (p - a) - f for a, p, f in zip(apex, points, passing.foot, strict=True)]
+    return (passing.radius - root(_dot(gap, gap))) / jnp.maximum(place, _NEAREST)
+
+
+def _above(normal: Array, offset: Array, sensor: Array, points: Coordinates, plane: Any) -> Any:
+    """Return the distance of points from planes of a solid's shadow, m."""
+    return _dot(points, jnp.moveaxis(normal[sensor, plane], -1, 0)) - offset[sensor, plane]
+
+
+def _deepest_plane(
+    sensor: Int[Array, "*shape"], points: Coordinates, normal: Array, offset: Array
+) -> Int[Array, "*shape"]:
+    """Return the number of the plane above which each point lies highest."""
+
+    def higher(plane: Any, best: tuple[Any, Any]) -> tuple[Any, Any]:
+        value = _above(normal, offset, sensor, points, plane)
+        more = value > best[0]
+        return jnp.where(more, value, best[0]), jnp.where(more, plane, best[1])
+
+    nothing = jnp.full(sensor.shape, -jnp.inf, normal.dtype), jnp.zeros(sensor.shape, jnp.int32)
+    highest: Array = jax.lax.fori_loop(0, offset.shape[1], higher, nothing)[1]
+    return highest
+
+
+def _dot(a: Any, b: Any) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
