@@ -2,6 +2,7 @@
 
 import math
 from collections import OrderedDict
+from dataclasses import replace
 from hashlib import blake2b
 from threading import Lock
 from typing import Any, NamedTuple
@@ -16,16 +17,15 @@ from ._scene import Scene, core_scene
 from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
-from .coverage.soft.sampling import Cloud, cloud
 from .objectives.scene import CoreScene
-from .objectives.soft_fraction import SoftFraction
+from .objectives.soft_coverage import SoftCoverage
 from .objectives.target_points import TargetPoints
 
 
 class _Prepared(NamedTuple):
     """Compiled function of a setup in a scene with its points."""
 
-    fraction: SoftFraction
+    soft: SoftCoverage
     """The soft coverage."""
     arrays: RingArrays
     """Arrays of the setup's rings."""
@@ -78,8 +78,8 @@ def coverage_fraction(
     Single sensors and those of the cell count, and stay where they are.
 
     A beam with the implicit function f covers a point to the degree sigmoid(-f / width). Several
-    beams cover it to 1 - prod(1 - degree). The result is the weighted mean over points, targets and
-    poses. As the width approaches 0, it approaches the share of covered points. The function works
+    beams cover it to 1 - prod(1 - degree); of each ring the sensors nearest in azimuth count. The
+    result is the weighted mean over points, targets and poses. As the width approaches 0, it approaches the share of covered points. The function works
     under ``jax.grad``, ``jax.jit`` and ``jax.vmap``. It ignores ``at_least_percent`` of targets and
     ``over_poses``.
 
@@ -116,7 +116,7 @@ def coverage_fraction(
     given = ready.values if values is None else _numbers(values, ready.values.shape)
     if not isinstance(width, jax.core.Tracer):
         _check_width(width)
-    return ready.fraction(ready.arrays, given, width)
+    return ready.soft.mean(ready.arrays, given, width)
 
 
 def _numbers(values: Any, shape: tuple[int, ...]) -> jax.Array:
@@ -154,22 +154,20 @@ def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
     key = (*among, placed)
     with _lock:
         if key not in _prepared:
-            fraction = next(
-                (one.fraction for at, one in _prepared.items() if at[:2] == among), None
-            )
-            _prepared[key] = _made(placed, core, points, fraction)
+            soft = next((one.soft for at, one in _prepared.items() if at[:2] == among), None)
+            _prepared[key] = _made(placed, core, points, soft)
             while len(_prepared) > _KEPT:
                 _prepared.popitem(last=False)
         _prepared.move_to_end(key)
         return _prepared[key]
 
 
-def _made(setup: Setup, core: CoreScene, points: Any, fraction: SoftFraction | None) -> _Prepared:
+def _made(setup: Setup, core: CoreScene, points: Any, soft: SoftCoverage | None) -> _Prepared:
     # the cached values must not belong to a caller's trace
     with input_errors(), jax.ensure_compile_time_eval():
-        fraction = fraction or SoftFraction(core, *_terms(core, points))
+        soft = soft or _soft_coverage(core, points)
         arrays = ring_arrays(core.robot, core.with_cell(setup).groups)
-    return _Prepared(fraction, arrays, setup.values, (core, points))
+    return _Prepared(soft, arrays, setup.values, (core, points))
 
 
 def _array(points: Any) -> np.ndarray:
@@ -191,15 +189,16 @@ def _digest(points: np.ndarray) -> tuple[int, bytes]:
     return len(points), blake2b(points.tobytes()).digest()
 
 
-def _terms(scene: CoreScene, points: Any) -> tuple[Cloud, Any, Any]:
-    """Return the clouds, poses and weights of all terms."""
+def _soft_coverage(scene: CoreScene, points: Any) -> SoftCoverage:
+    """Return the soft coverage at points of each target at each pose, or at an array of points at
+    every pose."""
     poses = len(scene.poses)
-    if isinstance(points, TargetPoints):
-        goal, pose = (np.array(column) for column in zip(*points.terms, strict=True))
-        if goal.max() >= len(scene.goals) or pose.max() >= poses:
-            raise InputError("found points of another scene, allowed: those of this one", "points")
-        weights = scene.goal_weights[goal] * scene.pose_weights[pose] / points.mountings
-        return points.clouds(len(points.points[0])), pose, weights
-    one = cloud(points)
-    clouds = jax.tree.map(lambda a: np.stack([a] * poses), one)
-    return jax.device_put(clouds), np.arange(poses), scene.pose_weights
+    if not isinstance(points, TargetPoints):
+        one = replace(scene, goals=scene.goals[:1])
+        return SoftCoverage(one, [(0, p) for p in range(poses)], [points] * poses)
+    if (
+        max(g for g, _ in points.terms) >= len(scene.goals)
+        or max(p for _, p in points.terms) >= poses
+    ):
+        raise InputError("found points of another scene, allowed: those of this one", "points")
+    return SoftCoverage(scene, points.terms, points.points)

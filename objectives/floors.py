@@ -15,9 +15,7 @@ def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
 
 
-def worth(
-    zetas: Float[Array, "*batch G"], scene: CoreScene
-) -> Float[Array, "*batch"]:
+def worth(zetas: Float[Array, "*batch G"], scene: CoreScene) -> Float[Array, "*batch"]:
     """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
 
     The penalty is a steep parabola of the shortfall below each floor.

@@ -92,18 +92,12 @@ class _Chain(NamedTuple):
     """Index of each ring."""
     parts: tuple[slice, ...]
     """The rings of each segment that holds several."""
-    binding: Bool[np.ndarray, "*batch R"]
-    """Whether the envelopes, not the rules, set the spacing of a ring from the next one below."""
     offset: Float[np.ndarray, "*batch R"]
     """Sum of the spacings from the lowest ring of the segment up to each ring."""
     low: Float[np.ndarray, "*batch R"]
     """Lowest position of each ring less its offset, as it and the rings below it allow."""
     high: Float[np.ndarray, "*batch R"]
     """Highest position of each ring less its offset, as it and the rings above it allow."""
-    own_low: Float[np.ndarray, "*batch R"]
-    """Lower end of each ring's segment less the ring's offset."""
-    own_high: Float[np.ndarray, "*batch R"]
-    """Upper end of each ring's segment less the ring's offset."""
 
     @property
     def free(self) -> Float[np.ndarray, "*batch R"]:
@@ -162,6 +156,17 @@ def at_tilt(
     return row
 
 
+def tilt_slope(
+    tables: Float[np.ndarray, "S 4 T"],
+    index: Int[np.ndarray, "*batch R"],
+    tilt: Float[np.ndarray, "*batch R"],
+) -> Float[np.ndarray, "*batch R 4"]:
+    """Return the slopes of rows by the tilt, 1/rad; for the arguments see ``at_tilt``."""
+    cell, _ = _cells(tilt)
+    slope: np.ndarray = (tables[index, :, cell + 1] - tables[index, :, cell]) / _STEP
+    return slope
+
+
 def _running(
     f: np.ufunc, values: Float[np.ndarray, "*batch R"], parts: Sequence[slice], down: bool = False
 ) -> Float[np.ndarray, "*batch R"]:
@@ -199,12 +204,9 @@ def _chain(
     return _Chain(
         order,
         parts,
-        envelopes > least,
         offset,
         _running(np.maximum, low, parts),
         _running(np.minimum, high, parts, down=True),
-        low,
-        high,
     )
 
 
@@ -230,58 +232,6 @@ def decode(where: Interval, values: Float[np.ndarray, "3 R"]) -> Float[np.ndarra
     """Return positions, tilts and phases (3, R) for values in a box; see ``positions``."""
     tilt = _tilts(where, values)
     return np.stack([positions(where, values[0], tilt), tilt, values[2]])
-
-
-def value_slopes(
-    where: Interval,
-    values: Float[np.ndarray, "3 R"],
-    position: Float[np.ndarray, " R"],
-    tilt: Float[np.ndarray, " R"],
-    phase: Float[np.ndarray, " R"],
-) -> Float[np.ndarray, "3 R"]:
-    """Return the gradient (3, R) by the values that ``decode`` reads.
-
-    Args:
-        where: the rings' segments.
-        values: the values (3, R).
-        position: gradient (R,) by the positions.
-        tilt: gradient (R,) by the tilts.
-        phase: gradient (R,) by the phases.
-    """
-    own, n = _tilts(where, values), len(tilt)
-    chain = _chain(where, values[0], own)
-    along, slope = chain.sorted(values[0]), chain.sorted(position)
-    # position = offset + (1 - along) (low - offset) of one ring + along (high - offset) of another
-    lowest, highest = _first_at(chain.low, chain.own_low), _last_at(chain.high, chain.own_high)
-    by_low = np.bincount(lowest, (1 - along) * slope, n)
-    by_high = np.bincount(highest, along * slope, n)
-    above = _running(np.add, slope - by_low - by_high, chain.parts, down=True)
-    by_row = np.zeros((n, 4))
-    by_row[:, LOW], by_row[:, HIGH] = by_low, by_high
-    by_row[:, BELOW] = chain.binding * above
-    by_row[:-1, ABOVE] = by_row[1:, BELOW]  # 0 for the first ring of a segment
-    cell, _ = _cells(own)
-    cell = cell[chain.order]
-    change = where.by_tilt[chain.order, :, cell + 1] - where.by_tilt[chain.order, :, cell]
-    by_tilt = tilt + chain.back((by_row * change / _STEP).sum(axis=1))
-    by_along = chain.back(slope * chain.free)
-    return np.stack([by_along, np.bincount(where.tilt_of, where.sign * by_tilt, n), phase])
-
-
-def _first_at(
-    running: Float[np.ndarray, " R"], own: Float[np.ndarray, " R"]
-) -> Int[np.ndarray, " R"]:
-    """Return the last ring up to each ring that set the running value."""
-    each = np.arange(len(own))
-    first: np.ndarray = np.maximum.accumulate(np.where(own == running, each, 0))
-    return first
-
-
-def _last_at(
-    running: Float[np.ndarray, " R"], own: Float[np.ndarray, " R"]
-) -> Int[np.ndarray, " R"]:
-    """Return the first ring from each ring on that set the running value, from the highest down."""
-    return len(own) - 1 - _first_at(running[::-1], own[::-1])[::-1]
 
 
 def encode(

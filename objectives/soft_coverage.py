@@ -6,17 +6,15 @@ goals, poses and mountings, with floors, or the soft minimum over poses or losse
 
 import math
 from collections.abc import Sequence
-from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from ..coverage.arrays import Array
-from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.mounting_errors import Misplaced
 from ..coverage.rings.ring_kinematics import RingArrays, seen_from, sensor_poses, with_base
 from ..coverage.robots.kinematics import forward
@@ -36,6 +34,17 @@ from .scene import CoreScene
 # of the soft minimum over N poses or losses, which exceeds the minimum by at most this times log N
 TEMPERATURE = 0.005
 Term = tuple[int, int]  # goal and pose
+
+
+class Sample(NamedTuple):
+    """Points of T terms on which soft coverage is computed."""
+
+    points: Float[Array, "T N 3"]
+    """The points, m, base frame."""
+    share: Float[Array, ""] | float = 1.0
+    """Their share of all points."""
+    rest: Float[Array, "T U"] | float = 0.0
+    """Sum over the other points of the degree to which they count as covered, over all points."""
 
 
 class SoftCoverage:
@@ -66,7 +75,7 @@ class SoftCoverage:
         check_bodies(scene, scene.occlusion)
         self._goal, self._pose = (np.array(column) for column in zip(*terms, strict=True))  # (T,)
         self._mounting = np.arange(len(terms)) // (len(terms) // self.aim.mountings)  # (T,)
-        self._points = jnp.asarray(np.stack(points), jnp.float32)  # (T, N, 3)
+        self.all = Sample(jnp.asarray(np.stack(points), jnp.float32))
         frames = np.array([forward(scene.robot.chain, p.q) for p in scene.poses], np.float32)
         self._frames = frames  # (P, F, 4, 4)
         self._bodies: Capsules | None = None
@@ -76,18 +85,21 @@ class SoftCoverage:
             carried = [carried_at(scene.robot, T) for T in frames]
             obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
         self._obstacles = obstacles
-        self._chosen = jax.jit(self._choices, static_argnums=2)
+        self._chosen = jax.jit(self._choices, static_argnums=3)
         self._compiled = jax.jit(self._value)
-        self._slope = jax.jit(jax.value_and_grad(self._value, argnums=1))
+        self._mean = jax.jit(self._of_all, static_argnums=3)
+        self._slope = jax.jit(jax.value_and_grad(self._value, argnums=1, has_aux=True))
 
-    def share(self, arrays: RingArrays, values: Any, width: float = SHARP) -> float:
-        """Return the soft coverage; by default the share of the points in a beam."""
-        values = jnp.asarray(values, jnp.float32)
-        chosen = self._chosen(arrays, values, self._most(arrays))
-        return float(self._compiled(arrays, values, jnp.float32(width), chosen))
+    def share(
+        self, arrays: RingArrays, values: Any, width: float = SHARP, sample: Sample | None = None
+    ) -> float:
+        """Return the soft coverage; by default the share of all points that are in a beam."""
+        values, sample = jnp.asarray(values, jnp.float32), sample or self.all
+        chosen = self._chosen(arrays, values, sample.points, self._most(arrays))
+        return float(self._compiled(arrays, values, sample, jnp.float32(width), chosen)[0])
 
     def value_and_slope(
-        self, arrays: RingArrays, values: Any, width: float
+        self, arrays: RingArrays, values: Any, width: float, sample: Sample | None = None
     ) -> tuple[float, Float[np.ndarray, "3 R"]]:
         """Return the soft coverage and its gradient by positions, tilts and phases.
 
@@ -95,27 +107,71 @@ class SoftCoverage:
             arrays: R rings and their sensors, and single sensors after them, which stay.
             values: positions, tilts (rad) and phases (rad) of the rings.
             width: width of the sigmoid, m.
+            sample: the points; by default all.
         """
-        values = jnp.asarray(values, jnp.float32)
+        (value, _), slope = self._both(arrays, values, width, sample or self.all)
+        return float(value), np.asarray(slope, float)
+
+    def first(self, count: int) -> Sample:
+        """Return the first ``count`` points of each term, or somewhat fewer, as ``undecided``
+        does."""
+        n = self.all.points.shape[1]
+        return Sample(self.all.points[:, : -(-n // max(-(-n // count), 1))])
+
+    def undecided(self, arrays: RingArrays, values: Any, width: float, count: int) -> Sample:
+        """Return the ``count`` points of each term that are nearest to being covered or not, with
+        what the others contribute.
+
+        Small moves of the rings change what is covered at these points only.
+        """
+        points = np.asarray(self.all.points)  # (T, N, 3)
+        n, count = points.shape[1], self.first(count).points.shape[1]
+        if count == n:
+            return self.all
+        padded = np.concatenate([points, points[:, : -n % count]], axis=1)
+        parts = [
+            np.asarray(self._both(arrays, values, width, Sample(jnp.asarray(some)))[0][1])
+            for some in np.split(padded, padded.shape[1] // count, axis=1)
+        ]
+        covered = np.concatenate(parts, axis=2)[:, :, :n]  # (T, U, N)
+        nearness = (covered * (1 - covered)).max(axis=1)  # (T, N)
+        order = np.argsort(-nearness, axis=1, kind="stable")
+        some = np.take_along_axis(points, order[:, :count, None], axis=1)
+        others = np.take_along_axis(covered, order[:, None, count:], axis=2)
+        rest = jnp.asarray(others.sum(axis=2, dtype=float) / n, jnp.float32)
+        return Sample(jnp.asarray(some), jnp.float32(count / n), rest)
+
+    def _both(self, arrays: RingArrays, values: Any, width: float, sample: Sample) -> Any:
         # two compiled functions: in one, XLA would compute the choices again for each part of the
         # gradient
-        chosen = self._chosen(arrays, values, self._most(arrays))
-        value, slope = self._slope(arrays, values, jnp.float32(width), chosen)
-        return float(value), np.asarray(slope, float)
+        values = jnp.asarray(values, jnp.float32)
+        chosen = self._chosen(arrays, values, sample.points, self._most(arrays))
+        share, rest = jnp.float32(sample.share), jnp.asarray(sample.rest, jnp.float32)
+        units = self._units(arrays)
+        rest = jnp.broadcast_to(rest, (len(self._pose), units))
+        whole = Sample(sample.points, share, rest)
+        return self._slope(arrays, values, whole, jnp.float32(width), chosen)
 
     def mean(
         self, arrays: RingArrays, values: Float[Array, "3 R"], width: Float[Array, ""] | float
     ) -> Float[jax.Array, ""]:
-        """Return the weighted mean of soft ζ over goals and poses, without floors; differentiable.
+        """Return the weighted mean of soft ζ over goals and poses, without floors; differentiable
+        by the values, and works under ``jit`` and ``vmap``.
 
         It is NaN for values that are not finite or a width that is not above 0, which the sums over
         points would turn into a number.
         """
+        mean: jax.Array = self._mean(arrays, jnp.asarray(values), width, self._most(arrays))
+        return mean
+
+    def _of_all(self, arrays: RingArrays, values: Any, width: Any, most: int) -> Any:
+        """Return the mean on all points."""
+        still, points = jax.lax.stop_gradient(values), self.all.points
+        chosen = self._choices(arrays, still, points, most)
+        zetas = self._zetas(arrays, values, self.all, width, chosen)[0][:, 0]
         weights = self.scene.goal_weights[self._goal] * self.scene.pose_weights[self._pose]
-        chosen = self._choices(arrays, jax.lax.stop_gradient(values), self._most(arrays))
-        zetas = self._zetas(arrays, values, width, chosen)[:, 0]
-        sound = jnp.isfinite(values).all() & (width > 0) & jnp.isfinite(width)
         mean = jnp.asarray(weights / self.aim.mountings, zetas.dtype) @ zetas
+        sound = jnp.isfinite(values).all() & (width > 0) & jnp.isfinite(width)
         return mean * jnp.where(sound, 1, jnp.nan).astype(zetas.dtype)
 
     def _most(self, arrays: RingArrays) -> int:
@@ -133,9 +189,12 @@ class SoftCoverage:
         more = self.aim.seen - 1 + (self.aim.losing == "sensor")
         return min(largest, max(2, overlap) + more)
 
-    def _value(self, arrays: RingArrays, values: Any, width: Any, chosen: Choices) -> Any:
-        """Return the criterion, reduced for missed floors."""
-        zetas = self._zetas(arrays, values, width, chosen)  # (T, U)
+    def _value(
+        self, arrays: RingArrays, values: Any, sample: Sample, width: Any, chosen: Choices
+    ) -> tuple[Any, Any]:
+        """Return the criterion, reduced for missed floors, and the degrees to which points count as
+        covered."""
+        zetas, covered = self._zetas(arrays, values, sample, width, chosen)  # (T, U), (T, U, N)
         scene, goals, poses = self.scene, len(self.scene.goals), len(self.scene.poses)
         share = jnp.asarray(scene.pose_weights / self.aim.mountings, zetas.dtype)
         by_pose = jnp.zeros((goals, poses, zetas.shape[1]), zetas.dtype)
@@ -144,42 +203,44 @@ class SoftCoverage:
         goal = jnp.einsum("gpu,p->ug", by_pose, share)  # (U, G)
         mean = worth(goal, scene)  # (U,)
         if self.aim.losing:
-            return _soft_minimum(mean)
+            return _soft_minimum(mean), covered
         if scene.over_poses == "worst":
             at_pose = weights @ by_pose[..., 0] / self.aim.mountings  # (P,)
-            return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights
-        return mean[0]
+            return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights, covered
+        return mean[0], covered
 
-    def _choices(self, arrays: RingArrays, values: Any, most: int) -> Choices:
+    def _choices(self, arrays: RingArrays, values: Any, points: Any, most: int) -> Choices:
         """Return what is discrete about the sensors, for each term."""
         rings, _, occluding = self._placed(arrays, values)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
             return choices(here, points, most, hidden)
 
-        chosen: Choices = self._each_term(term, rings, occluding)
+        chosen: Choices = self._each_term(term, rings, occluding, points)
         return chosen
 
     def _zetas(
-        self, arrays: RingArrays, values: Any, width: Any, chosen: Choices
-    ) -> Float[jax.Array, "T U"]:
-        """Return the soft ζ of each term: one, or without each ring or sensor that may be lost."""
+        self, arrays: RingArrays, values: Any, sample: Sample, width: Any, chosen: Choices
+    ) -> tuple[Float[jax.Array, "T U"], Float[jax.Array, "T U N"]]:
+        """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
+        the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
         rings, seat, occluding = self._placed(arrays, values)
         sensors = arrays.turn.shape[0]
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
             free = log_uncovered(here, points, wide, chosen, hidden, seat)
-            return self._covered(free, chosen.near.sensor, sensors).mean(axis=-1)
+            return self._covered(free, chosen.near.sensor, sensors)
 
         seats = None if seat is None else seat[self._mounting]
-        zetas: jax.Array = self._each_term(term, rings, occluding, chosen, seats)
-        return zetas
+        covered = self._each_term(term, rings, occluding, sample.points, chosen, seats)
+        return sample.rest + sample.share * covered.mean(axis=-1), covered
 
     def _placed(self, arrays: RingArrays, values: Any) -> tuple[RingsAt, Any, Occluding | None]:
         """Return rings and seats in all mountings at all poses, and what occludes at all poses."""
         arrays = jax.tree.map(
-            lambda a: jnp.asarray(a, jnp.float32 if jnp.result_type(a).kind == "f" else None), arrays
+            lambda a: jnp.asarray(a, jnp.float32 if jnp.result_type(a).kind == "f" else None),
+            arrays,
         )
         values = jnp.asarray(values, jnp.float32)
         values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
@@ -187,16 +248,16 @@ class SoftCoverage:
         return rings, seat, self._occluding(arrays, values)
 
     def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:
-        """Return the results of a function of the rings, the occluders, the points and ``each`` for
-        all terms."""
+        """Return the results of a function of the rings, the occluders and ``each`` for all
+        terms."""
 
         def term(one: Any) -> Any:
-            pose, mounting, points, *more = one
+            pose, mounting, *more = one
             here = jax.tree.map(lambda a: a[mounting, pose], rings)
             hidden = jax.tree.map(lambda a: a[pose], occluding)
-            return function(here, hidden, points, *more)
+            return function(here, hidden, *more)
 
-        terms = (self._pose, self._mounting, self._points, *each)
+        terms = (self._pose, self._mounting, *each)
         if len(self._pose) == 1:  # a loop takes longer to compile
             one = term(jax.tree.map(lambda a: a[0], terms))
             return jax.tree.map(lambda a: a[None], one)
@@ -231,6 +292,13 @@ class SoftCoverage:
         axes = (0, [(0, 0, 0, None)] * len(solids), 0)
         occluding: Occluding = jax.vmap(at_pose, axes)(bodies, solids, seats)
         return occluding
+
+    def _units(self, arrays: RingArrays) -> int:
+        """Return the number U of rings or sensors that may be lost; 1 if none may."""
+        if not self.aim.losing:
+            return 1
+        each = arrays.length if self.aim.losing == "ring" else arrays.turn
+        return each.shape[0] - len(self.scene.cell_sensors)
 
     def _drawn(self, arrays: RingArrays) -> Misplaced | None:
         """Return the drawn errors of all sensors but the cell's; None without errors."""

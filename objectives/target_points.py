@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..coverage.soft.sampling import BLOCK, Cloud, cloud
 from .scene import CoreScene
 
 
@@ -29,18 +28,3 @@ class TargetPoints:
             scene.sample(scene.goals[g].target, p, count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
-        self._clouds: dict[int, Cloud] = {}
-
-    def clouds(self, count: int) -> Cloud:
-        """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
-
-        The shape does not depend on ``count``, so one compilation serves all.
-        """
-        import jax
-
-        if count not in self._clouds:
-            blocks = -(-len(self.points[0]) // BLOCK)
-            each = [cloud(points[:count], blocks=blocks) for points in self.points]
-            stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
-            self._clouds[count] = stacked
-        return self._clouds[count]

@@ -194,15 +194,6 @@ def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tupl
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
-def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
-    """Rotate vectors (..., K, 3) of the sensors from the base frame to their links' frames.
-
-    For the other arguments see ``in_base``.
-    """
-    rotation = with_base(frames)[..., arrays.frame[arrays.ring], :3, :3]
-    return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
-
-
 def up_of(look: Array, along: Array, radial: Array) -> Any:
     """Return the unit ``up`` vectors of square beams (..., 3).
 
@@ -212,37 +203,6 @@ def up_of(look: Array, along: Array, radial: Array) -> Any:
     """
     up = cross(look, cross(along, radial))
     return up / root(dot(up, up))[..., None]
-
-
-def ring_slopes(
-    arrays: RingArrays,
-    here: SensorPoses,
-    by_apex: Array,
-    by_look: Array,
-    by_up: Array | None = None,
-) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """Return the gradient of a value by the rings' positions, tilts and phases.
-
-    A position moves a sensor along the mount. A tilt rotates it backwards about its ring's tangent,
-    and a phase about the ring's axis. The last two derivatives are therefore moments of the
-    gradient vectors about these axes.
-
-    Args:
-        arrays: rings and sensors.
-        here: poses of the sensors.
-        by_apex: gradient (..., K, 3) by the apexes, 1/m, in the frames of their links.
-        by_look: gradient (..., K, 3) by the axes, in the frames of their links.
-        by_up: gradient (..., K, 3) by the up vectors of square beams, likewise; None for cones.
-    """
-    moment = cross(here.look, by_look)
-    if by_up is not None:
-        moment = moment + cross(up_of(here.look, here.along, here.radial), by_up)
-    moved = dot(by_apex, arrays.axis[arrays.ring])
-    tilted = -dot(moment, cross(here.along, here.radial))
-    turned = dot(moment + cross(here.apex - here.centre, by_apex), here.along)
-    each = (v.reshape(-1, v.shape[-1]).sum(axis=0) for v in (moved, tilted, turned))
-    position, tilt, phase = (np.bincount(arrays.ring, v, len(arrays.length)) for v in each)
-    return position * arrays.length, tilt, phase
 
 
 def ring_beams(

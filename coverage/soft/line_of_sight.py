@@ -8,7 +8,6 @@ Of all bodies and planes only the one that hides a point deepest has a gradient.
 and where the segment passes it, is found without one: these places minimise the distance.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any, NamedTuple
@@ -61,9 +60,7 @@ class Occluding:
     def sight(self, sensor: Array, apex: Coordinates, points: Coordinates) -> Sight:
         """Return what hides points from sensors, by their numbers and apexes."""
         planes = tuple(_deepest_plane(sensor, points, *one) for one in self.planes)
-        return Sight(
-            None if self.bodies is None else _passing(apex, points, self.bodies), planes
-        )
+        return Sight(None if self.bodies is None else _passing(apex, points, self.bodies), planes)
 
     def past(
         self, value: Array, sensor: Array, apex: Coordinates, points: Coordinates, sight: Sight

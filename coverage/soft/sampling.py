@@ -1,14 +1,8 @@
-"""Quasi-random points, uniform in a solid, and compact blocks of points that are tested against a
-cone at once.
-"""
-
-from dataclasses import dataclass
+"""Quasi-random points, uniform in a solid."""
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..arrays import Array
-from ..pytrees import tree
 from ..solids.base import VALUES, Difference, Solid, fold, leaves
 from ..weight_field import LEVELS, WeightField
 from .sobol import sobol
@@ -78,56 +72,3 @@ def sample(
     raise EmptySolidError(
         f"only {total} of {tried} sampled points lie inside the target: it is empty or too thin"
     )
-
-
-BLOCK = 64  # points per block
-
-
-@tree
-@dataclass(frozen=True)
-class Cloud:
-    """Points in n blocks of B points; clouds of one shape stack along leading axes.
-
-    The blocks that hold points come first.
-    """
-
-    points: Float[Array, "*batch n B 3"]
-    """The points, m."""
-    weight: Float[Array, "*batch n B"]
-    """1 for a point and 0 for padding."""
-    centre: Float[Array, "*batch n 3"]
-    """Centre of a ball around each block, m."""
-    radius: Float[Array, "*batch n"]
-    """Radius of that ball, m."""
-
-
-def _halves(
-    points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int
-) -> list[np.ndarray]:
-    """Split ``index`` recursively at the median of its widest side, whole blocks left."""
-    if blocks <= 1:
-        return [index]
-    left = blocks // 2
-    axis = int(np.argmax(np.ptp(points[index], axis=0)))
-    order = index[np.argpartition(points[index, axis], left * block)]
-    a, b = order[: left * block], order[left * block :]
-    return _halves(points, a, left, block) + _halves(points, b, blocks - left, block)
-
-
-def cloud(
-    points: Float[np.ndarray, "N 3"], block: int = BLOCK, dtype: type = np.float32, blocks: int = 0
-) -> Cloud:
-    """Group ``points`` (N, 3) m, N at least 1, into blocks of neighbours.
-
-    The last block is padded with weight 0, and empty blocks follow up to ``blocks``. Clouds of many
-    sizes thus have one shape and share one compilation.
-    """
-    n = len(points)
-    groups = _halves(points, np.arange(n), -(-n // block), block)
-    order = np.concatenate(groups)
-    padding = max(len(groups), blocks) * block - n
-    grouped = points[np.concatenate([order, np.full(padding, order[-1])])].reshape(-1, block, 3)
-    weight = np.concatenate([np.ones(n), np.zeros(padding)]).reshape(-1, block)
-    centre = (grouped.min(axis=1) + grouped.max(axis=1)) / 2
-    radius = np.linalg.norm(grouped - centre[:, None], axis=2).max(axis=1)
-    return Cloud(*(a.astype(dtype) for a in (grouped, weight, centre, radius)))

@@ -302,9 +302,7 @@ def beam(
     return xp.where(half_up > 0, pyramid(points, apex, axis, up, half, half_up, range_m), round_)
 
 
-def beam_function(
-    shapes: BeamShapes, points: Array, apex: Array, axis: Array, up: Array
-) -> Any:
+def beam_function(shapes: BeamShapes, points: Array, apex: Array, axis: Array, up: Array) -> Any:
     """Return the implicit function of beams of any shape, m; all arguments broadcast.
 
     Args:

@@ -6,24 +6,21 @@ search on the soft ζ, in which the values of all touched rings are free and all
 fixed. The best results are counted exactly, rounded as in a file.
 """
 
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
-from ...coverage.soft.sampling import Cloud
-from ...objectives.soft_objective import CoverageObjective
-from ...objectives.target_points import TargetPoints
+from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.verify import Verifier
-from ..search.design import stacked
+from ..search.local_search import Effort, Rules, climb
 from ..search.progress import Progress
 from ..search.stop_token import StopToken
 from .changes import Change, Touched, Work, changes, work
-from .local_search import climb
 from .moves import as_it_is, touched
 from .problem import EncodedSetup, RedesignProblem
 
@@ -38,8 +35,6 @@ class Stage:
 
     width: float
     """Width of the sigmoid, m."""
-    points: int
-    """Points of all goals and poses together."""
     steps: int
     """Most evaluations of one local search."""
     keep: int
@@ -58,12 +53,10 @@ class BeamPlan:
     """Width of the sigmoid for that score, m."""
     climbs: int = 16
     """Setups that start a local search."""
-    stages: tuple[Stage, ...] = (
-        Stage(0.05, 4096, 20, 10),
-        Stage(0.02, 8192, 30, 6),
-        Stage(0.008, 16384, 40, 5),
-    )
+    stages: tuple[Stage, ...] = (Stage(0.05, 20, 10), Stage(0.02, 30, 6), Stage(0.008, 40, 5))
     """Stages of a local search."""
+    climbed: int = 8192
+    """Points of all goals and poses together on which setups climb."""
     counted: int = 3
     """Setups that are simplified and counted."""
 
@@ -107,9 +100,7 @@ class BeamSearch:
     """The problem: mounted setup and rules."""
     plan: BeamPlan
     """Effort on each level."""
-    points: TargetPoints
-    """Points of the soft ζ."""
-    objective: CoverageObjective
+    soft: SoftCoverage
     """The soft ζ."""
     verifier: Verifier
     """The exact count."""
@@ -129,27 +120,14 @@ class BeamSearch:
     """All answers counted so far."""
 
     def __post_init__(self) -> None:
-        terms = len(self.points.terms)
-        sizes = {
-            s: max(256, s // terms)
-            for s in (self.plan.points, *(stage.points for stage in self.plan.stages))
-        }
-        self.clouds = {count: self.points.clouds(size) for count, size in sizes.items()}
+        terms = len(self.soft.all.points)
+        self.few = self.soft.first(max(256, self.plan.points // terms))
         self.finest = self.plan.stages[-1]
 
-    def scores(self, some: list[EncodedSetup], points: int, width: float) -> np.ndarray:
-        """Return the soft values (S,) of setups, computed on all processors."""
-        scores, n = np.empty(len(some)), min(processors(), len(some))
-
-        def part(i: int) -> np.ndarray:
-            values = np.stack([p.values for p in some[i::n]])
-            return self.objective.zetas(
-                stacked([p.arrays for p in some[i::n]]), values, self.clouds[points], width
-            )
-
-        for i, job in enumerate([self.threads.submit(part, i) for i in range(n)]):
-            scores[i::n] = job.result()
-        return scores
+    def scores(self, some: list[EncodedSetup]) -> np.ndarray:
+        """Return the soft values (S,) of drawn setups."""
+        each = [self.soft.share(p.arrays[0], p.decoded, self.plan.width, self.few) for p in some]
+        return np.array(each)
 
     def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[EncodedSetup]:
         """Return starts with one more change than those of ``beam``: the best of many random ones,
@@ -167,13 +145,12 @@ class BeamSearch:
         placed = [p for t in some if t is not None and (p := self.rework.placed(t)) is not None]
         if not placed or self.brake.on():
             return []
-        order = np.argsort(-self.scores(placed, self.plan.points, self.plan.width), kind="stable")
+        order = np.argsort(-self.scores(placed), kind="stable")
         return _few_of_each([placed[i] for i in order], self.plan.climbs)
 
     def climbed(self, some: list[EncodedSetup], stage: Stage) -> list[EncodedSetup]:
         """Improve setups by local search; return the results, the best first."""
-        clouds = self.clouds[stage.points]
-        jobs = [self.threads.submit(self._climb, p, stage, clouds) for p in some]
+        jobs = [self.threads.submit(self._climb, p, stage) for p in some]
         waiting, self.progress.done, self.progress.climbs = set(jobs), 0, len(jobs)
         while waiting:
             try:
@@ -186,21 +163,19 @@ class BeamSearch:
         self.evaluations += sum(end[2] for end in ends)
         return [end[0] for end in ends]
 
-    def _climb(
-        self, p: EncodedSetup, stage: Stage, clouds: Cloud
-    ) -> tuple[EncodedSetup, float, int]:
+    def _climb(self, p: EncodedSetup, stage: Stage) -> tuple[EncodedSetup, float, int]:
         """Improve one setup.
 
         Returns:
             The improved setup, its share of points, and the number of evaluations.
         """
-        setup, box, spent = stacked([p.arrays]), (p.low, p.high), 0
+        (arrays, where), spent = p.arrays, 0
         if p.loose:
-            result = climb(
-                self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake
-            )
-            p, spent = replace(p, values=result.values), result.evaluations
-        return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
+            rules = Rules.of(where, p.low, p.high, p.decoded)
+            effort = Effort((stage.width,), stage.steps, math.inf)
+            result = climb(self.soft, arrays, rules, self.soft.all, self.brake, effort)
+            p, spent = p.moved(result.values), result.evaluations
+        return p, self.soft.share(arrays, p.decoded), spent
 
     def ends(self, some: list[EncodedSetup]) -> list[Touched]:
         """Run setups through all stages; return the results, the best first."""
@@ -228,8 +203,7 @@ class BeamSearch:
         """Return the soft value of ``t`` with every ring exactly where it is; by default the share
         of points."""
         p = self.rework.as_it_stands(t)
-        clouds = self.clouds[self.finest.points]
-        return float(self.objective.zetas(stacked([p.arrays]), p.values[None], clouds, width)[0])
+        return self.soft.share(p.arrays[0], p.decoded, width)
 
     def _soft(self, t: Touched, exact: float) -> float:
         """Return the soft value for a record. The mounted setup's is not worth compiling the

@@ -44,6 +44,22 @@ class EncodedSetup:
         """Whether any value is free."""
         return bool(np.any(self.high > self.low))
 
+    @property
+    def decoded(self) -> Values:
+        """Positions, tilts and phases."""
+        return decode(self.arrays[1], self.values)
+
+    def moved(self, values: Values) -> "EncodedSetup":
+        """Return the setup with other positions, tilts and phases."""
+        where, free = self.arrays[1], self.high > self.low
+        new = np.where(free, values, self.values)
+        rings = np.arange(len(where.tilt_of))
+        for k in np.flatnonzero(free[1]):
+            i = rings[where.tilt_of == k][0]
+            new[1, k] = where.sign[i] * values[1, i]
+        new[0] = np.where(free[0], encode(where, new, values[0]), self.values[0])
+        return replace(self, values=new)
+
 
 class RedesignProblem:
     """A mounted setup in a scene, with places for added rings and a number of additional

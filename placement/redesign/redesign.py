@@ -16,7 +16,7 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import CoreScene
-from ...objectives.soft_objective import CoverageObjective
+from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.progress import Outcome, Progress, Statistics
@@ -78,15 +78,11 @@ def improve(
     began, plan = time.monotonic(), plan or BeamPlan()
     brake, rework = StopToken(began + time_cap), RedesignProblem(scene, mounted, most, add_sensors)
     terms = len(scene.goals) * len(scene.poses)
-    points = TargetPoints(
-        scene, max(256, max(plan.points, *(s.points for s in plan.stages)) // terms), seed
-    )
+    points = TargetPoints(scene, max(256, max(plan.points, plan.climbed) // terms), seed)
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
     with ThreadPoolExecutor(processors()) as threads:
-        objective, verifier = CoverageObjective(scene, points), Verifier(scene, voxel)
-        search = BeamSearch(
-            rework, plan, points, objective, verifier, threads, brake, tell, progress
-        )
+        soft, verifier = SoftCoverage(scene, points.terms, points.points), Verifier(scene, voxel)
+        search = BeamSearch(rework, plan, soft, verifier, threads, brake, tell, progress)
         start = search.count(rework.start)
         if start is None:
             raise ValueError("the mounted setup has more sensors than allowed")

@@ -1,7 +1,6 @@
 """Design vectors of a search, and the setups that they encode."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,11 +139,3 @@ class Space(FeasibleSet):
 
 def _off(s: Segment, position: float) -> float:
     return max(s.low - position, position - s.high, 0.0)
-
-
-def stacked(each: Sequence[SetupArrays]) -> SetupArrays:
-    """Stack the arrays of several candidates along a new first axis."""
-    import jax
-
-    together: SetupArrays = jax.tree.map(lambda *a: np.stack(a), *each)
-    return together

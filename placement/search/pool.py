@@ -45,7 +45,8 @@ class Pool:
         self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
         self.aim = aim
-        self.fields = (points or SearchPoints(scene, space, aim, schedule, seed)).fields
+        points = points or SearchPoints(scene, space, aim, schedule, seed)
+        self.fields, self.points = points.fields, points.points
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule))
         self.record = FeasibleRecord(space, self.fields, seed) if space.clear else None

@@ -21,12 +21,16 @@ from ...objectives.verify import Verifier
 from .collision_repair import apart, colliding_links, collisions
 from .design import Candidate, Space
 from .finalists import choose
+from .local_stage import LocalStage
 from .moves import fitted, fresh, papers
 from .pool import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 from .search_points import SearchPoints
 from .stop_token import StopToken
+
+
+CLIMBED = 2  # candidates that the local stage improves
 
 
 @dataclass(frozen=True)
@@ -132,20 +136,26 @@ def search(
         *papers(space),
         *(c for c in (fitted(space, setup) for setup in known) if c is not None),
     ]
-    threads = ThreadPoolExecutor(1)
+    threads, background = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
     try:
         pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts, points)
+        local = LocalStage.of(space, pool.points, aim, fresh(space, pool.luck), background)
         try:
             pool.exchange()
         except KeyboardInterrupt:
             brake.pulled.set()
-        return _counted(pool, verifier or Verifier(scene, voxel), tell, began)
+        return _counted(pool, local, verifier or Verifier(scene, voxel), tell, began)
     finally:
+        background.shutdown(wait=False, cancel_futures=True)
         threads.shutdown(wait=not brake.on(), cancel_futures=True)
 
 
 def _counted(
-    pool: Pool, verifier: Verifier, tell: Callable[[Progress], None], began: float
+    pool: Pool,
+    local: LocalStage,
+    verifier: Verifier,
+    tell: Callable[[Progress], None],
+    began: float,
 ) -> SearchResult:
     """Return the finalist that the exact count prefers, with the search's statistics."""
     space, brake, aim = pool.space, pool.brake, pool.aim
@@ -155,6 +165,9 @@ def _counted(
     except KeyboardInterrupt:
         brake.pulled.set()
         finalists = _finalists(pool, late)
+    if not late:
+        climbed = [local.improve(c, brake)[0] for c in finalists[:CLIMBED]]
+        finalists = [*(c for c in climbed if not collisions(space, c)), *finalists[:CLIMBED]]
     setups = [rounded(space.setup(c), pool.scene.sensor) for c in finalists]
 
     def counting(counted: int, to_count: int) -> None:
