@@ -20,12 +20,14 @@ from .formats.schema.proposal_models import (
     ReachModel,
     RepeatedModel,
     SearchFile,
+    SensitivityModel,
 )
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
 from .objectives.pose_subset import MANY
+from .objectives.robustness import RingSensitivity
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
@@ -134,6 +136,11 @@ class Proposal(Placement):
         return None if self.search is None else self.search.outcome
 
     @property
+    def sensitivity(self) -> tuple[RingSensitivity, ...]:
+        """What small errors of each ring cost; empty for a proposal from a file."""
+        return () if self.search is None else self.search.sensitivity
+
+    @property
     def statistics(self) -> Statistics | None:
         """Effort of the search; None for a proposal from a file."""
         return None if self.search is None else self.search.statistics
@@ -219,6 +226,7 @@ class Proposal(Placement):
             comparison=comparison,
             asked_percent=criterion_percent,
             files=files,
+            sensitivity=SensitivityModel.of(self.sensitivity),
             reach=self.reach_record(),
             fewest_rings=self.rings_record(),
             searches=RepeatedModel.of(self.repeated),

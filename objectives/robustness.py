@@ -55,3 +55,17 @@ def robustness(
         )
         for goal in verifier.scene.goals
     )
+
+
+@dataclass(frozen=True)
+class RingSensitivity:
+    """What small errors of one ring cost, each by the worse of both directions."""
+
+    link: str
+    """Link of the ring."""
+    position: float
+    """Position of the ring, in [0, 1] along the link."""
+    per_mm: float
+    """Coverage lost by mm along the link, in [0, 1]: over the shift of ``sensitivity``."""
+    per_degree: float
+    """Coverage lost by degree of tilt or phase, whichever costs more: over its turn."""

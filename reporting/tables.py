@@ -8,6 +8,7 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
+from ..formats.schema.proposal_models import SensitivityModel
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
 from .explained import Explained
@@ -16,10 +17,14 @@ from .text import counted
 _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
 
-def ring_table(setup: Setup, robot: Robot) -> Explained:
-    """Return a table of rings: link, position, sensors, tilt, phase."""
+def ring_table(
+    setup: Setup, robot: Robot, sensitivity: Sequence[SensitivityModel] = ()
+) -> Explained:
+    """Return a table of rings: link, position, sensors, tilt, phase, and what errors of these cost
+    where that is known."""
     table = Table()
-    for name in ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °"):
+    costs = ("points/mm", "points/°") if sensitivity else ()
+    for name in ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °", *costs):
         table.add_column(name, justify="left" if name == "link" else "right")
     for i, r in enumerate(setup.rings):
         length = robot.mount(r.link).length
@@ -28,6 +33,7 @@ def ring_table(setup: Setup, robot: Robot) -> Explained:
             if length > 0
             else ("flange", "–")
         )
+        cost = [f"{a:.3f}" for a in _costs(sensitivity[i])] if sensitivity else []
         table.add_row(
             str(i),
             r.link,
@@ -35,17 +41,27 @@ def ring_table(setup: Setup, robot: Robot) -> Explained:
             str(r.count),
             f"{math.degrees(r.tilt):+.1f}",
             f"{math.degrees(r.phase):.1f}",
+            *cost,
         )
     for i, one in enumerate(setup.singles, start=len(setup.rings)):
-        table.add_row(str(i), one.link, "single", "–", "1", "–", "–")
+        table.add_row(str(i), one.link, "single", "–", "1", "–", "–", *["–" for _ in costs])
     title = f"{counted(len(setup.rings), 'ring')}, {counted(setup.sensors, 'sensor')}"
-    return Explained(
-        title,
-        table,
+    below = (
         "position: 0 at the link's proximal end, 1 at its distal end; mm: distance from the"
         " proximal end; tilt: positive towards the distal end; phase: angle of the first sensor"
-        " about the link's axis.",
+        " about the link's axis."
     )
+    if sensitivity:
+        least = max(range(len(sensitivity)), key=lambda i: sum(_costs(sensitivity[i])))
+        below += (
+            " points/mm and points/°: coverage lost if the ring is off along the link, or in tilt"
+            f" or phase. Mount ring {least} most carefully."
+        )
+    return Explained(title, table, below)
+
+
+def _costs(one: SensitivityModel) -> tuple[float, float]:
+    return one.points_per_mm, one.points_per_degree
 
 
 def target_label(result: VerifyResult | RobustnessResult) -> str:

@@ -156,7 +156,7 @@ def _show(
 ) -> None:
     """Print the rings, ζ next to the paper's layouts, and how the search ended."""
     scene, setup, comparison = proposal.scene.core, proposal.setup, record.comparison
-    console.print(ring_table(setup, scene.robot))
+    console.print(ring_table(setup, scene.robot, record.sensitivity))
     compared = {"proposal": setup} | papers(scene)
     sensors = {name: one.sensors for name, one in compared.items()}
     prices = {
@@ -216,15 +216,22 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
-    sampled = ""
-    if result.sampled is not None:
-        sampled = f" ({100 * result.sampled:.2f} % of the search's sample points)"
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %{sampled}; {spent.starts} starts,"
-        f" {spent.seconds:.0f} s, of which start-up"
-        f" {spent.start_up:.1f} s and final count {spent.counting:.1f} s;"
-        f" {result.outcome.value}."
+        f"Search{sought}: coverage {100 * result.exact:.2f} %; {spent.starts} starts,"
+        f" {spent.seconds:.0f} s, of which start-up {spent.start_up:.1f} s; {result.outcome.value}.",
+        highlight=False,
     )
+    stages = [
+        f"{one.name} {100 * one.value:.2f} % in {one.seconds:.1f} s" for one in result.stages
+    ]
+    if stages:
+        console.print(f"Stages: {', '.join(stages)}.", highlight=False)
+    if result.slope is not None:
+        console.print(
+            f"After {spent.evaluations} gradients the slope left is {100 * result.slope:.3f} points"
+            " by mm and degree.",
+            highlight=False,
+        )
     if (loss := result.loss) is not None:
         console.print(
             f"Rings of {' and '.join(loss.links)} must not collide. Without that rule the search"

@@ -1,6 +1,6 @@
 """Models of proposals, of the searches that produced them, and of ``result.json``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -23,10 +23,46 @@ from .versions import VersionedFile
 
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
     from ...objectives.criterion import Criterion
+    from ...objectives.robustness import RingSensitivity
     from ...placement.search.fewest_rings import FewestRings
     from ...placement.search.fewest_sensors import Reach
     from ...placement.search.repeated_search import RepeatedSearch
     from ...placement.search.search import CollisionLoss, SearchResult
+
+
+class StageModel(StrictModel):
+    """What one stage of a search reached."""
+
+    name: Literal["global", "local", "verdict"] = Field(description="stage of the search")
+    percent: float = Field(
+        description="criterion of its best setup, percent: on the search's sample points, and in the"
+        " verdict the exact count"
+    )
+    seconds: float = Field(description="wall-clock time, s")
+
+
+class SensitivityModel(StrictModel):
+    """What it costs that a ring is mounted a little off."""
+
+    link: str = Field(description="link of the ring")
+    position: float = Field(description="position of the ring, 0 to 1 along the link")
+    points_per_mm: float = Field(description="coverage lost by mm along the link, points")
+    points_per_degree: float = Field(
+        description="coverage lost by degree of tilt or phase, whichever costs more, points"
+    )
+
+    @classmethod
+    def of(cls, each: "Sequence[RingSensitivity]") -> list[Self]:
+        """Return the records of rings."""
+        return [
+            cls(
+                link=one.link,
+                position=one.position,
+                points_per_mm=round(100 * one.per_mm, 4),
+                points_per_degree=round(100 * one.per_degree, 4),
+            )
+            for one in each
+        ]
 
 
 class FoundModel(StrictModel):
@@ -45,7 +81,13 @@ class FoundModel(StrictModel):
     )
     starts: int = Field(description="number of starts")
     evaluations: int = Field(
-        default=0, description="evaluations of a soft estimate by local searches"
+        default=0, description="evaluations of the soft coverage's gradient by local searches"
+    )
+    stages: list[StageModel] = Field(default=[], description="stages of the search")
+    slope: float | None = Field(
+        default=None,
+        description="norm of the gradient at the end of the local stage, less what the rules forbid"
+        " to follow, points by mm along the links and degrees",
     )
     seconds: float = Field(description="wall-clock time, s")
     start_up_seconds: float = Field(
@@ -96,6 +138,11 @@ class FoundModel(StrictModel):
             width=spent.width,
             starts=spent.starts,
             evaluations=spent.evaluations,
+            stages=[
+                StageModel(name=one.name, percent=100 * one.value, seconds=round(one.seconds, 1))
+                for one in result.stages
+            ],
+            slope=None if result.slope is None else round(100 * result.slope, 4),
             seconds=round(spent.seconds, 1),
             start_up_seconds=round(spent.start_up, 1),
             count_seconds=round(spent.counting, 1),
@@ -280,6 +327,9 @@ class SearchFile(VersionedFile):
     collision_loss: CollisionLossModel | None = Field(
         default=None,
         description="what keeping rings of different links apart costs; null if it costs nothing",
+    )
+    sensitivity: list[SensitivityModel] = Field(
+        default=[], description="what small errors of each ring cost"
     )
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
     fewest_rings: FewestRingsModel | None = Field(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
 
 from ...coverage.rings.ring import Setup
 
@@ -12,6 +13,18 @@ class Outcome(Enum):
     FINISHED = "the search completed its schedule"
     TIME = "time limit reached; this is the best result so far"
     INTERRUPTED = "interrupted; this is the best result so far"
+
+
+@dataclass(frozen=True)
+class StageResult:
+    """What one stage of a search reached."""
+
+    name: Literal["global", "local", "verdict"]
+    """The stage."""
+    value: float
+    """Criterion of its best setup: on the sample points, and in the verdict the exact count."""
+    seconds: float
+    """Wall-clock time, s."""
 
 
 @dataclass(frozen=True)

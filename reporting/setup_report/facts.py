@@ -14,7 +14,7 @@ from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
-from ...objectives.robustness import RobustnessSettings, robustness
+from ...objectives.robustness import RingSensitivity, RobustnessSettings, robustness
 from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
@@ -58,6 +58,8 @@ class Facts:
     """What the calibration of the arm changes, for each goal; empty without one."""
     required: list[Requirement]
     """Required coverages of the scene, decided."""
+    sensitivity: tuple[RingSensitivity, ...]
+    """What small errors of each ring cost."""
 
     @property
     def own(self) -> list[VerifyResult]:
@@ -118,6 +120,10 @@ def gather(
         task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.goals))
         each = robustness(Verifier(few, voxel), setup, settings, partial(bar.advance, task))
     robust = [RobustnessResult.of(name, setup, one.redundancy, one.tolerance) for one in each]
+    with console.status("computing what errors of single rings cost"):
+        from ...objectives.sensitivity import sensitivity  # loads JAX
+
+        costs = sensitivity(few, setup) if setup.rings else ()
     worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
     with console.status("computing blind spots"):
         blind = [
@@ -144,4 +150,5 @@ def gather(
         found,
         CalibrationEffectModel.each(calibration_effect(Verifier(scene, voxel), setup)),
         required,
+        costs,
     )

@@ -1,7 +1,7 @@
 """Mounting position of each ring, measured from a joint along the link's mount axis."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.joint_values import joint_text
+from ...objectives.robustness import RingSensitivity
 from ...objectives.scene import CoreScene
 from ..pages import escaped, table
 from .directions import axis_name, bearing, heading, plain
@@ -57,11 +58,38 @@ def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
     return found
 
 
-def mounting(scene: CoreScene, setup: Setup) -> list[str]:
+def mounting(
+    scene: CoreScene, setup: Setup, sensitivity: Sequence[RingSensitivity]
+) -> list[str]:
     """Return the mounting tables of rings and single sensors, with their explanations, as lines of
-    Markdown."""
-    rings = _rings(scene, setup) if setup.rings else []
+    Markdown.
+
+    Args:
+        scene: the scene.
+        setup: the setup.
+        sensitivity: what errors of each ring cost.
+    """
+    rings = [*_rings(scene, setup), *_costs(sensitivity)] if setup.rings else []
     return rings + (_singles(setup) if setup.singles else [])
+
+
+def _costs(sensitivity: Sequence[RingSensitivity]) -> list[str]:
+    """Return the table of what errors of each ring cost, as lines of Markdown."""
+    rows = [
+        (str(i), plain(one.link), f"{100 * one.per_mm:.3f}", f"{100 * one.per_degree:.3f}")
+        for i, one in enumerate(sensitivity)
+    ]
+    most = max(range(len(rows)), key=lambda i: sensitivity[i].per_mm + sensitivity[i].per_degree)
+    return [
+        (
+            "Coverage that is lost where a ring is mounted off its place along the link, or is off"
+            " in tilt or phase, in percentage points by mm and by degree. Mount ring"
+            f" {most} most carefully."
+        ),
+        "",
+        table(("ring", "link", "points by mm", "points by degree"), rows, right=(0, 2, 3)),
+        "",
+    ]
 
 
 def _singles(setup: Setup) -> list[str]:

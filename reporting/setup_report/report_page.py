@@ -46,7 +46,7 @@ def page(
         robustness_section(f),
     )
     lines = [line for part in parts for line in part]
-    lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
+    lines += ["## Mounting", "", *mounting(f.scene, f.setup, f.sensitivity), *_faults(f)]
     lines += cable_section(f.scene, f.setup)
     lines += [
         "## Bill of materials",
