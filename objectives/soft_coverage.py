@@ -6,6 +6,7 @@ goals, poses and mountings, with floors, or the soft minimum over poses or losse
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
@@ -85,7 +86,7 @@ class SoftCoverage:
             carried = [carried_at(scene.robot, T) for T in frames]
             obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
         self._obstacles = obstacles
-        self._chosen = jax.jit(self._choices, static_argnums=3)
+        self._chosen = jax.jit(self.choose, static_argnums=3)
         self._compiled = jax.jit(self._value)
         self._mean = jax.jit(self._of_all, static_argnums=3)
         self._slope = jax.jit(jax.value_and_grad(self._value, argnums=1, has_aux=True))
@@ -95,7 +96,7 @@ class SoftCoverage:
     ) -> float:
         """Return the soft coverage; by default the share of all points that are in a beam."""
         values, sample = jnp.asarray(values, jnp.float32), sample or self.all
-        chosen = self._chosen(arrays, values, sample.points, self._most(arrays))
+        chosen = self._chosen(arrays, values, sample.points, self.near(arrays))
         return float(self._compiled(arrays, values, sample, jnp.float32(width), chosen)[0])
 
     def value_and_slope(
@@ -145,7 +146,7 @@ class SoftCoverage:
         # two compiled functions: in one, XLA would compute the choices again for each part of the
         # gradient
         values = jnp.asarray(values, jnp.float32)
-        chosen = self._chosen(arrays, values, sample.points, self._most(arrays))
+        chosen = self._chosen(arrays, values, sample.points, self.near(arrays))
         share, rest = jnp.float32(sample.share), jnp.asarray(sample.rest, jnp.float32)
         units = self._units(arrays)
         rest = jnp.broadcast_to(rest, (len(self._pose), units))
@@ -161,40 +162,73 @@ class SoftCoverage:
         It is NaN for values that are not finite or a width that is not above 0, which the sums over
         points would turn into a number.
         """
-        mean: jax.Array = self._mean(arrays, jnp.asarray(values), width, self._most(arrays))
+        mean: jax.Array = self._mean(arrays, jnp.asarray(values), width, self.near(arrays))
         return mean
 
     def _of_all(self, arrays: RingArrays, values: Any, width: Any, most: int) -> Any:
         """Return the mean on all points."""
         still, points = jax.lax.stop_gradient(values), self.all.points
-        chosen = self._choices(arrays, still, points, most)
+        chosen = self.choose(arrays, still, points, most)
         zetas = self._zetas(arrays, values, self.all, width, chosen)[0][:, 0]
         weights = self.scene.goal_weights[self._goal] * self.scene.pose_weights[self._pose]
         mean = jnp.asarray(weights / self.aim.mountings, zetas.dtype) @ zetas
         sound = jnp.isfinite(values).all() & (width > 0) & jnp.isfinite(width)
         return mean * jnp.where(sound, 1, jnp.nan).astype(zetas.dtype)
 
-    def _most(self, arrays: RingArrays) -> int:
+    def near(self, arrays: RingArrays, largest: int | None = None) -> int:
         """Return how many sensors of a ring count at a point: two, or more where beams overlap or
-        several sensors must see it."""
+        several sensors must see it.
+
+        Args:
+            arrays: the rings.
+            largest: the largest number of sensors of a ring; by default that of ``arrays``.
+        """
         each = arrays.beams
         half = np.asarray(each.half_angle)
         if each.half_up is not None:
             half = np.maximum(half, np.arctan(np.hypot(np.tan(half), np.tan(each.half_up))))
         if each.special is not None:
             half = np.where(np.asarray(each.special.half_thickness) > 0, math.pi, half)
-        count = np.bincount(np.asarray(arrays.ring)[np.asarray(each.range_m) > 0])
-        largest = int(count.max(initial=1))
+        if largest is None:
+            count = np.bincount(np.asarray(arrays.ring)[np.asarray(each.range_m) > 0])
+            largest = int(count.max(initial=1))
         overlap = math.ceil(float(half.max(initial=0.0)) * largest / math.pi)
         more = self.aim.seen - 1 + (self.aim.losing == "sensor")
         return min(largest, max(2, overlap) + more)
 
+    def criterion(
+        self,
+        arrays: RingArrays,
+        values: Any,
+        sample: Sample,
+        width: Any,
+        chosen: Choices,
+        counts: Any = None,
+    ) -> Any:
+        """Return the criterion, reduced for missed floors, for sensors chosen before; traceable.
+
+        Args:
+            arrays: the rings.
+            values: their positions, tilts and phases.
+            sample: the points.
+            width: width of the sigmoid, m.
+            chosen: result of ``choose`` for the same values and points.
+            counts: real numbers of sensors of the rings; None: those of ``arrays``.
+        """
+        return self._value(arrays, values, sample, width, chosen, counts)[0]
+
     def _value(
-        self, arrays: RingArrays, values: Any, sample: Sample, width: Any, chosen: Choices
+        self,
+        arrays: RingArrays,
+        values: Any,
+        sample: Sample,
+        width: Any,
+        chosen: Choices,
+        counts: Any = None,
     ) -> tuple[Any, Any]:
         """Return the criterion, reduced for missed floors, and the degrees to which points count as
-        covered."""
-        zetas, covered = self._zetas(arrays, values, sample, width, chosen)  # (T, U), (T, U, N)
+        covered; ``counts`` (R,) replaces the numbers of sensors."""
+        zetas, covered = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U), (T, U, N)
         scene, goals, poses = self.scene, len(self.scene.goals), len(self.scene.poses)
         share = jnp.asarray(scene.pose_weights / self.aim.mountings, zetas.dtype)
         by_pose = jnp.zeros((goals, poses, zetas.shape[1]), zetas.dtype)
@@ -209,9 +243,11 @@ class SoftCoverage:
             return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights, covered
         return mean[0], covered
 
-    def _choices(self, arrays: RingArrays, values: Any, points: Any, most: int) -> Choices:
+    def choose(
+        self, arrays: RingArrays, values: Any, points: Any, most: int, counts: Any = None
+    ) -> Choices:
         """Return what is discrete about the sensors, for each term."""
-        rings, _, occluding = self._placed(arrays, values)
+        rings, _, occluding = self._placed(arrays, values, counts)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
             return choices(here, points, most, hidden)
@@ -220,12 +256,18 @@ class SoftCoverage:
         return chosen
 
     def _zetas(
-        self, arrays: RingArrays, values: Any, sample: Sample, width: Any, chosen: Choices
+        self,
+        arrays: RingArrays,
+        values: Any,
+        sample: Sample,
+        width: Any,
+        chosen: Choices,
+        counts: Any = None,
     ) -> tuple[Float[jax.Array, "T U"], Float[jax.Array, "T U N"]]:
         """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
         the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
-        rings, seat, occluding = self._placed(arrays, values)
+        rings, seat, occluding = self._placed(arrays, values, counts)
         sensors = arrays.turn.shape[0]
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
@@ -236,7 +278,9 @@ class SoftCoverage:
         covered = self._each_term(term, rings, occluding, sample.points, chosen, seats)
         return sample.rest + sample.share * covered.mean(axis=-1), covered
 
-    def _placed(self, arrays: RingArrays, values: Any) -> tuple[RingsAt, Any, Occluding | None]:
+    def _placed(
+        self, arrays: RingArrays, values: Any, counts: Any
+    ) -> tuple[RingsAt, Any, Occluding | None]:
         """Return rings and seats in all mountings at all poses, and what occludes at all poses."""
         arrays = jax.tree.map(
             lambda a: jnp.asarray(a, jnp.float32 if jnp.result_type(a).kind == "f" else None),
@@ -245,6 +289,11 @@ class SoftCoverage:
         values = jnp.asarray(values, jnp.float32)
         values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
         rings, seat = _rings_at(arrays, values, self._frames, self._drawn(arrays))
+        if counts is not None:
+            more = rings.count.shape[-1] - len(counts)
+            held = rings.count[..., rings.count.shape[-1] - more :]
+            every = jnp.broadcast_to(counts, (*rings.count.shape[:-1], len(counts)))
+            rings = replace(rings, count=jnp.concatenate([every, held], axis=-1))
         return rings, seat, self._occluding(arrays, values)
 
     def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:

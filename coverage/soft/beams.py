@@ -44,7 +44,7 @@ class RingsAt:
     phase: Float[Array, " G"]
     """Phases, rad."""
     count: Float[Array, " G"]
-    """Number of sensors; 0 for no ring."""
+    """Number of sensors, which may be a real number; 0 for no ring."""
     first: Int[Array, " G"]
     """Number of each ring's first sensor."""
     radius: Float[Array, " G"]
@@ -67,6 +67,8 @@ class NearSensors(NamedTuple):
 
     sensor: Int[Array, "G M N"]
     """Number of the sensor."""
+    turns: Float[Array, "G M N"]
+    """Number of the sensor on its ring, from the first one."""
     east: Float[Array, "G M N"]
     """Its direction from the ring's centre, along ``zero``."""
     north: Float[Array, "G M N"]
@@ -76,7 +78,7 @@ class NearSensors(NamedTuple):
 def near_sensors(rings: RingsAt, points: Float[Array, "N 3"], most: int) -> NearSensors:
     """Return the ``most`` sensors of each ring nearest in azimuth to points, without gradient."""
     x, y, _ = rings.across(points)
-    gap = (2 * math.pi / jnp.maximum(rings.count, 1))[:, None]
+    gap = _gap(rings)[:, None]
     off = (jnp.arctan2(y, x) - rings.phase[:, None]) / gap  # (G, N)
     nearest = jnp.round(off)
     ahead = jnp.where(off >= nearest, 1.0, -1.0)
@@ -86,7 +88,13 @@ def near_sensors(rings: RingsAt, points: Float[Array, "N 3"], most: int) -> Near
     number = jnp.mod(number, jnp.maximum(rings.count, 1)[:, None, None])
     angle = rings.phase[:, None, None] + number * gap[..., None]
     sensor = rings.first[:, None, None] + number.astype(jnp.int32)
-    return NearSensors(sensor, jnp.cos(angle), jnp.sin(angle))
+    return NearSensors(sensor, number, jnp.cos(angle), jnp.sin(angle))
+
+
+def _gap(rings: RingsAt) -> Float[Array, " G"]:
+    """Return the angle between neighbours on each ring, rad."""
+    gap: Array = 2 * math.pi / jnp.maximum(rings.count, 1)
+    return gap
 
 
 def beams_at(
@@ -105,7 +113,8 @@ def beams_at(
         seat: direction of each sensor's axis in the frame of its intended axis, the direction
             towards distal, and that along its ring; None: all are as intended.
     """
-    turned = (rings.phase - jax.lax.stop_gradient(rings.phase))[:, None, None]  # 0, with a gradient
+    phase, gap = (a - jax.lax.stop_gradient(a) for a in (rings.phase, _gap(rings)))
+    turned = phase[:, None, None] + near.turns * gap[:, None, None]  # 0, with a gradient
     level = 1 - turned * turned / 2
     east = near.east * level - near.north * turned
     north = near.north * level + near.east * turned

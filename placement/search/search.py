@@ -29,7 +29,6 @@ from .schedule import FINALISTS, Schedule, usual
 from .search_points import SearchPoints
 from .stop_token import StopToken
 
-
 CLIMBED = 2  # candidates that the local stage improves
 
 
