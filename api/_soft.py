@@ -79,9 +79,9 @@ def coverage_fraction(
 
     A beam with the implicit function f covers a point to the degree sigmoid(-f / width). Several
     beams cover it to 1 - prod(1 - degree); of each ring the sensors nearest in azimuth count. The
-    result is the weighted mean over points, targets and poses. As the width approaches 0, it approaches the share of covered points. The function works
-    under ``jax.grad``, ``jax.jit`` and ``jax.vmap``. It ignores ``at_least_percent`` of targets and
-    ``over_poses``.
+    result is the weighted mean over points, targets and poses. As the width approaches 0, it
+    approaches the share of covered points. The function works under ``jax.grad``, ``jax.jit`` and
+    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``.
 
     Args:
         setup: the rings: links, sensors and radii, and their positions and angles unless ``values``

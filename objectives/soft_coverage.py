@@ -87,9 +87,9 @@ class SoftCoverage:
             obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
         self._obstacles = obstacles
         self._chosen = jax.jit(self.choose, static_argnums=3)
-        self._compiled = jax.jit(self._value)
+        self._compiled = jax.jit(self.criterion)
         self._mean = jax.jit(self._of_all, static_argnums=3)
-        self._slope = jax.jit(jax.value_and_grad(self._value, argnums=1, has_aux=True))
+        self._slope = jax.jit(jax.value_and_grad(self.criterion, argnums=1, has_aux=True))
 
     def share(
         self, arrays: RingArrays, values: Any, width: float = SHARP, sample: Sample | None = None
@@ -204,8 +204,9 @@ class SoftCoverage:
         width: Any,
         chosen: Choices,
         counts: Any = None,
-    ) -> Any:
-        """Return the criterion, reduced for missed floors, for sensors chosen before; traceable.
+    ) -> tuple[Any, Any]:
+        """Return the criterion, reduced for missed floors, and the degrees (T, U, N) to which the
+        points count as covered; traceable.
 
         Args:
             arrays: the rings.
@@ -215,20 +216,7 @@ class SoftCoverage:
             chosen: result of ``choose`` for the same values and points.
             counts: real numbers of sensors of the rings; None: those of ``arrays``.
         """
-        return self._value(arrays, values, sample, width, chosen, counts)[0]
-
-    def _value(
-        self,
-        arrays: RingArrays,
-        values: Any,
-        sample: Sample,
-        width: Any,
-        chosen: Choices,
-        counts: Any = None,
-    ) -> tuple[Any, Any]:
-        """Return the criterion, reduced for missed floors, and the degrees to which points count as
-        covered; ``counts`` (R,) replaces the numbers of sensors."""
-        zetas, covered = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U), (T, U, N)
+        zetas, covered = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U)
         scene, goals, poses = self.scene, len(self.scene.goals), len(self.scene.poses)
         share = jnp.asarray(scene.pose_weights / self.aim.mountings, zetas.dtype)
         by_pose = jnp.zeros((goals, poses, zetas.shape[1]), zetas.dtype)

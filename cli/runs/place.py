@@ -221,9 +221,7 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
         f" {spent.seconds:.0f} s, of which start-up {spent.start_up:.1f} s; {result.outcome.value}.",
         highlight=False,
     )
-    stages = [
-        f"{one.name} {100 * one.value:.2f} % in {one.seconds:.1f} s" for one in result.stages
-    ]
+    stages = [f"{one.name} {100 * one.value:.2f} % in {one.seconds:.1f} s" for one in result.stages]
     if stages:
         console.print(f"Stages: {', '.join(stages)}.", highlight=False)
     if result.slope is not None:

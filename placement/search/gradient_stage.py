@@ -204,7 +204,7 @@ def _loss(
         counts = jnp.where(there, free * share, 0.0)[:places]
     still = jax.lax.stop_gradient((values, counts))
     chosen = soft.choose(one.arrays, still[0][:3], sample.points, most, still[1])
-    value = soft.criterion(one.arrays, values[:3], sample, width, chosen, counts)
+    value, _ = soft.criterion(one.arrays, values[:3], sample, width, chosen, counts)
     return _lack_of_room(one, values) - value
 
 
@@ -248,6 +248,6 @@ def _judge(soft: SoftCoverage, most: int, batch: _Batch) -> Any:
 
     def one(c: _Batch) -> Any:
         chosen = soft.choose(c.arrays, c.values[:3], sample.points, most)
-        return soft.criterion(c.arrays, c.values[:3], sample, 1e-4, chosen)
+        return soft.criterion(c.arrays, c.values[:3], sample, 1e-4, chosen)[0]
 
     return jax.lax.map(one, jax.tree.map(jnp.asarray, batch), batch_size=16)

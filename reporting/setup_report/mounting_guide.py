@@ -58,9 +58,7 @@ def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
     return found
 
 
-def mounting(
-    scene: CoreScene, setup: Setup, sensitivity: Sequence[RingSensitivity]
-) -> list[str]:
+def mounting(scene: CoreScene, setup: Setup, sensitivity: Sequence[RingSensitivity]) -> list[str]:
     """Return the mounting tables of rings and single sensors, with their explanations, as lines of
     Markdown.
 
