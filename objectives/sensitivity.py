@@ -34,7 +34,8 @@ def sensitivity(scene: CoreScene, setup: Setup, seed: int = 0) -> tuple[RingSens
 def ring_sensitivity(soft: SoftCoverage, setup: Setup) -> tuple[RingSensitivity, ...]:
     """Return the sensitivity of each ring of a setup; see ``sensitivity``."""
     robot, groups = soft.scene.robot, soft.scene.with_cell(setup).groups
-    arrays, values = ring_arrays(robot, groups), np.stack(ring_values(groups))
+    arrays, v = ring_arrays(robot, groups), ring_values(groups)
+    values = np.stack([v.position, v.tilt, v.phase])
     count = max(_NEAREST // len(soft.all.points), _FEWEST)
     sample = soft.undecided(arrays, values, _NEAR, count)
     start, _ = soft.value_and_slope(arrays, values, _WIDTH, sample)
