@@ -21,6 +21,6 @@ def worth(zetas: Float[Array, "*batch G"], scene: CoreScene) -> Float[Array, "*b
     The penalty is a steep parabola of the shortfall below each floor.
     """
     xp = namespace(zetas)
-    short = xp.maximum(xp.asarray(floors(scene)) - zetas, 0.0)
+    short = xp.maximum(xp.broadcast_to(xp.asarray(floors(scene)), zetas.shape) - zetas, 0.0)
     value: Array = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
     return value

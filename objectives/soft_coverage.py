@@ -12,12 +12,18 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from ..coverage.arrays import Array
-from ..coverage.rings.mounting_errors import Misplaced
-from ..coverage.rings.ring_kinematics import RingArrays, seen_from, sensor_poses, with_base
+from ..coverage.rings.mounting_errors import Misplaced, misplaced
+from ..coverage.rings.ring_kinematics import (
+    RingArrays,
+    SensorPoses,
+    seen_from,
+    sensor_poses,
+    with_base,
+)
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import carried_at, robot_capsules
 from ..coverage.soft.beams import RingsAt
@@ -34,6 +40,7 @@ from .scene import CoreScene
 
 # of the soft minimum over N poses or losses, which exceeds the minimum by at most this times log N
 TEMPERATURE = 0.005
+_STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
 Term = tuple[int, int]  # goal and pose
 
 
@@ -86,7 +93,7 @@ class SoftCoverage:
             carried = [carried_at(scene.robot, T) for T in frames]
             obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
         self._obstacles = obstacles
-        self._chosen = jax.jit(self.choose, static_argnums=3)
+        self._chosen = jax.jit(self.choose, static_argnums=4)
         self._compiled = jax.jit(self.criterion)
         self._mean = jax.jit(self._of_all, static_argnums=3)
         self._slope = jax.jit(jax.value_and_grad(self.criterion, argnums=1, has_aux=True))
@@ -95,9 +102,10 @@ class SoftCoverage:
         self, arrays: RingArrays, values: Any, width: float = SHARP, sample: Sample | None = None
     ) -> float:
         """Return the soft coverage; by default the share of all points that are in a beam."""
-        values, sample = jnp.asarray(values, jnp.float32), sample or self.all
-        chosen = self._chosen(arrays, values, sample.points, self.near(arrays))
-        return float(self._compiled(arrays, values, sample, jnp.float32(width), chosen)[0])
+        values, width = jnp.asarray(values, jnp.float32), jnp.float32(width)
+        sample = sample or self.all
+        chosen = self._chosen(arrays, values, sample.points, width, self.near(arrays))
+        return float(self._compiled(arrays, values, sample, width, chosen)[0])
 
     def value_and_slope(
         self, arrays: RingArrays, values: Any, width: float, sample: Sample | None = None
@@ -145,13 +153,13 @@ class SoftCoverage:
     def _both(self, arrays: RingArrays, values: Any, width: float, sample: Sample) -> Any:
         # two compiled functions: in one, XLA would compute the choices again for each part of the
         # gradient
-        values = jnp.asarray(values, jnp.float32)
-        chosen = self._chosen(arrays, values, sample.points, self.near(arrays))
+        values, width = jnp.asarray(values, jnp.float32), jnp.float32(width)
+        chosen = self._chosen(arrays, values, sample.points, width, self.near(arrays))
         share, rest = jnp.float32(sample.share), jnp.asarray(sample.rest, jnp.float32)
         units = self._units(arrays)
         rest = jnp.broadcast_to(rest, (len(self._pose), units))
         whole = Sample(sample.points, share, rest)
-        return self._slope(arrays, values, whole, jnp.float32(width), chosen)
+        return self._slope(arrays, values, whole, width, chosen)
 
     def mean(
         self, arrays: RingArrays, values: Float[Array, "3 R"], width: Float[Array, ""] | float
@@ -167,8 +175,8 @@ class SoftCoverage:
 
     def _of_all(self, arrays: RingArrays, values: Any, width: Any, most: int) -> Any:
         """Return the mean on all points."""
-        still, points = jax.lax.stop_gradient(values), self.all.points
-        chosen = self.choose(arrays, still, points, most)
+        still, wide = jax.lax.stop_gradient((values, jnp.asarray(width, jnp.float32)))
+        chosen = self.choose(arrays, still, self.all.points, wide, most)
         zetas = self._zetas(arrays, values, self.all, width, chosen)[0][:, 0]
         weights = self.scene.goal_weights[self._goal] * self.scene.pose_weights[self._pose]
         mean = jnp.asarray(weights / self.aim.mountings, zetas.dtype) @ zetas
@@ -189,10 +197,10 @@ class SoftCoverage:
             half = np.maximum(half, np.arctan(np.hypot(np.tan(half), np.tan(each.half_up))))
         if each.special is not None:
             half = np.where(np.asarray(each.special.half_thickness) > 0, math.pi, half)
+        seeing = np.asarray(each.range_m) > 0
         if largest is None:
-            count = np.bincount(np.asarray(arrays.ring)[np.asarray(each.range_m) > 0])
-            largest = int(count.max(initial=1))
-        overlap = math.ceil(float(half.max(initial=0.0)) * largest / math.pi)
+            largest = int(np.bincount(np.asarray(arrays.ring)[seeing]).max(initial=1))
+        overlap = math.ceil(float(half[seeing].max(initial=0.0)) * largest / math.pi)
         more = self.aim.seen - 1 + (self.aim.losing == "sensor")
         return min(largest, max(2, overlap) + more)
 
@@ -225,20 +233,26 @@ class SoftCoverage:
         goal = jnp.einsum("gpu,p->ug", by_pose, share)  # (U, G)
         mean = worth(goal, scene)  # (U,)
         if self.aim.losing:
-            return _soft_minimum(mean), covered
+            return _soft_minimum(mean, self._may_be_lost(arrays)), covered
         if scene.over_poses == "worst":
             at_pose = weights @ by_pose[..., 0] / self.aim.mountings  # (P,)
             return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights, covered
         return mean[0], covered
 
     def choose(
-        self, arrays: RingArrays, values: Any, points: Any, most: int, counts: Any = None
+        self,
+        arrays: RingArrays,
+        values: Any,
+        points: Any,
+        width: Any,
+        most: int,
+        counts: Any = None,
     ) -> Choices:
-        """Return what is discrete about the sensors, for each term."""
+        """Return what is discrete about the sensors, for each term; see ``criterion``."""
         rings, _, occluding = self._placed(arrays, values, counts)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
-            return choices(here, points, most, hidden)
+            return choices(here, points, most, width, hidden)
 
         chosen: Choices = self._each_term(term, rings, occluding, points)
         return chosen
@@ -278,10 +292,11 @@ class SoftCoverage:
         values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
         rings, seat = _rings_at(arrays, values, self._frames, self._drawn(arrays))
         if counts is not None:
-            more = rings.count.shape[-1] - len(counts)
-            held = rings.count[..., rings.count.shape[-1] - more :]
-            every = jnp.broadcast_to(counts, (*rings.count.shape[:-1], len(counts)))
+            held = rings.count[..., len(counts) :]
+            every = jnp.broadcast_to(counts, (*held.shape[:-1], len(counts)))
             rings = replace(rings, count=jnp.concatenate([every, held], axis=-1))
+        if seat is not None:
+            seat = jnp.where(self._of_cell(arrays)[None, :, None], _STRAIGHT, seat)
         return rings, seat, self._occluding(arrays, values)
 
     def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:
@@ -291,7 +306,7 @@ class SoftCoverage:
         def term(one: Any) -> Any:
             pose, mounting, *more = one
             here = jax.tree.map(lambda a: a[mounting, pose], rings)
-            hidden = jax.tree.map(lambda a: a[pose], occluding)
+            hidden = jax.tree.map(lambda a: a[mounting, pose], occluding)
             return function(here, hidden, *more)
 
         terms = (self._pose, self._mounting, *each)
@@ -304,15 +319,15 @@ class SoftCoverage:
         """Return what occludes the sensors at all poses; None if nothing does."""
         if self._bodies is None and not self._obstacles:
             return None
-        bodies = self._bodies
+        bodies, mountings = self._bodies, self.aim.mountings
         if bodies is not None:
             radius = jnp.broadcast_to(bodies.radius, bodies.start.shape[:-1])
             bodies = Capsules(jnp.asarray(bodies.start), jnp.asarray(bodies.end), radius)
         blind = self.scene.occlusion == "blind"
         if not blind and not self._obstacles:
-            return Occluding(bodies)
+            return Occluding(jax.tree.map(lambda a: jnp.stack([a] * mountings), bodies))
         frames = jnp.asarray(self._frames)
-        seats = seen_from(arrays, sensor_poses(arrays, *values), frames, arrays.beams.square)
+        seats = seen_from(arrays, self._mounted(arrays, values), frames, arrays.beams.square)
         solids = [(*(jnp.asarray(a) for a in at), faces) for at, faces in self._obstacles]
 
         def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
@@ -327,22 +342,51 @@ class SoftCoverage:
             return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
 
         axes = (0, [(0, 0, 0, None)] * len(solids), 0)
-        occluding: Occluding = jax.vmap(at_pose, axes)(bodies, solids, seats)
+        everywhere = jax.vmap(jax.vmap(at_pose, axes), (None, None, 0))
+        occluding: Occluding = everywhere(bodies, solids, seats)
         return occluding
+
+    def _mounted(self, arrays: RingArrays, values: Any) -> SensorPoses:
+        """Return the poses of sensors (D, K, 3) in all mountings."""
+        meant = sensor_poses(arrays, *values)
+        nominal = SensorPoses(*(v[None] for v in meant))
+        drawn = self._drawn(arrays)
+        if drawn is None:
+            return nominal
+        stays = self._of_cell(arrays)[None, :, None]
+        return SensorPoses(
+            *(
+                jnp.where(stays, a, b)
+                for a, b in zip(nominal, misplaced(arrays, meant, drawn), strict=True)
+            )
+        )
+
+    def _of_cell(self, arrays: RingArrays) -> Bool[Array, " K"]:
+        """Return which sensors are the cell's; padding ones may follow them."""
+        stays: Array = arrays.ring >= len(arrays.length) - len(self.scene.cell_sensors)
+        return stays
+
+    def _may_be_lost(self, arrays: RingArrays) -> Bool[Array, " U"]:
+        """Return which rings or sensors there are that may be lost."""
+        seeing = jnp.asarray(arrays.beams.range_m) > -jnp.inf
+        if self.aim.losing == "sensor":
+            return seeing & ~self._of_cell(arrays)
+        some = arrays.ring[None] == jnp.arange(self._units(arrays))[:, None]
+        return (some & seeing[None]).any(axis=1)
 
     def _units(self, arrays: RingArrays) -> int:
         """Return the number U of rings or sensors that may be lost; 1 if none may."""
         if not self.aim.losing:
             return 1
         each = arrays.length if self.aim.losing == "ring" else arrays.turn
-        return each.shape[0] - len(self.scene.cell_sensors)
+        return each.shape[0]
 
     def _drawn(self, arrays: RingArrays) -> Misplaced | None:
-        """Return the drawn errors of all sensors but the cell's; None without errors."""
+        """Return the drawn errors of all rings but the cell's sensors, and of all sensors; None
+        without errors."""
         still = len(self.scene.cell_sensors)
-        rings, sensors = arrays.length.shape[0] - still, arrays.turn.shape[0] - still
-        drawn = self.aim.drawn(rings, sensors)
-        return None if drawn is None else drawn.beside(still)
+        drawn = self.aim.drawn(arrays.length.shape[0] - still, arrays.turn.shape[0])
+        return None if drawn is None else replace(drawn.beside(still), seat=drawn.seat)
 
     def _covered(self, log_uncovered: Any, sensor: Any, sensors: int) -> Float[jax.Array, "U N"]:
         """Return the degree to which points count as covered, without each ring or sensor that may
@@ -354,14 +398,12 @@ class SoftCoverage:
         covered = -jnp.expm1(total)[None]  # (1, N)
         if not self.aim.losing:
             return covered
-        stay = len(self.scene.cell_sensors)
         if self.aim.losing == "ring":
-            lost = log_uncovered.sum(axis=1)
-            return -jnp.expm1(total - lost[: len(lost) - stay])
-        alone = jnp.exp(total - log_uncovered) - jnp.exp(total)  # (G, M, N)
+            return -jnp.expm1(total[None] - log_uncovered.sum(axis=1))
+        alone = jnp.exp(total[None, None] - log_uncovered) - jnp.exp(total)[None, None]  # (G, M, N)
         n = jnp.broadcast_to(jnp.arange(alone.shape[2]), alone.shape)
         each = jnp.zeros((sensors, alone.shape[2]), alone.dtype).at[sensor, n].add(alone)
-        return covered - each[: sensors - stay]
+        return covered - each
 
 
 def _rings_at(
@@ -382,10 +424,10 @@ def _rings_at(
         frame = turn.swapaxes(-1, -2) @ frame
         height = height + jnp.asarray(drawn.slip, jnp.float32)
         seat = _seats(drawn)
-    centre = arrays.start + height[..., None] * arrays.axis  # (D, G, 3)
+    centre = arrays.start[None] + height[..., None] * arrays.axis[None]  # (D, G, 3)
     T = with_base(jnp.asarray(frames))[:, arrays.frame]  # (P, G, 4, 4)
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    centre = jnp.einsum("pgij,dgj->dpgi", rotation, centre, precision="highest") + origin
+    centre = jnp.einsum("pgij,dgj->dpgi", rotation, centre, precision="highest") + origin[None]
     frame = jnp.einsum("pgij,dgkj->dpgki", rotation, frame, precision="highest")
 
     def everywhere(a: Any) -> Any:
@@ -411,7 +453,9 @@ def _stacked(each: Sequence[Polyhedron]) -> tuple[list[np.ndarray], np.ndarray]:
     return at_poses, np.asarray(each[0].faces)
 
 
-def _soft_minimum(values: Float[jax.Array, " N"]) -> Float[jax.Array, ""]:
-    """Return -T log(mean(exp(-v / T)))."""
-    least = jax.nn.logsumexp(-values / TEMPERATURE) - jnp.log(len(values))
+def _soft_minimum(values: Float[jax.Array, " N"], some: Any = True) -> Float[jax.Array, ""]:
+    """Return -T log(mean(exp(-v / T))) of some values."""
+    some = jnp.broadcast_to(some, values.shape)
+    count = jnp.maximum(some.sum(), 1).astype(values.dtype)
+    least = jax.nn.logsumexp(-values / TEMPERATURE, where=some) - jnp.log(count)
     return -TEMPERATURE * least

@@ -3,8 +3,9 @@ implicit functions, which JAX differentiates.
 
 The beam of a sensor tilted out of its ring's plane turns away from a point as the azimuth between
 them grows. If a cone contains the point, so does that of every sensor of its ring that is nearer in
-azimuth. A few nearest sensors of each ring therefore stand for all: two for narrow beams, more for
-wide ones, in proportion to the sensors whose beams overlap.
+azimuth, except that the point may lie past its flat base. A few sensors of each ring therefore
+stand for all, the nearest ones that reach so far: two for narrow beams, more for wide ones, in
+proportion to the sensors whose beams overlap.
 """
 
 import math
@@ -16,11 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Array
+from ..arrays import Array, Numbers
 from ..pytrees import tree
 from ..solids.sensor_beams import BeamShapes, beam_function
 
 _NOWHERE = 1e3  # m, the function of a sensor that is not there
+_NIL = 1e-9  # m, least divisor
 
 Coordinates = tuple[Any, Any, Any]
 """x, y and z of vectors, each an array of one shape."""
@@ -75,16 +77,23 @@ class NearSensors(NamedTuple):
     """Its direction from the ring's centre, along ``side``."""
 
 
-def near_sensors(rings: RingsAt, points: Float[Array, "N 3"], most: int) -> NearSensors:
-    """Return the ``most`` sensors of each ring nearest in azimuth to points, without gradient."""
-    x, y, _ = rings.across(points)
+def near_sensors(
+    rings: RingsAt, points: Float[Array, "N 3"], most: int, slack: Numbers
+) -> NearSensors:
+    """Return ``most`` sensors of each ring, without gradient: those nearest in azimuth among the
+    ones past whose range points lie by at most ``slack``, m."""
+    x, y, z = rings.across(points)
+    outward = jnp.where(jnp.cos(rings.tilt) < 0, -1.0, 1.0)[:, None]  # -1: towards the far side
     gap = _gap(rings)[:, None]
-    off = (jnp.arctan2(y, x) - rings.phase[:, None]) / gap  # (G, N)
+    off = (jnp.arctan2(outward * y, outward * x) - rings.phase[:, None]) / gap  # (G, N)
+    past = _past(rings, jnp.sqrt(x * x + y * y), z, slack) / gap
+    passed = jnp.maximum(jnp.ceil(off + past) - jnp.floor(off - past) - 1, 0)
+    passed = jnp.minimum(passed, jnp.maximum(rings.count - most, 0)[:, None])
     nearest = jnp.round(off)
     ahead = jnp.where(off >= nearest, 1.0, -1.0)
-    rank = np.arange(most)
-    step = np.where(rank % 2, (rank + 1) // 2, -(rank // 2))[None, :, None]
-    number = nearest[:, None] + ahead[:, None] * step  # (G, M, N)
+    rank = passed[:, None] + np.arange(most, dtype=np.float32)[None, :, None]  # (G, M, N)
+    step = jnp.ceil(rank / 2) * jnp.where(rank % 2 == 1, 1, -1)
+    number = nearest[:, None] + ahead[:, None] * step
     number = jnp.mod(number, jnp.maximum(rings.count, 1)[:, None, None])
     angle = rings.phase[:, None, None] + number * gap[..., None]
     sensor = rings.first[:, None, None] + number.astype(jnp.int32)
@@ -95,6 +104,24 @@ def _gap(rings: RingsAt) -> Float[Array, " G"]:
     """Return the angle between neighbours on each ring, rad."""
     gap: Array = 2 * math.pi / jnp.maximum(rings.count, 1)
     return gap
+
+
+def _past(rings: RingsAt, rho: Any, z: Any, slack: Numbers) -> Any:
+    """Return the azimuth from points (G, N), rad, within which sensors have them past their flat
+    base, or past the side of a square beam that faces the ring's axis, by more than ``slack``."""
+    shapes, tilt = rings.shapes, rings.tilt[:, None]
+    cos, range_m = jnp.cos(tilt), jnp.asarray(shapes.range_m)
+    if shapes.special is not None:
+        range_m = jnp.where(shapes.special.dome, jnp.inf, range_m)
+    furthest = (range_m[:, None] + slack - z * jnp.sin(tilt)) / jnp.maximum(abs(cos), _NIL)
+    if shapes.half_up is not None:
+        half_up, up = jnp.asarray(shapes.half_up)[:, None], jnp.where(tilt < 0, -1.0, 1.0)
+        steep = jnp.sin(abs(tilt) - half_up)
+        side = (slack + up * z * jnp.cos(abs(tilt) - half_up)) / jnp.maximum(steep, _NIL)
+        square = (half_up > 0) & (steep > 0) & (cos > 0)
+        furthest = jnp.where(square, jnp.minimum(furthest, side), furthest)
+    radius = rings.radius[:, None] * jnp.where(cos < 0, -1.0, 1.0)
+    return jnp.arccos(jnp.clip((furthest + radius) / jnp.maximum(rho, _NIL), -1.0, 1.0))
 
 
 def beams_at(
@@ -126,9 +153,10 @@ def beams_at(
     if seat is not None:
         depth, across, up = _seated(seat[near.sensor], depth, across, up)
     local = jnp.stack([across, up, depth], axis=-1)  # the axis of a beam is the third
-    frame = jnp.eye(3, dtype=depth.dtype)
+    origin = jnp.zeros((1, 1, 1, 3), depth.dtype)
+    _, ups, axes = jnp.eye(3, dtype=depth.dtype)[:, None, None, None]
     shapes = jax.tree.map(lambda a: a[:, None, None], rings.shapes)
-    value = beam_function(shapes, local, jnp.zeros(3, depth.dtype), frame[2], frame[1])
+    value = beam_function(shapes, local, origin, axes, ups)
     there = np.arange(near.east.shape[1])[None, :, None] < rings.count[:, None, None]
     a, b, c = (
         rings.centre[:, None, None, i]

@@ -19,6 +19,7 @@ from .line_of_sight import Occluding, Sight
 
 # m, a width at which soft zeta is the share of points, except for points on a surface
 SHARP = 1e-6
+_FAINT = 10.0  # widths outside a beam, from where on it may be left out
 
 
 class Choices(NamedTuple):
@@ -31,16 +32,20 @@ class Choices(NamedTuple):
 
 
 def choices(
-    rings: RingsAt, points: Float[Array, "N 3"], most: int, occluding: Occluding | None = None
+    rings: RingsAt,
+    points: Float[Array, "N 3"],
+    most: int,
+    width: Numbers,
+    occluding: Occluding | None = None,
 ) -> Choices:
-    """Return the ``most`` nearest sensors of each ring, and what hides points from them, without
-    gradient."""
+    """Return the ``most`` sensors of each ring that may see points, and what hides points from
+    them, without gradient; ``width`` is the width of the sigmoid, m."""
     rings, occluding = jax.lax.stop_gradient((rings, occluding))
-    near = near_sensors(rings, points, most)
+    near = near_sensors(rings, points, most, _FAINT * width)
     if occluding is None:
         return Choices(near, None)
     _, apex = beams_at(rings, points, near)
-    x, y, z = points.T
+    x, y, z = points.T[:, None, None]
     return Choices(near, occluding.sight(near.sensor, apex, (x, y, z)))
 
 
@@ -64,6 +69,6 @@ def log_uncovered(
     """
     value, apex = beams_at(rings, points, chosen.near, seat)
     if occluding is not None and chosen.sight is not None:
-        x, y, z = points.T
+        x, y, z = points.T[:, None, None]
         value = occluding.past(value, chosen.near.sensor, apex, (x, y, z), chosen.sight)
     return jax.nn.log_sigmoid(value / width)

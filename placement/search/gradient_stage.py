@@ -28,6 +28,7 @@ from .stop_token import StopToken
 
 _PAIRS = 1 << 24  # of a candidate's ring and a point, whose gradients fit in 16 GB of memory
 _POINTS = 1024  # drawn anew in each step, of each goal at each pose
+_SHARP = 1e-4  # m, a width at which the soft coverage is the share of points
 _JUDGED = 8192  # points on which candidates are compared after a round
 _STEPS = (150, 100, 100)  # of the rounds
 _WIDTHS = ((0.08, 0.015), (0.04, 0.01), (0.02, 0.003))  # m, first and last of each round
@@ -203,7 +204,7 @@ def _loss(
         share = jax.nn.softmax(jnp.where(there, values[3], -jnp.inf))
         counts = jnp.where(there, free * share, 0.0)[:places]
     still = jax.lax.stop_gradient((values, counts))
-    chosen = soft.choose(one.arrays, still[0][:3], sample.points, most, still[1])
+    chosen = soft.choose(one.arrays, still[0][:3], sample.points, width, most, still[1])
     value, _ = soft.criterion(one.arrays, values[:3], sample, width, chosen, counts)
     return _lack_of_room(one, values) - value
 
@@ -247,7 +248,7 @@ def _judge(soft: SoftCoverage, most: int, batch: _Batch) -> Any:
     sample = Sample(soft.all.points[:, :_JUDGED])
 
     def one(c: _Batch) -> Any:
-        chosen = soft.choose(c.arrays, c.values[:3], sample.points, most)
-        return soft.criterion(c.arrays, c.values[:3], sample, 1e-4, chosen)[0]
+        chosen = soft.choose(c.arrays, c.values[:3], sample.points, _SHARP, most)
+        return soft.criterion(c.arrays, c.values[:3], sample, _SHARP, chosen)[0]
 
     return jax.lax.map(one, jax.tree.map(jnp.asarray, batch), batch_size=16)

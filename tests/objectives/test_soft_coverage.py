@@ -1,0 +1,192 @@
+"""Soft coverage: in the sharp limit the criterion by counting, at any width the definition, slopes
+that are central differences, and few points that stand for all.
+"""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import jax
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.mounting_errors import MountingErrors, misplaced_cones
+from place_rings.coverage.rings.ring import Setup, ring_values
+from place_rings.coverage.rings.ring_kinematics import ring_arrays, sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.soft.estimator import SHARP
+from place_rings.coverage.solids.polyhedra import hull
+from place_rings.coverage.targets import Target
+from place_rings.objectives.criterion import Criterion
+from place_rings.objectives.floors import worth
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.occlusion import sight
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.soft_coverage import TEMPERATURE, Sample, SoftCoverage
+
+from ..strategies.rings import rings
+from ..strategies.singles import FANS, RANGES_MM, beam, dome, singles
+from ..strategies.units import GENERATORS
+from ..support.rails import carried
+
+POINTS, SENSORS = 400, 24  # of each term; in the arrays, padding included
+NEAR = 2e-5  # m: the slack of a sharp choice of sensors, and rounding to 32 bit
+FREE = Rules(mount="free")
+ERRORS = Criterion(errors=MountingErrors(0.01, 0.1), draws=2)
+
+
+@cache
+def scene_of(number: int, **fields) -> CoreScene:
+    """A robot that holds a solid, at two poses of different weight, before an obstacle, with a
+    sensor of the cell; the fields go before these."""
+    rng = np.random.default_rng(number)
+    tool = pr.attached("tool", size=[0.1, 0.2, 0.06], centre=rng.uniform(-0.2, 0.2, 3).tolist())
+    robot = (carried(ROBOTS["ur5e"]), ROBOTS["panda"], ROBOTS["ur10"])[number % 3]
+    poses = rng.uniform(-1.5, 1.5, (2, len(robot.chain)))
+    place = rng.uniform(-0.6, 0.6, 3) + 0.25 * np.array(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    )
+    eye = pr.MountedSensor("base", (0.6, 0.1, 1.2), (0, 0, -1), pr.Sensor(0.7, 1.0, near_m=0.2))
+    given = {
+        "robot": robot.with_attached((tool,)) if fields.get("occlusion") != "ignore" else robot,
+        "poses": (Pose(poses[0], 1.0), Pose(poses[1], 3.0)),
+        "goals": (Goal(Target("V_S", 0.5), 2.0), Goal(Target("V_O"))),
+        "obstacles": (Obstacle("corner", hull(place)),),
+        "cell_sensors": (eye,),
+        "rules": FREE,
+    }
+    return CoreScene(**(given | fields))
+
+
+@cache
+def soft_of(scene: int, aim: Criterion, **fields) -> tuple[CoreScene, SoftCoverage]:
+    """A scene and its soft coverage, compiled once; the points come with each call."""
+    core = scene_of(scene, **fields)
+    each = [(g, p) for g in range(len(core.goals)) for p in range(len(core.poses))]
+    terms = each * aim.mountings
+    return core, SoftCoverage(core, terms, [np.zeros((POINTS, 3))] * len(terms), aim)
+
+
+# half angles, of pyramids at their corners, of up to 51 degrees: two sensors of six stand for all
+NARROW = st.builds(
+    beam,
+    st.tuples(st.integers(10, 80), st.sampled_from([0, 20, 60])),
+    RANGES_MM,
+    st.sampled_from([0, 5, 50]),
+) | st.builds(dome, st.integers(20, 100), RANGES_MM)
+
+
+def setups(sensors, most: int) -> st.SearchStrategy[Setup]:
+    """Three rings, of ``most`` sensors at most, and a single sensor: one shape for JAX."""
+
+    def with_sensors(rings, sensors, single):
+        each = [replace(r, sensor=s) for r, s in zip(rings, sensors, strict=True)]
+        return Setup((replace(each[0], count=most), *each[1:]), (single,))
+
+    some = st.lists(rings(most), min_size=3, max_size=3)
+    three = st.lists(sensors, min_size=3, max_size=3)
+    return st.builds(with_sensors, some, three, singles(("forearm", "tcp")))
+
+
+def arrays_of(scene: CoreScene, setup: Setup):
+    """Arrays and values of a setup's rings, and the cell's sensors, padded."""
+    groups, v = scene.with_cell(setup).groups, ring_values(scene.with_cell(setup).groups)
+    arrays = ring_arrays(scene.robot, groups, SENSORS, special=True)
+    return arrays, np.stack([v.position, v.tilt, v.phase])
+
+
+def terms_of(scene: CoreScene, setup: Setup, aim: Criterion):
+    """The beams of each term: without occlusion, and their visible parts."""
+    whole, drawn = scene.with_cell(setup), aim.drawn(len(setup.groups), setup.sensors)
+    each = []
+    for p in scene.poses:
+        here = [sensor_cones(scene.robot, whole, p.q)]
+        if drawn is not None:
+            errors = drawn.beside(len(scene.cell_sensors))
+            here = misplaced_cones(scene.robot, whole, p.q, errors)
+        each.append([(cones, sight(scene, cones, p.q)) for cones in here])
+    return [poses[d] for d in range(aim.mountings) for _ in scene.goals for poses in each]
+
+
+def points_of(terms, rng) -> np.ndarray:
+    """Points (T, N, 3) in and about the beams."""
+    each = []
+    for cones, _ in terms:
+        unit = rng.random((POINTS, 3))
+        points = np.concatenate([cones.within(k, unit) for k in range(len(cones))])
+        points = points[rng.choice(len(points), POINTS, replace=False)]
+        each.append(points + rng.normal(size=points.shape) * rng.choice([0.0, 0.1]))
+    return np.stack(each)
+
+
+def seen(terms, points, ring, most):
+    """By which sensors points are seen (T, K, N): surely, where ``most`` of each ring count; and
+    perhaps."""
+    sure, perhaps = [], []
+    for (cones, visible), here in zip(terms, points, strict=True):
+        f, g = (np.stack([s.part(here, k) for k in range(len(cones))]) for s in (cones, visible))
+        around = np.stack([(f[ring == i] <= NEAR).sum(axis=0) for i in ring])
+        sure.append((g <= -NEAR) & (around <= most))
+        perhaps.append(g <= NEAR)
+    return np.stack(sure), np.stack(perhaps)
+
+
+def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) -> float:
+    """The criterion by counting what sensors see, (T, K, N)."""
+    ring = np.array(scene.with_cell(setup).ring_of_sensor)
+    shape = (aim.mountings, len(scene.goals), len(scene.poses))
+
+    def zetas(which):
+        covered = seen[:, which].sum(axis=1) >= aim.seen
+        return covered.mean(axis=1).reshape(shape).mean(axis=0)  # (G, P)
+
+    def least(values):
+        return -TEMPERATURE * np.log(np.mean(np.exp(-np.array(values) / TEMPERATURE)))
+
+    every = np.ones(len(ring), bool)
+    if aim.losing:
+        number = ring if aim.losing == "ring" else np.arange(len(ring))
+        mine = number[ring < len(setup.groups)]
+        return least([worth(zetas(number != i) @ scene.pose_weights, scene) for i in set(mine)])
+    goals = zetas(every) @ scene.pose_weights
+    if scene.over_poses == "worst":
+        penalty = worth(goals, scene) - goals @ scene.goal_weights
+        return least(scene.goal_weights @ zetas(every)) + penalty
+    return float(worth(goals, scene))
+
+
+FLOORS = (Goal(Target("V_S", 0.5), 2.0, 0.3), Goal(Target("V_O"), 1.0, 0.6))
+CASES = {
+    "floors": (Criterion(), {"occlusion": "ignore", "obstacles": (), "goals": FLOORS}),
+    "seen by two, an obstacle": (Criterion(seen=2), {"occlusion": "ignore"}),
+    "a ring lost, shadows": (Criterion(losing="ring"), {"occlusion": "shadow", "obstacles": ()}),
+    "a sensor lost, shadows": (Criterion(losing="sensor"), {"occlusion": "shadow"}),
+    "worst pose, blind": (Criterion(), {"occlusion": "blind", "over_poses": "worst"}),
+}
+
+
+def check_sharp(scene, soft, setup, aim, rng, blind=0.0):
+    arrays, values = arrays_of(scene, setup)
+    terms = terms_of(scene, setup, aim)
+    points = points_of(terms, rng)
+    found = soft.share(arrays, values, SHARP, Sample(points.astype(np.float32)))
+    ring = np.array(scene.with_cell(setup).ring_of_sensor)
+    low, high = (
+        counted(scene, setup, aim, held) for held in seen(terms, points, ring, soft._most(arrays))
+    )
+    assert low - 1e-5 - blind <= found <= high + 1e-5 + blind
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+@settings(max_examples=12)
+@given(st.integers(0, 1), setups(NARROW, 6), GENERATORS)
+def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
+    """Exactly, where no more sensors of a ring have a point in their beams than are evaluated.
+    The first return of one zone reads bodies as rows of balls."""
+    aim, fields = CASES[case]
+    scene, soft = soft_of(number, aim, **fields)
+    check_sharp(scene, soft, setup, aim, rng, 0.02 if scene.occlusion == "blind" else 0.0)
