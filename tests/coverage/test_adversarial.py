@@ -16,8 +16,6 @@ from place_rings.coverage.pytrees import mapped
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.soft.estimator import soft_zeta
-from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
@@ -31,6 +29,7 @@ from place_rings.objectives.verify import Verifier, check_beams
 
 from ..strategies.solids import padded
 from ..support import drawing
+from ..support.soft_beams import rings_of_one, share_and_slopes
 from .test_certified_bounds import one_cone
 from .test_octree import dense, lattice
 
@@ -77,9 +76,6 @@ SCENES = {
 }
 
 
-compiled = jax.jit(soft_zeta)
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_count_interval_and_estimate_hold(name):
     """The octree is the dense count; the interval holds the share of points; the soft estimate is
@@ -101,12 +97,11 @@ def test_count_interval_and_estimate_hold(name):
     b = bracket(target, cones, 5e-3)
     assert b.reached
     assert b.low - noise <= held.mean() <= b.high + noise
-    parts = (jnp.asarray(a, jnp.float32) for a in vars(padded(cones, 5)).values())
     size, n = float(np.ptp([low, high])), 4096  # of one shape, so that JAX compiles once
-    soft = compiled(Cones(*parts), cloud(p[:n]), jnp.float32(1e-3 * size))
-    assert float(soft.zeta) == pytest.approx(held[:n].mean(), abs=0.03)
-    assert np.isfinite(soft.by_apex).all()
-    assert np.isfinite(soft.by_axis).all()
+    rings, few = rings_of_one(padded(cones, 5)), p[:n].astype(np.float32)
+    soft, slopes = share_and_slopes(rings, few, jnp.float32(1e-3 * size))
+    assert float(soft) == pytest.approx(held[:n].mean(), abs=0.03)
+    assert all(np.isfinite(a).all() for a in jax.tree.leaves(slopes))
 
 
 @given(st.floats(1, 179.9999), st.floats(0.01, 100), st.none() | st.floats(1, 179.9999))

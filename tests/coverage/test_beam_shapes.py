@@ -3,18 +3,14 @@
 import math
 from dataclasses import replace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.soft.estimator import soft_zeta
-from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.sensor_beams import MixedBeams, SpecialBeams
 from place_rings.coverage.voxels.solid_bitmask import words
 from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
@@ -127,44 +123,6 @@ def test_bitmasks_are_the_signs_at_the_voxels(cones, centres_mm, voxel_mm):
             ]
             assert not (bits[0] & (value > 1e-9)).any()
             assert not (~bits[1] & (value <= -1e-9)).any()
-
-
-@jax.jit
-def soft_of(beams, drawn):
-    return soft_zeta(beams, drawn, jnp.asarray(WIDTH), np.inf)
-
-
-@jax.jit
-def share_and_slopes(beams, places):
-    """The product over the functions themselves, and JAX's own derivative of it."""
-
-    def share(apex, axis, up):
-        moved = replace(beams, apex=apex, axis=axis, up=up)
-        f = moved.part(places, np.arange(len(beams))[None])
-        return 1 - jnp.prod(jax.nn.sigmoid(f / WIDTH), axis=1).mean()
-
-    return jax.value_and_grad(share, (0, 1, 2))(beams.apex, beams.axis, beams.up)
-
-
-@pytest.mark.slow
-@settings(max_examples=8)
-@given(FOUR, GENERATORS)
-def test_the_soft_estimate_and_its_slopes_are_those_of_the_functions(cones, rng):
-    """Against JAX's own derivative of the product over the functions themselves, in 64 bit."""
-    beams, points = special(cones), rng.uniform(-1.2, 1.2, (256, 3))
-    there, places = jax.tree.map(jnp.asarray, beams), jnp.asarray(points)[:, None]
-    soft = soft_of(there, cloud(points, dtype=np.float64))
-    share, slopes = share_and_slopes(there, places)
-    assert float(soft.zeta) == pytest.approx(float(share), abs=1e-9)
-    for k in range(len(beams)):
-        for mine, exact in zip(soft[1:], slopes, strict=True):
-            expected = np.asarray(exact[k])
-            if mine is soft.by_axis:  # as a free vector, up to its length
-                axis = beams.axis[k]
-                mine_k, expected = (np.cross(axis, np.asarray(v)) for v in (mine[k], expected))
-            else:
-                mine_k = np.asarray(mine[k])
-            np.testing.assert_allclose(mine_k, expected, atol=1e-8)
 
 
 def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():

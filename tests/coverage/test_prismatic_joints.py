@@ -17,10 +17,8 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal
-from place_rings.objectives.soft_objective import CoverageObjective
-from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.design import Space
 from place_rings.placement.search.moves import fresh
 
 from ..strategies.rings import LONGEST, ROBOT_NAMES, poses
@@ -121,22 +119,6 @@ def test_coverage_on_a_rail_is_that_of_the_arm_alone():
     for goal in goals:
         here, there = (Verifier(s, voxel).verify(setup, goal.target).zeta for s in (alone, on))
         assert here == pytest.approx(there, abs=2e-4)
-
-
-def test_gradient_on_a_rail_is_the_central_difference():
-    rail = carried(UR10)
-    at = (Pose(np.append(0.7, UR10.rest)), Pose(np.append(-0.4, UR10.rest)))
-    scene = CoreScene(rail, at, rules=Rules(mount="free"), occlusion="ignore")
-    points, space = TargetPoints(scene, 512, 0), Space(scene, sensors=16)
-    objective, clouds = CoverageObjective(scene, points), points.clouds(512)
-    c = fresh(space, np.random.default_rng(0))
-    setup, x = stacked([space.arrays(c)]), space.values(c)
-    _, (slope,) = objective.soft(setup, x[None], 0.2, clouds)
-    d = np.random.default_rng(1).normal(size=x.shape)
-    step = 1e-2 / np.linalg.norm(d)
-    both = stacked([space.arrays(c)] * 2)
-    up, down = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
-    assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=0.01 * np.abs(d).max())
 
 
 @given(GENERATORS)

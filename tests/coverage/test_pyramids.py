@@ -3,9 +3,7 @@ central differences.
 """
 
 import math
-from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,8 +15,6 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.soft.estimator import SHARP, soft_zeta
-from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.sensor_beams import BeamShapes, MixedBeams
 from place_rings.coverage.solids.spheres import sphere
@@ -29,11 +25,7 @@ from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, paper_scene
-from place_rings.objectives.soft_objective import CoverageObjective
-from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.design import Space, stacked
-from place_rings.placement.search.moves import fresh
 from pydantic import ValidationError
 
 from ..strategies.solids import some_beams
@@ -153,55 +145,6 @@ def test_ups_of_a_ring_are_across_its_tangent():
     # no tilt: up is the ring's axis
     np.testing.assert_allclose(solid.up[9:], np.tile(along, (3, 1)), atol=1e-12)
     np.testing.assert_array_equal(solid.half_up > 0, [True] * 5 + [False] * 4 + [True] * 3)
-
-
-def test_gradients_of_beams_equal_central_differences():
-    """And a sharp value is the share of points."""
-    rng = np.random.default_rng(3)
-    b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (400, 3))
-    drawn, step = cloud(points, dtype=np.float64), 1e-6
-    soft = jax.jit(lambda x, width: soft_zeta(x, drawn, width, np.inf))
-
-    def value(x):
-        return float(soft(x, 0.05).zeta)
-
-    assert float(soft(b, SHARP).zeta) == pytest.approx(np.mean(b(points) <= 0), abs=1e-9)
-    exact = soft(b, 0.05)
-    for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
-        for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
-            if key == "axis" and k < 3:
-                # of cones the axis is taken as a unit vector: its free derivative differs along it
-                continue
-            more, less = (getattr(b, key).copy() for _ in range(2))
-            more[k, i] += step
-            less[k, i] -= step
-            numeric = (value(replace(b, **{key: more})) - value(replace(b, **{key: less}))) / (
-                2 * step
-            )
-            assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
-
-
-def test_a_search_climbs_setups_of_both_shapes():
-    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=Sensor(range_m=1.0))})
-    space = Space(scene, sensors=24)
-    points = TargetPoints(scene, 512, 0)
-    objective, clouds = CoverageObjective(scene, points), points.clouds(512)
-    rng, kinds = np.random.default_rng(0), set()
-    for _ in range(3):
-        c = fresh(space, rng)
-        kinds |= {r.sensor.fov_up for r in space.setup(c).rings}
-        setup, x, both = stacked([space.arrays(c)]), space.values(c), stacked([space.arrays(c)] * 2)
-        # no two rings change ranks in the step
-        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])
-        (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
-        assert objective.zetas(setup, x[None], clouds, 0.2) == pytest.approx(value, abs=2e-6)
-        d = rng.normal(size=x.shape)
-        step = 1e-2 / np.linalg.norm(d)
-        more, less = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
-        assert (slope * d).sum() == pytest.approx(
-            (more - less) / (2 * step), abs=1e-2 * np.linalg.norm(d)
-        )
-    assert kinds == {None, SQUARE.fov_up}
 
 
 def test_exact_counts_of_a_mixed_setup_agree():

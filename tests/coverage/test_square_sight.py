@@ -5,8 +5,6 @@ sight, soft slopes.
 import math
 from dataclasses import replace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,9 +14,6 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.coverage.soft.beams import Hidden, InCell
-from place_rings.coverage.soft.estimator import SHARP, soft_zeta
-from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space, hull
@@ -28,13 +23,9 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives.occlusion import setup_sight, unseeing
+from place_rings.objectives.occlusion import unseeing
 from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
-from place_rings.objectives.soft_objective import CoverageObjective
-from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.design import Space, stacked
-from place_rings.placement.search.moves import fresh
 
 from ..strategies.solids import some_beams, some_capsules
 from ..strategies.units import (
@@ -156,56 +147,6 @@ def test_intervals_hold_the_share_of_points(occlusion):
     assert found.reached
     assert found.low - noise <= share <= found.high + noise
     assert 0.05 < share < 0.95 * (b(points) <= 0).mean()
-
-
-@pytest.mark.slow  # compiles for 10 s
-def test_soft_values_past_bodies_are_shares_and_slopes_central_differences():
-    """Where bodies blind cones and sensors of one zone and shadow the others; in the limit the
-    value of the others is the share.
-    """
-    rng = np.random.default_rng(4)
-    b, bodies = drawn(rng)
-    places, obstacles = rng.uniform(-0.5, 0.5, (400, 3)), (WEDGE,)
-    points, stand = (
-        jax.tree.map(jnp.asarray, tree) for tree in (cloud(places, dtype=np.float64), bodies)
-    )
-
-    @jax.jit
-    def soft(x, width):
-        return soft_zeta(InCell(Hidden(x, stand, "blind"), obstacles), points, width, np.inf)
-
-    square = jax.tree.map(lambda a: a[[3, 4] * 3], b)
-    seen = beams(square, Occluders(bodies, obstacles), "blind")(places) <= 0
-    assert float(soft(square, SHARP).zeta) == pytest.approx(seen.mean(), abs=1e-9)
-    step, exact = 1e-6, soft(b, 0.03)
-    for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
-        for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
-            if key == "axis" and k < 3:
-                # of cones the axis is taken as a unit vector: its free derivative differs along it
-                continue
-            away = np.zeros_like(b.apex)
-            away[k, i] = step
-            more, less = (replace(b, **{key: getattr(b, key) + e}) for e in (away, -away))
-            numeric = float(soft(more, 0.03).zeta - soft(less, 0.03).zeta) / (2 * step)
-            assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
-
-
-@pytest.mark.slow  # compiles for 8 s
-def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot():
-    """To 0.02, as the soft estimator reads bodies as rows of balls."""
-    sensor = Sensor(math.radians(45), 1.0, None, math.radians(30))
-    scene = CoreScene(sensor=sensor, occlusion="blind", obstacles=(Obstacle("table", WEDGE),))
-    space, points = Space(scene, sensors=12), TargetPoints(scene, 512, 0)
-    c = fresh(space, np.random.default_rng(1))
-    objective, setup = CoverageObjective(scene, points), space.setup(c)
-    (found,) = objective.zetas(
-        stacked([space.arrays(c)]), space.values(c)[None], points.clouds(512)
-    )
-    seen = [
-        setup_sight(scene, setup, scene.poses[p].q)(points.points[i]) <= 0
-        for i, (_, p) in enumerate(points.terms)
-    ]
-    assert found == pytest.approx(np.mean(seen), abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from place_rings.objectives.feasibility.ring_envelopes import envelope, spacing
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import ABOVE, BELOW, GRAIN, HIGH, LOW, TILTS
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.parameterization import decode, value_slopes
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.moves import fresh
@@ -91,27 +90,3 @@ def test_rings_keep_the_rules_at_the_ends_of_all_values(seed):
     rings = rounded(SPACE.setup(replace(c, values=values)), SCENE.sensor).rings
     broken = faults(SCENE, rings, SPACE.clear)
     assert [f for f in broken if len({rings[i].link for i in f.rings}) == 1] == []
-
-
-@given(drawing.seeds, st.booleans())
-def test_value_slopes_are_those_of_finite_differences(seed, shared):
-    rng = np.random.default_rng(seed)
-    space = SHARED if shared else SPACE
-    c = fresh(space, rng)
-    where, (low, high) = space.stretch(c), space.box(c)
-    values = rng.uniform(low, high)
-    # away from the edges of the tables' cells
-    cell = np.abs((np.degrees(values[1]) + 1.25) % 2.5 - 1.25) < 1e-3
-    values[1] += np.where(cell & (high[1] > low[1]), 1e-4, 0.0)
-    pull = rng.standard_normal(values.shape)
-    slopes = value_slopes(where, values, *pull)
-    step = 1e-7
-    for index in np.argwhere(high > low):
-        there, back = values.copy(), values.copy()
-        there[tuple(index)] += step
-        back[tuple(index)] -= step
-        change = (pull * (decode(where, there) - decode(where, back))).sum() / (2 * step)
-        assert slopes[tuple(index)] == pytest.approx(change, abs=1e-6)
-
-
-SHARED = Space(replace(SCENE, rules=Rules(mount="real", shared_tilt=True)), sensors=48)

@@ -2,11 +2,9 @@
 that are central differences, and few points that stand for all.
 """
 
-import math
 from dataclasses import replace
 from functools import cache
 
-import jax
 import numpy as np
 import place_rings as pr
 import pytest
@@ -224,7 +222,9 @@ def test_slopes_are_central_differences(case, setup, rng):
     sample = Sample(points_of(terms_of(scene, setup, aim), rng).astype(np.float32))
     off, step = [], 2e-3
     value, slope = soft.value_and_slope(arrays, values, 0.1, sample)
-    assert value == pytest.approx(soft.share(arrays, values, 0.1, sample), abs=1e-5 * (1 + abs(value)))
+    assert value == pytest.approx(
+        soft.share(arrays, values, 0.1, sample), abs=1e-5 * (1 + abs(value))
+    )
     for _ in range(5):
         d = rng.normal(size=values.shape)
         d /= np.linalg.norm(d)

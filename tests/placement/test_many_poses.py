@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
@@ -12,11 +11,9 @@ from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal, paper_scene
-from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective
-from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import finalists
-from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.design import Space
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.progress import Outcome
@@ -36,54 +33,6 @@ def scene_of(poses, **kwargs):
     return paper_scene(
         poses=tuple(Pose(a, 1.0 + i, 0.05 * i) for i, a in enumerate(picked)), **kwargs
     )
-
-
-@pytest.fixture(scope="module")
-def worst():
-    """Objective of the worst of two poses, points and a setup."""
-    scene = scene_of(2, goals=GOALS, over_poses="worst")
-    points, space = TargetPoints(scene, 512, 0), Space(scene, ring_layout(scene, 2, 8))
-    c = fresh(space, np.random.default_rng(5))
-    return (
-        CoverageObjective(scene, points),
-        points.clouds(512),
-        stacked([space.arrays(c)]),
-        space.values(c),
-    )
-
-
-def test_zeta_pose_by_pose_makes_the_soft_minimum(worst):
-    """Of one pose alone the soft minimum is its zeta; of several it lies between their least and
-    their mean.
-    """
-    objective, clouds, setup, x = worst
-    by_pose = []
-    for i, pose in enumerate(objective.scene.poses):
-        alone = replace(objective.scene, poses=(pose,))
-        here = jax.tree.map(lambda a, i=i: a[objective._pose == i], clouds)
-        one = CoverageObjective(alone, TargetPoints(alone, 64, 0))
-        by_pose.append(one.zetas(setup, x[None], here)[0])
-    soft = objective.zetas(setup, x[None], clouds)[0]
-    assert (
-        min(by_pose)
-        <= soft
-        <= min(min(by_pose) + TEMPERATURE * math.log(2) + 1e-6, np.mean(by_pose))
-    )
-
-
-def test_the_slope_of_the_worst_pose_is_that_of_its_value(worst):
-    objective, clouds, setup, x = worst
-    (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
-    rng = np.random.default_rng(0)
-    for _ in range(4):
-        d = rng.normal(size=x.shape)
-        step = 4e-3 / np.linalg.norm(d)
-        up, down = (
-            objective.soft(setup, (x + s * d)[None], 0.2, clouds)[0][0] for s in (step, -step)
-        )
-        assert (slope * d).sum() == pytest.approx(
-            (up - down) / (2 * step), abs=2e-2 * np.linalg.norm(d) * abs(value)
-        )
 
 
 def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():

@@ -216,8 +216,8 @@ def test_every_change_has_an_instruction(seed):
         assert ("remove" in line) == (change.kind is ChangeKind.TAKEN)
 
 
-SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 1024, 16, 3),), 2)
-TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 16, 3),), 1024, 2)
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
 FAR = paper_scene(goals=(Goal(Target("V_S", 1.5)),))
 
 

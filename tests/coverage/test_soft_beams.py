@@ -1,0 +1,72 @@
+"""The soft estimator alone: gradients at singular points."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from place_rings.coverage.soft.beams import RingsAt
+from place_rings.coverage.soft.line_of_sight import Occluding
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.coverage.solids.sensor_beams import BeamShapes, SpecialShapes
+
+from ..support.soft_beams import share_and_slopes
+
+RANGE, HALF, RADIUS = 1.5, 0.2, 0.1
+RIM = (RADIUS + RANGE, RANGE * np.tan(HALF), 0.0)
+POINTS = {
+    "the ring's centre": (0, 0, 0),
+    "the ring's axis": (0, 0, 0.4),
+    "an apex": (RADIUS, 0, 0),
+    "a beam's axis": (RADIUS + 0.5, 0, 0),
+    "the base's centre": (RADIUS + RANGE, 0, 0),
+    "the base's rim": RIM,
+    "behind a sensor": (RADIUS - 0.01, 0, 0),
+    "a ball's centre": (0.3, 0.3, 0.3),
+    "a body's axis": (0, 0.8, 0),
+    "far away": (1e6, 1e6, 0),
+}
+SHAPES = {  # half_up, dome, half thickness, near
+    "cones": (0.0, False, 0.0, 0.0),
+    "pyramids": (0.3, False, 0.0, 0.0),
+    "domes": (0.0, True, 0.0, 0.0),
+    "fans": (0.0, False, 0.05, 0.0),
+    "least ranges": (0.0, False, 0.0, 0.4),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("width", [0.1, 1e-6])
+def test_gradients_are_finite_everywhere(shape, width):
+    """Of a ring, of a sensor without a ring, and of a ring without sensors; past a ball, which is a
+    body of length 0, a body through a sensor, and an obstacle whose plane holds all sensors."""
+    half_up, domed, thick, near = SHAPES[shape]
+
+    def three(*values):
+        return np.array(values, np.float32)
+
+    same = np.ones(3, np.float32)
+    special = SpecialShapes(same > 0 if domed else same < 0, thick * same, near * same)
+    shapes = BeamShapes(HALF * same, RANGE * same, half_up * same, same < 0, special)
+    z, x, y = np.eye(3, dtype=np.float32)[[2, 0, 1]][:, None].repeat(3, axis=1)
+    rings = RingsAt(
+        np.zeros((3, 3), np.float32),
+        *(z, x, y),
+        three(0, 0.3, 0),
+        three(0, 0, 0),
+        three(4, 1, 0),
+        np.array([0, 4, 0], np.int32),
+        three(RADIUS, 0, RADIUS),
+        shapes,
+    )
+    bodies = Capsules(
+        np.array([(0.3, 0.3, 0.3), (0, -1, 0)], np.float32),
+        np.array([(0.3, 0.3, 0.3), (0, 1, 0)], np.float32),
+        np.array([0.1, 0.05], np.float32),
+    )
+    planes = ((np.tile(z[0], (5, 2, 1)), np.zeros((5, 2), np.float32)),)
+    stop = np.array([0.0, 0.5, np.inf, np.inf, 1.0], np.float32)
+    points = np.array(list(POINTS.values()), np.float32)
+    past = Occluding(bodies, planes, stop)
+    share, slopes = share_and_slopes(rings, points, jnp.float32(width), past)
+    assert 0 <= share <= 1
+    assert all(np.isfinite(a).all() for a in jax.tree.leaves(slopes))
