@@ -24,7 +24,7 @@ from .objectives.verify import Verifier
 from .placement.redesign import redesign
 from .placement.redesign.beam_search import Answer
 from .placement.search.progress import Outcome
-from .placement.search.search import SearchResult
+from .placement.search.result import SearchResult
 from .reporting.text import counted
 
 _RECORD, _PICTURE = "improve.json", "improve.png"

@@ -13,7 +13,6 @@ from .coverage.rings.ring import Setup
 from .formats.schema.gap_models import GapModel
 from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
-    CollisionLossModel,
     FewestRingsModel,
     FoundModel,
     ProposalFile,
@@ -31,11 +30,9 @@ from .objectives.robustness import RingSensitivity
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
-from .placement.search.fewest_rings import FewestRings
-from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
-from .placement.search.repeated_search import RepeatedSearch
-from .placement.search.search import SearchResult
+from .placement.search.result import SearchResult
+from .placement.search.several_searches import FewestRings, Reach, RepeatedSearch
 
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
 again:
@@ -235,7 +232,6 @@ class Proposal(Placement):
             else None,
             price=PriceModel.of(self.scene.core, self.setup),
             short_percent=100 * self.search.short,
-            collision_loss=CollisionLossModel.of(self.search.loss),
             sensors=sensor_records(self.setup),
         )
 

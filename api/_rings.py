@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from ._arguments import number, whole
 from ._errors import InputError
 from .objectives.mount_rules import Rules
+from .objectives.named_layouts import ring_layout
 from .objectives.scene import CoreScene
 from .placement.search.design import Space
-from .placement.search.layout import ring_layout
 
 _RINGS_PER_LINK = 2
 _SENSORS_PER_RING = 16  # default where the scene's rules allow it

@@ -22,11 +22,15 @@ from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching
 from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
-from .placement.search.fewest_rings import FewestRings, fewest_rings
-from .placement.search.fewest_sensors import Reach, fewest_sensors
 from .placement.search.progress import Progress
-from .placement.search.repeated_search import repeated_search
-from .placement.search.search import SearchResult
+from .placement.search.result import SearchResult
+from .placement.search.several_searches import (
+    FewestRings,
+    Reach,
+    fewest_rings,
+    fewest_sensors,
+    repeated_search,
+)
 
 __all__ = ["InfeasibleError", "search"]
 

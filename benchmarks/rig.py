@@ -13,10 +13,9 @@ import rig_moving
 from common import absent, busy, installed, say, table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.rounding import rounded
-from place_rings.objectives.named_layouts import layout_in
+from place_rings.objectives.named_layouts import layout_in, ring_layout
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.search import search
 from place_rings.rig.mount.stop_plan import POSES, planned
 from place_rings.rig.poses.itinerary import Itinerary, reachable

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from common import peak_memory
 from monte_carlo import estimate
+from place_rings.placement.search.global_stage import usual
 from place_rings.placement.search.progress import Progress
-from place_rings.placement.search.schedule import usual
 from place_rings.placement.search.search import search
 from search_questions import Question
 from search_task import Judge, OverError, PeerObjective, Watch

@@ -8,10 +8,10 @@ import numpy as np
 from place_rings.coverage.rings.mounting_errors import MountingErrors
 from place_rings.coverage.rings.ring import Setup
 from place_rings.objectives.criterion import Criterion
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.layout import ring_layout
 from place_rings.simulation.pick_and_place import pick_and_place
 from place_rings.studies.engine.scenes import scene_from
 

@@ -15,12 +15,19 @@ def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
 
 
-def worth(zetas: Float[Array, "*batch G"], scene: CoreScene) -> Float[Array, "*batch"]:
-    """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
+def worth(
+    zetas: Float[Array, "*batch G"], weights: Float[Array, " G"], floors: Float[Array, " G"]
+) -> Float[Array, "*batch"]:
+    """Return the weighted mean (...) of the goals' zetas, less a penalty for shortfalls.
 
     The penalty is a steep parabola of the shortfall below each floor.
+
+    Args:
+        zetas: zetas (..., G).
+        weights: weights (G,) of the goals.
+        floors: floors (G,); see ``floors``.
     """
     xp = namespace(zetas)
-    short = xp.maximum(xp.broadcast_to(xp.asarray(floors(scene)), zetas.shape) - zetas, 0.0)
-    value: Array = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+    short = xp.maximum(xp.broadcast_to(xp.asarray(floors), zetas.shape) - zetas, 0.0)
+    value: Array = zetas @ weights - STEEP * (short * short).sum(axis=-1)
     return value

@@ -1,11 +1,15 @@
 """Sensitivity of a setup: what it costs in coverage that a ring is mounted a little off."""
 
 import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from jaxtyping import Float
 
-from ..coverage.rings.ring import Setup, ring_values
-from ..coverage.rings.ring_kinematics import ring_arrays
+from ..coverage.processors import processors
+from ..coverage.rings.ring import Ring, Setup, ring_values
+from ..coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from .robustness import RingSensitivity
 from .scene import CoreScene
 from .soft_coverage import SoftCoverage
@@ -28,32 +32,51 @@ def sensitivity(scene: CoreScene, setup: Setup, seed: int = 0) -> tuple[RingSens
     """
     terms = len(scene.goals) * len(scene.poses)
     points = TargetPoints(scene, max(_POINTS // terms, _FEWEST), seed)
-    return ring_sensitivity(SoftCoverage(scene, points.terms, points.points), setup)
-
-
-def ring_sensitivity(soft: SoftCoverage, setup: Setup) -> tuple[RingSensitivity, ...]:
-    """Return the sensitivity of each ring of a setup; see ``sensitivity``."""
-    robot, groups = soft.scene.robot, soft.scene.with_cell(setup).groups
-    arrays, v = ring_arrays(robot, groups), ring_values(groups)
+    soft = SoftCoverage(scene, points.terms, points.points)
+    groups = scene.with_cell(setup).groups
+    v = ring_values(groups)
     values = np.stack([v.position, v.tilt, v.phase])
+    return ring_sensitivity(soft, ring_arrays(scene.robot, groups), values, setup.rings)
+
+
+def ring_sensitivity(
+    soft: SoftCoverage,
+    arrays: RingArrays,
+    values: Float[np.ndarray, "3 R"],
+    rings: Sequence[Ring],
+) -> tuple[RingSensitivity, ...]:
+    """Return the sensitivity of the first of the R rings, which are ``rings``.
+
+    Args:
+        soft: the soft coverage.
+        arrays: R rings, or places for rings, and their sensors.
+        values: their positions, tilts and phases.
+        rings: the rings at the first places.
+    """
     count = max(_NEAREST // len(soft.all.points), _FEWEST)
     sample = soft.undecided(arrays, values, _NEAR, count)
-    start, _ = soft.value_and_slope(arrays, values, _WIDTH, sample)
+    length = np.asarray(arrays.length)
+    changes = [(0, i, SHIFT / length[i]) for i in range(len(rings)) if length[i] > 0]
+    changes += [(row, i, TURN) for row in (1, 2) for i in range(len(rings))]
 
-    def loss(row: int, i: int, by: float) -> float:
-        """Return the coverage lost by a change of one value, by the worse direction."""
-        ends = []
-        for sign in (-1, 1):
-            there = values.copy()
-            there[row, i] += sign * by
-            ends.append(soft.value_and_slope(arrays, there, _WIDTH, sample)[0])
-        return max(start - min(ends), 0.0)
+    def changed(change: tuple[int, int, float]) -> float:
+        there = values.copy()
+        there[change[0], change[1]] += change[2]
+        return soft.value_and_slope(arrays, there, _WIDTH, sample)[0]
 
-    each = []
-    for i, ring in enumerate(setup.rings):
-        length = robot.mount(ring.link).length
-        moved = loss(0, i, SHIFT / length) if length > 0 else 0.0
-        turned = max(loss(row, i, TURN) for row in (1, 2))
-        by_mm, by_degree = moved / (1000 * SHIFT), turned / math.degrees(TURN)
-        each.append(RingSensitivity(ring.link, ring.position, by_mm, by_degree))
-    return tuple(each)
+    both = [(row, i, sign * by) for row, i, by in changes for sign in (-1, 1)]
+    with ThreadPoolExecutor(processors()) as threads:
+        start, *ends = threads.map(changed, [(0, 0, 0.0), *both])
+    lost = {
+        change[:2]: max(start - min(ends[2 * k : 2 * k + 2]), 0.0)
+        for k, change in enumerate(changes)
+    }
+    return tuple(
+        RingSensitivity(
+            ring.link,
+            ring.position,
+            lost.get((0, i), 0.0) / (1000 * SHIFT),
+            max(lost[1, i], lost[2, i]) / math.degrees(TURN),
+        )
+        for i, ring in enumerate(rings)
+    )

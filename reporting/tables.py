@@ -24,6 +24,8 @@ def ring_table(
     where that is known."""
     table = Table()
     costs = ("points/mm", "points/°") if sensitivity else ()
+    known = {(one.link, one.position): _costs(one) for one in sensitivity}
+    each = [known.get((r.link, r.position)) for r in setup.rings]
     for name in ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °", *costs):
         table.add_column(name, justify="left" if name == "link" else "right")
     for i, r in enumerate(setup.rings):
@@ -33,7 +35,7 @@ def ring_table(
             if length > 0
             else ("flange", "–")
         )
-        cost = [f"{a:.3f}" for a in _costs(sensitivity[i])] if sensitivity else []
+        cost = [f"{a:.3f}" for a in each[i] or ()] or ["–" for _ in costs]
         table.add_row(
             str(i),
             r.link,
@@ -52,10 +54,10 @@ def ring_table(
         " about the link's axis."
     )
     if sensitivity:
-        least = max(range(len(sensitivity)), key=lambda i: sum(_costs(sensitivity[i])))
+        dearest = max(range(len(each)), key=lambda i: sum(each[i] or ()))
         below += (
             " points/mm and points/°: coverage lost if the ring is off along the link, or in tilt"
-            f" or phase. Mount ring {least} most carefully."
+            f" or phase. Mount ring {dearest} most carefully."
         )
     return Explained(title, table, below)
 

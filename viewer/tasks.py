@@ -18,8 +18,8 @@ from ..objectives.scene import CoreScene, Goal
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
 from ..placement.search.design import Space
+from ..placement.search.global_stage import Schedule
 from ..placement.search.progress import Progress
-from ..placement.search.schedule import Schedule
 from ..placement.search.search import search
 
 WIDTH = 0.001  # width of the guaranteed interval, as a share

@@ -13,8 +13,8 @@ from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import CoreScene
 from ...placement.search.progress import Outcome, Progress
-from ...placement.search.repeated_search import RepeatedProgress
-from ...placement.search.search import SearchResult
+from ...placement.search.result import SearchResult
+from ...placement.search.several_searches import RepeatedProgress
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.gap import gap_line
@@ -229,14 +229,6 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
             f"After {spent.evaluations} gradients the slope left is {100 * result.slope:.3f} points"
             " by mm and degree.",
             highlight=False,
-        )
-    if (loss := result.loss) is not None:
-        console.print(
-            f"Rings of {' and '.join(loss.links)} must not collide. Without that rule the search"
-            f" came to {100 * loss.best:.2f} % of its sample points, {100 * loss.cost:.2f} points"
-            " more.",
-            highlight=False,
-            soft_wrap=True,
         )
 
 

@@ -24,10 +24,8 @@ from .versions import VersionedFile
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
     from ...objectives.criterion import Criterion
     from ...objectives.robustness import RingSensitivity
-    from ...placement.search.fewest_rings import FewestRings
-    from ...placement.search.fewest_sensors import Reach
-    from ...placement.search.repeated_search import RepeatedSearch
-    from ...placement.search.search import CollisionLoss, SearchResult
+    from ...placement.search.result import SearchResult
+    from ...placement.search.several_searches import FewestRings, Reach, RepeatedSearch
 
 
 class StageModel(StrictModel):
@@ -284,26 +282,6 @@ class RepeatedModel(StrictModel):
         ]
 
 
-class CollisionLossModel(StrictModel):
-    """What it costs that rings of different links must not collide."""
-
-    best_percent: float = Field(
-        description="criterion of the best setup seen whose rings collide, on the search's sample"
-        " points, percent"
-    )
-    cost_points: float = Field(description="less of it in the proposal, percentage points")
-    links: list[str] = Field(description="links whose rings collide in that setup")
-
-    @classmethod
-    def of(cls, loss: "CollisionLoss | None") -> Self | None:
-        """Return the record of a loss; None without one."""
-        if loss is None:
-            return None
-        return cls(
-            best_percent=100 * loss.best, cost_points=100 * loss.cost, links=list(loss.links)
-        )
-
-
 class SearchFile(VersionedFile):
     """The file ``result.json`` of a search: the proposal, and the coverage of the paper's layouts
     by the same verifier."""
@@ -323,10 +301,6 @@ class SearchFile(VersionedFile):
     files: dict[str, str] = Field(description="written files")
     short_percent: float = Field(
         default=0.0, ge=0, description="sum by which floors are missed, percentage points"
-    )
-    collision_loss: CollisionLossModel | None = Field(
-        default=None,
-        description="what keeping rings of different links apart costs; null if it costs nothing",
     )
     sensitivity: list[SensitivityModel] = Field(
         default=[], description="what small errors of each ring cost"

@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays
+from ...coverage.rings.rounding import rounded
 from ...objectives.link_segments import Segment
 from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
 from .feasible_set import FeasibleSet
@@ -42,6 +43,25 @@ class Space(FeasibleSet):
             self.tilts(self.segments[c.segment[i]].link, int(c.count[i])) is not None
             for i in c.rings
         )
+
+    def apart(self, c: Candidate, places: Float[np.ndarray, "3 R"] | None = None) -> bool:
+        """Return whether no rings of different links collide at any pose; ``places``: what
+        ``decode`` makes of the candidate."""
+        if self.collisions is None:
+            return True
+        if places is None:
+            places = decode(self.stretch(c), self.values(c))
+        i = c.rings
+        return (
+            not self.collisions.possible(self.link_of[c.segment[i]], places[0, i])
+            or self.collision(c) is None
+        )
+
+    def collision(self, c: Candidate) -> str | None:
+        """Return a collision of rings of different links, as text; None without one."""
+        if self.collisions is None:
+            return None
+        return self.collisions.among(rounded(self.setup(c), self.scene.sensor).rings)
 
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
         """Return the lower and upper bounds of all values of a candidate; they are equal where

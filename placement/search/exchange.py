@@ -4,40 +4,94 @@ One test of a place and a point leaves few pairs that need a closer look (ring_v
 other rings see need not be recomputed. Trying another place for one ring is therefore cheap, needs
 no compilation, and thousands of places fit into the time of one gradient. The exchange evaluates
 the criterion itself on its points (exchange_criteria), with lines of sight and mounting errors.
+
+No step leads to rings of different links that collide: of the places of a ring, the best without
+collisions is taken.
 """
 
 from copy import copy
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ...coverage.ring_views.mount_points import MountPoints
+from ...coverage.ring_views.ring_views import RingPlaces, Views, ring_views
 from ...coverage.rings.ring import Ring
 from ...objectives.parameterization import Interval, decode, encode, positions
 from .design import Candidate, Space
 from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criterion_by_counts
 from .exchange_points import Field, Fields
-from .exchange_trials import Trials, drawn_trials, with_place
 from .feasible_set import Rng
-from .mount_points import MountPoints
-from .moves import vary
-from .ring_views import RingPlaces, Views, ring_views
-from .round import Round
 from .stop_token import StopToken
 
+SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of the scale
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
 _CHECKED = 2  # places of the best guessed values that are evaluated exactly
+_COLLIDING = 6  # best places of a ring that may collide before it stays
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The places that an exchange tries for a ring."""
+
+    near: int
+    """Places near its own."""
+    scale: float
+    """Their distance, as a share of the ring's bounds."""
+    anywhere: int
+    """Places anywhere in the feasible set."""
+
+
+class Trials(NamedTuple):
+    """K places to try for one ring."""
+
+    segment: Int[np.ndarray, " K"]
+    """Number of the segment."""
+    values: Float[np.ndarray, "K 3"]
+    """Values as in a candidate: place along the segment, tilt, phase."""
+    sign: Float[np.ndarray, " K"]
+    """Sign of the tilt, where all rings share its size."""
+
+
+def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, reach: Reach) -> Trials:
+    """Draw places for ring ``i`` of a candidate: first those near its own, then those anywhere."""
+    link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
+    near, free = reach.near, space.room(np.delete(c.segment, i).tolist(), link, count)
+    shared = space.scene.rules.shared_tilt
+    if shared:  # only segments whose limits allow the shared tilt
+        free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
+    segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, reach.anywhere)])
+    some, which = np.unique(segment, return_inverse=True)  # (S,), (K,)
+    limits = np.array([space.limits(s, count) for s in some.tolist()])  # (S, 2, 3)
+    low, high = limits[which, 0], limits[which, 1]  # (K, 3)
+    values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
+    spread = rng.choice(SPREADS, (near, 1)) * rng.standard_normal((near, 3))
+    alone = rng.integers(6, size=near)  # half of the places differ in one value only
+    spread[(alone[:, None] != np.arange(3)) & (alone[:, None] < 3)] = 0.0
+    beside = c.values[:, i] + reach.scale * spread * (high - low)[:near]  # (near, 3)
+    values[:near] = np.clip(beside, low[:near], high[:near])
+    sign[:near] = c.sign[i]
+    if shared:
+        values[:, 1] = c.values[1, i]
+    return Trials(segment, values, sign)
+
+
+def with_place(
+    c: Candidate, i: int, segment: int, values: Float[np.ndarray, " 3"], sign: float
+) -> Candidate:
+    """Return ``c`` with other values of ring ``i``."""
+    each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
+    each[:, i], which[i], signs[i] = values, segment, sign
+    return replace(c, values=each, segment=which, sign=signs)
 
 
 class _Batch(NamedTuple):
     """K places of one ring on one segment, with the points where it matters."""
 
-    i: int
-    """Number of the ring."""
     ring: Ring
     """The ring, at any place."""
     trial: Int[np.ndarray, " K"]
@@ -46,8 +100,6 @@ class _Batch(NamedTuple):
     """Positions, tilts and phases."""
     points: MountPoints
     """The points."""
-    guessed: bool
-    """Whether lines of sight can be guessed."""
 
 
 class Exchange:
@@ -59,10 +111,9 @@ class Exchange:
         self._criterion, self._softness = criterion, 0.0
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
-    def look(self, field: Field, softness: float = 0.0, guess: bool = False) -> None:
-        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss, and with
-        guessed lines of sight if ``guess``."""
-        self._field, self._softness, self._guess = field, softness, guess
+    def look(self, field: Field, softness: float = 0.0) -> None:
+        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss."""
+        self._field, self._softness = field, softness
         held, most, n = field.held, self._criterion.most, len(field.part)
         nothing, none = np.zeros(n, np.uint8), np.zeros(n, np.uint16)
         free = self._space.places
@@ -81,14 +132,16 @@ class Exchange:
         places: Float[np.ndarray, "3 K"],
         points: MountPoints | None = None,
         index: Int[np.ndarray, " M"] | None = None,
-        guess: bool = False,
     ) -> Views:
-        """Return what ring ``i`` sees of ``points``, which have the numbers ``index``, by default
-        of all, at places: positions, tilts and phases."""
+        """Return what ring ``i`` sees at places: positions, tilts and phases.
+
+        It sees all points, or ``points``, which have the numbers ``index``; then with guessed lines
+        of sight where these are known.
+        """
         position, tilt, phase = places
         field, criterion = self._field, self._criterion
         height = position * self._space.scene.robot.mount(ring.link).length
-        outlook = field.outlook.get(ring.link) if guess or self._guess else None
+        outlook = None if index is None else field.outlook.get(ring.link)
         views = ring_views(
             ring,
             points or field.points[ring.link],
@@ -117,72 +170,67 @@ class Exchange:
         return self._stretches[key]
 
     def offer(self, c: Candidate) -> bool:
-        """Replace the candidate by ``c`` if that is better; return whether it is."""
-        places = np.asarray(decode(self._stretch(c), self._space.values(c)))[
-            :, : self._space.places
-        ]
-        old = self.candidate
-        other = (
-            ~(np.abs(places - self._places) <= _SAME).all(axis=0)
-            | (c.segment != old.segment)
-            | (c.count != old.count)
-        )
+        """Replace the candidate by ``c`` if that is better and its rings do not collide; return
+        whether it is replaced."""
+        places = decode(self._stretch(c), self._space.values(c))[:, : self._space.places]
+        other = np.flatnonzero(~self._unchanged(c, places))
         tally = self._tally.changed(
             {
                 i: self._see(self._ring(c, i), i, places[:, i : i + 1])
                 if c.segment[i] >= 0
                 else self._nothing
-                for i in np.flatnonzero(other).tolist()
+                for i in other.tolist()
             }
         )
         value = self._criterion.value(self._field, tally, self._softness)
-        if better := value > self.value:
+        if better := value > self.value and self._space.apart(c, places):
             self.candidate, self.value, self._tally, self._places = c, value, tally, places
         return better
 
-    def _others_kept(self, c: Candidate) -> Candidate:
-        """Return ``c`` with the rings that it does not change at their positions so far, as far as
-        the spacing allows."""
-        where, values, same = self._stretch(c), self._space.values(c), self._unchanged(c)
-        position = decode(where, values)[0]
-        position[: len(same)][same] = self._places[0, same]
-        along = encode(where, values, position)
-        return replace(c, values=np.concatenate([along[None, : len(same)], c.values[1:]]))
-
-    def _unchanged(self, c: Candidate) -> Bool[np.ndarray, " R"]:
-        """Return which rings of ``c`` are as in the candidate."""
+    def _unchanged(self, c: Candidate, places: Float[np.ndarray, "3 R"]) -> Bool[np.ndarray, " R"]:
+        """Return which rings of ``c``, at ``places``, are as in the candidate."""
         was = self.candidate
-        same: np.ndarray = (
-            (c.segment == was.segment)
-            & (c.count == was.count)
-            & (c.values == was.values).all(axis=0)
-        )
+        same: np.ndarray = (np.abs(places - self._places) <= _SAME).all(axis=0)
+        same &= (c.segment == was.segment) & (c.count == was.count)
         return same
 
-    def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
-        """Move ring ``i`` to the place where it adds most.
+    def _others_kept(self, c: Candidate, i: int) -> Candidate:
+        """Return ``c`` with all rings but ``i`` at their positions so far, as far as the spacing
+        allows."""
+        where, values = self._stretch(c), self._space.values(c)
+        position, n = decode(where, values)[0], self._space.places
+        kept = np.arange(n) != i
+        position[:n][kept] = self._places[0, kept]
+        along = encode(where, values, position)
+        return replace(c, values=np.concatenate([along[None, :n], c.values[1:]]))
 
-        The places tried are its own, ``near`` places close to it, and ``anywhere`` places in the
-        feasible set. Where lines of sight are guessed first, it is the first of the most promising
-        places that is better than its own.
+    def put(self, i: int, reach: Reach) -> None:
+        """Move ring ``i`` to the place where it adds most; see ``drawn_trials``.
+
+        Where lines of sight can be guessed, it is the first of the most promising places that is
+        better than its own.
         """
         field = self._field
-        trials = drawn_trials(self._space, self.candidate, self.rng, i, near, scale, anywhere)
+        trials = drawn_trials(self._space, self.candidate, self.rng, i, reach)
         rest = self._criterion.rest(field, self._tally, i, self._softness)
-        (best,), winner = rest.values(self._tally.views(i, rest.index)), None
+        (own,) = rest.values(self._tally.views(i, rest.index))
         batches = self._batches(i, trials, rest)
-        guessed = any(batch.guessed for batch in batches) and not self._guess
-        for batch in self._promising(batches, rest) if guessed else batches:
-            value = self._values(batch, rest, False)
-            if value.max() > best:
-                best, winner = float(value.max()), batch.trial[int(value.argmax())]
-                if guessed:  # the first of the promising places that is better will do
-                    break
-        if winner is not None:
-            s, values, sign = (a[winner] for a in trials)
-            moved = with_place(self.candidate, i, int(s), values, sign)
-            if not self.offer(self._others_kept(moved)):
-                self.offer(moved)
+        guessed = any(batch.ring.link in field.outlook for batch in batches)
+        value = np.full(len(trials.segment), -np.inf)
+        for batch in batches:
+            views = self._see(batch.ring, i, batch.places, batch.points, rest.index)
+            value[batch.trial] = rest.values(views)
+        promising = np.argsort(-value, kind="stable")
+        for k in promising[: _CHECKED if guessed else _COLLIDING].tolist():
+            if guessed:
+                value[k] = self._exactly(i, batches, k, rest)
+            elif value[k] <= own:
+                return
+            if value[k] > own:
+                s, values, sign = (a[k] for a in trials)
+                moved = with_place(self.candidate, i, int(s), values, sign)
+                if self.offer(self._others_kept(moved, i)) or self.offer(moved):
+                    return
 
     def _batches(self, i: int, trials: Trials, rest: Rest) -> list[_Batch]:
         """Return the places to try for ring ``i``, in batches of one segment."""
@@ -194,30 +242,17 @@ class Exchange:
             places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
             ring = self._ring(there, i)
             points = self._field.points[ring.link].some(rest.index)
-            guessed = ring.link in self._field.outlook
             batches += [
-                _Batch(i, ring, mine[k : k + step], places[:, k : k + step], points, guessed)
+                _Batch(ring, mine[k : k + step], places[:, k : k + step], points)
                 for k in range(0, len(mine), step)
             ]
         return batches
 
-    def _values(self, batch: _Batch, rest: Rest, guess: bool) -> Float[np.ndarray, " K"]:
-        """Return the criterion for the places of a batch, with guessed lines of sight if
-        ``guess``."""
-        views = self._see(batch.ring, batch.i, batch.places, batch.points, rest.index, guess)
-        return rest.values(views)
-
-    def _promising(self, batches: list[_Batch], rest: Rest) -> list[_Batch]:
-        """Return the few places whose guessed values are highest, the best first, each a batch."""
-        guess = [self._values(batch, rest, True) for batch in batches]
-        which = np.repeat(np.arange(len(batches)), [len(g) for g in guess])  # (K,)
-        best = np.argsort(-np.concatenate(guess), kind="stable")[:_CHECKED]
-        first = np.cumsum([0, *(len(g) for g in guess)])
-        few = []
-        for i in best.tolist():
-            b, k = batches[which[i]], i - first[which[i]]
-            few.append(b._replace(trial=b.trial[k : k + 1], places=b.places[:, k : k + 1]))
-        return few
+    def _exactly(self, i: int, batches: list[_Batch], k: int, rest: Rest) -> float:
+        """Return the criterion for trial ``k`` of ring ``i``, without guesses."""
+        batch = next(b for b in batches if k in b.trial)
+        place = batch.places[:, batch.trial == k]
+        return float(rest.values(self._see(batch.ring, i, place, batch.points))[0])
 
     def _places_of(
         self, c: Candidate, i: int, values: Float[np.ndarray, "K 3"], sign: Float[np.ndarray, " K"]
@@ -236,43 +271,23 @@ class Exchange:
         position = positions(where.some(same), along[:, same], tilt[:, same])
         return np.stack([position[:, np.searchsorted(same, i)], own, values[:, 2]])
 
-    def move(self, near: int, scale: float, anywhere: int) -> None:
-        """Vary one ring or move sensors between rings, improve the changed rings, and keep the
-        result if it is better."""
-        other, c = copy(self), vary(self._space, self.candidate, self.rng)
-        other.value = -np.inf
-        other.offer(other._others_kept(c))
-        changed = ~self._unchanged(c)
-        for i in c.rings[changed[c.rings]]:
-            other.put(int(i), near, scale, anywhere)
-        self._take(other)
-
-    def move_pair(self, near: int, scale: float, anywhere: int) -> None:
+    def put_pair(self, reach: Reach) -> None:
         """Place one ring as if another saw nothing, then the other, then the first again; keep the
         result if it is better."""
         i, j = self.rng.choice(self.candidate.rings, 2, replace=False).tolist()
         other = copy(self)
         other._tally = self._tally.changed({j: self._nothing})
         other.value = self._criterion.value(self._field, other._tally, self._softness)
-        other.put(i, near, scale, anywhere)
+        other.put(i, reach)
         other._places = other._places.copy()
         other._places[:, j] = np.nan  # so that what the other ring sees is computed again
         other.value = -np.inf
         other.offer(other.candidate)
-        other.put(j, near, scale, anywhere)
-        other.put(i, near, scale, 0)
-        self._take(other)
-
-    def _take(self, other: "Exchange") -> None:
-        """Continue with the candidate of ``other`` if it is better."""
+        other.put(j, reach)
+        other.put(i, replace(reach, anywhere=0))
         if other.value > self.value:
             self.candidate, self.value = other.candidate, other.value
             self._tally, self._places = other._tally, other._places
-
-    def active_poses(self, wide: Field, poses: int) -> Int[np.ndarray, " P"]:
-        """Return the ``poses`` worst poses by the points of ``wide``."""
-        self.look(wide)
-        return self.worst_poses(wide, poses)
 
     def worst_poses(self, wide: Field, poses: int) -> Int[np.ndarray, " P"]:
         """Return the ``poses`` worst poses by the points of ``wide``, at which it looks."""
@@ -280,20 +295,20 @@ class Exchange:
         every, zeta = self._criterion.by_pose(wide, self._tally)
         return every[np.argsort(zeta, kind="stable")[:poses]]
 
-    def sweep(self, r: Round, brake: StopToken) -> None:
-        """Improve every ring once, in random order, and try the round's moves, until a stop."""
+    def sweep(self, reach: Reach, pairs: int, brake: StopToken) -> None:
+        """Improve every ring once, in random order, and then pairs of rings, until a stop."""
         rings = self.rng.permutation(self.candidate.rings)
-        pairs = r.pairs if len(rings) > 1 else 0
-        puts = [partial(self.put, int(i)) for i in rings]
-        for step in (*puts, *[self.move] * r.moves, *[self.move_pair] * pairs):
-            if brake.on():
-                return
-            step(r.near, r.scale, r.anywhere)  # type: ignore[operator]  # partials and methods alike
+        for i in rings.tolist():
+            if not brake.on():
+                self.put(i, reach)
+        for _ in range(pairs if len(rings) > 1 else 0):
+            if not brake.on():
+                self.put_pair(reach)
 
 
-def share_of(space: Space, fields: Fields, c: Candidate) -> float:
+def share_of(fields: Fields, c: Candidate) -> float:
     """Return the criterion of a candidate on all points, reduced for missed floors."""
     criterion = criterion_by_counts(fields.scene, fields.aim)
-    here = Exchange(space, c, np.random.default_rng(0), criterion)
+    here = Exchange(fields.space, c, np.random.default_rng(0), criterion)
     here.look(fields.all)
     return here.value

@@ -6,19 +6,19 @@ worst pose or a worst loss counts, a soft minimum of small ``softness`` takes it
 ring that improves one of several equally bad ones is not moved in vain.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8, UInt16
 
+from ...coverage.ring_views.ring_views import Views
 from ...objectives.criterion import Criterion
-from ...objectives.floors import worth
+from ...objectives.floors import floors, worth
 from ...objectives.scene import CoreScene
 from .exchange_points import Field
-from .ring_views import Views
 
 _NOTHING = 1e-9  # share up to which nothing is lost
 _SENSORS = 1 << 16  # more than the largest number of a sensor in its group
@@ -46,24 +46,15 @@ class Tally:
             total += row
         return total
 
-    @cached_property
-    def owner(self) -> Int[np.ndarray, " N"]:
-        """Number of the sensor that sees each point that one sensor sees: that of its group times
-        ``_SENSORS``, and its own.
-
-        It is the sum of the numbers of all sensors that see the point, modulo 2^32.
-        """
-        owner = np.zeros(len(self.total), np.int32)
-        for group in range(len(self.count)):
-            owner += self.share(group)
+    def owner(self, index: Int[np.ndarray, " M"], but: int | None = None) -> Int[np.ndarray, " M"]:
+        """Return, for points that one sensor sees beside those of group ``but``, the number of that
+        sensor: its group's times ``_SENSORS``, and its own."""
+        owner = np.zeros(len(index), int)
+        for group, count in enumerate(self.count):
+            if group != but:
+                own = 0 if self.sensor is None else self.sensor[group][index]
+                owner += count[index] * (np.int64(group * _SENSORS) + own)
         return owner
-
-    def share(self, group: int) -> Int[np.ndarray, " N"]:
-        """Return a group's part of ``owner``."""
-        first = np.int32(group * _SENSORS)
-        number = first if self.sensor is None else self.sensor[group] + first
-        share: np.ndarray = self.count[group] * number
-        return share
 
     def changed(self, views: Mapping[int, Views]) -> "Tally":
         """Return the tally in which some groups see what they do at the first place of their
@@ -80,12 +71,6 @@ class Tally:
             total += new.count[group]
             total -= self.count[group]
         vars(new)["total"] = total
-        if "owner" in vars(self):
-            owner = self.owner.copy()
-            for group in views:
-                owner += new.share(group)
-                owner -= self.share(group)
-            vars(new)["owner"] = owner
         return new
 
     def views(self, group: int, index: Int[np.ndarray, " M"]) -> Views:
@@ -104,20 +89,23 @@ class Rest:
     """Return the criterion for K places of the ring, from what it sees of these points."""
 
 
-class ExchangeCriterion(Protocol):
+class ExchangeCriterion:
     """A criterion by counts."""
 
-    @property
-    def most(self) -> int:
-        """Sensors of a ring to count at a point."""
+    most = 1
+    """Sensors of a ring to count at a point."""
+    named = False
+    """Whether it needs to know which sensor sees a point."""
 
-    @property
-    def named(self) -> bool:
-        """Whether it needs to know which sensor sees a point."""
+    def __init__(self, scene: CoreScene) -> None:
+        """Store the goals and their floors."""
+        self.scene = scene
 
+    @abstractmethod
     def value(self, field: Field, tally: Tally, softness: float) -> float:
         """Return the criterion of a setup."""
 
+    @abstractmethod
     def rest(self, field: Field, tally: Tally, ring: int, softness: float) -> Rest:
         """Return the points where ``ring`` matters, and the values of its places."""
 
@@ -129,6 +117,11 @@ def criterion_by_counts(scene: CoreScene, aim: Criterion) -> ExchangeCriterion:
     if scene.over_poses == "worst":
         return WorstPose(scene)
     return MeanCoverage(scene, aim.seen)
+
+
+def _worth(zetas: Any, scene: CoreScene) -> Any:
+    """Return the weighted mean of the goals' zetas, less what missed floors cost."""
+    return worth(zetas, scene.goal_weights, floors(scene))
 
 
 def soft_minimum(
@@ -144,54 +137,34 @@ def soft_minimum(
     return soft
 
 
-@dataclass(frozen=True)
-class MeanCoverage:
-    """The weighted share of points that at least ``seen`` sensors see, with the goals' floors."""
+class MeanCoverage(ExchangeCriterion):
+    """The weighted share of points that at least ``most`` sensors see, with the goals' floors."""
 
-    scene: CoreScene
-    """Goals and their floors."""
-    seen: int
-    """Number of sensors."""
-    named: bool = False
-    """It does not need to know which sensor sees a point."""
-
-    @property
-    def most(self) -> int:
-        """More sensors at a point do not count."""
-        return self.seen
+    def __init__(self, scene: CoreScene, seen: int) -> None:
+        super().__init__(scene)
+        self.most = seen
 
     def value(self, field: Field, tally: Tally, softness: float) -> float:
-        """See ``ExchangeCriterion``."""
-        covered = tally.total + field.held.cell >= self.seen
-        return float(worth(field.part[covered].sum(axis=0, dtype=float), self.scene))
+        covered = tally.total + field.held.cell >= self.most
+        return float(_worth(field.part[covered].sum(axis=0, dtype=float), self.scene))
 
     def rest(self, field: Field, tally: Tally, ring: int, softness: float) -> Rest:
-        """See ``ExchangeCriterion``."""
-        lack = self.seen + tally.count[ring] - tally.total - field.held.cell  # (N,)
+        lack = self.most + tally.count[ring] - tally.total - field.held.cell  # (N,)
         index = np.flatnonzero(lack > 0)
         part, lack = field.part[index], lack[index]  # (M, G), (M,)
         base = field.total - part.sum(axis=0, dtype=float)  # (G,), covered without this ring
 
         def values(views: Views) -> Float[np.ndarray, " K"]:
-            covered = views.counts if self.seen == 1 else views.counts >= lack
-            return np.asarray(worth(base + covered @ part, self.scene))
+            covered = views.counts if self.most == 1 else views.counts >= lack
+            return np.asarray(_worth(base + covered @ part, self.scene))
 
         return Rest(index, values)
 
 
-@dataclass(frozen=True)
-class WorstPose:
+class WorstPose(ExchangeCriterion):
     """The least share of points over the poses, each the mean over the goals."""
 
-    scene: CoreScene
-    """Goals and their floors."""
-    most: int = 1
-    """One sensor at a point suffices."""
-    named: bool = False
-    """It does not need to know which sensor sees a point."""
-
     def value(self, field: Field, tally: Tally, softness: float) -> float:
-        """See ``ExchangeCriterion``."""
         covered = tally.total + field.held.cell > 0
         _, zeta = self.by_pose(field, tally)
         cost = self._penalty(field.part[covered].sum(axis=0, dtype=float))
@@ -211,11 +184,10 @@ class WorstPose:
         """Return what goals (..., G) below their floors cost."""
         if all(goal.at_least <= 0 for goal in self.scene.goals):
             return 0.0
-        cost: np.ndarray = goals @ self.scene.goal_weights - worth(goals, self.scene)
+        cost: np.ndarray = goals @ self.scene.goal_weights - _worth(goals, self.scene)
         return cost
 
     def rest(self, field: Field, tally: Tally, ring: int, softness: float) -> Rest:
-        """See ``ExchangeCriterion``."""
         others = tally.total + field.held.cell - tally.count[ring] > 0
         _, pose = np.unique(field.pose, return_inverse=True)
         base = np.bincount(pose, field.in_pose * others)  # (P,)
@@ -235,38 +207,21 @@ class WorstPose:
         return Rest(index, values)
 
 
-@dataclass(frozen=True)
-class AfterLoss:
+class AfterLoss(ExchangeCriterion):
     """The share of points that is left after the worst loss of a ring or sensor.
 
     It is the covered share less the largest share that one ring or sensor sees alone.
     """
 
-    scene: CoreScene
-    """Goals."""
-    named: bool
-    """Whether sensors are lost instead of rings and single sensors."""
-
-    @property
-    def most(self) -> int:
-        """A second sensor of a ring matters only where sensors are lost."""
-        return 2 if self.named else 1
+    def __init__(self, scene: CoreScene, named: bool) -> None:
+        """Lose single sensors if ``named``, else rings, of which then one sensor matters."""
+        super().__init__(scene)
+        self.named, self.most = named, 1 + named
 
     def _total(self, field: Field, tally: Tally) -> Int[np.ndarray, " N"]:
         # no loss uncovers what the cell's sensors see
         total: np.ndarray = tally.total + 2 * (field.held.cell > 0)
         return total
-
-    def _owner(
-        self, tally: Tally, index: Int[np.ndarray, " M"], but: int | None = None
-    ) -> Int[np.ndarray, " M"]:
-        """Return the only group or sensor, other than those of ring ``but``, that sees points."""
-        number = tally.owner[index]
-        if but is not None:
-            number = number - tally.share(but)[index]
-        group, sensor = np.divmod(number, _SENSORS)
-        owner: np.ndarray = group * (int(sensor.max(initial=0)) + 1) + sensor
-        return owner
 
     def _worst(
         self, alone: Float[np.ndarray, "*batch Q"], softness: float
@@ -280,21 +235,19 @@ class AfterLoss:
         return soft
 
     def value(self, field: Field, tally: Tally, softness: float) -> float:
-        """See ``ExchangeCriterion``."""
         total, weight = self._total(field, tally), field.part @ self.scene.goal_weights
         once = np.flatnonzero(total == 1)
-        alone = _sums(self._owner(tally, once), weight[once], 1)
+        alone = _sums(_numbered(tally.owner(once)), weight[once], 1)
         return float(weight[total > 0].sum() - self._worst(alone, softness))
 
     def rest(self, field: Field, tally: Tally, ring: int, softness: float) -> Rest:
-        """See ``ExchangeCriterion``."""
         others = self._total(field, tally) - tally.count[ring]
         index = np.flatnonzero(others <= 1)
         weight = field.part @ self.scene.goal_weights
         base = float(weight[others > 0].sum())
         once, weight = others[index] == 1, weight[index]  # (M,)
         owner = np.zeros(len(index), int)
-        owner[once] = self._owner(tally, index[once], ring)
+        owner[once] = _numbered(tally.owner(index[once], ring))
         alone = _sums(owner[once], weight[once], 1)  # (Q,)
         size = len(alone)
 
@@ -319,9 +272,13 @@ class AfterLoss:
         return Rest(index, values)
 
 
+def _numbered(values: Int[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
+    """Return small numbers that are equal where the values are."""
+    return np.unique(values, return_inverse=True)[1]  # type: ignore[no-any-return]
+
+
 def _sums(
     index: Int[np.ndarray, " N"], weights: Float[np.ndarray, " N"], least: int
 ) -> Float[np.ndarray, " Q"]:
-    """Return the sums of weights by index, at least ``least`` of them."""
-    sums: np.ndarray = np.bincount(index, weights, least).astype(float)
-    return sums
+    """Return the sums of weights by index, at least ``least`` of them; floats also of none."""
+    return np.bincount(index, weights, least).astype(float)

@@ -1,35 +1,51 @@
 """Sample points of the exchange, in each mount's coordinates, with the occluders of its sensors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8, UInt16
 
-from ...coverage.rings.mounting_errors import Misplaced
-from ...coverage.rings.ring import Group
+from ...coverage.ring_views.line_of_sight import LinkOccluders, Outlook, link_occluders
+from ...coverage.ring_views.mount_points import MountPoints, RingErrors, mount_points, ring_errors
+from ...coverage.rings.mounting_errors import Misplaced, misplaced_cones
+from ...coverage.rings.ring import Group, setup_of_group
+from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
-from ...objectives.criterion import Criterion
-from ...objectives.occlusion import occluders
+from ...objectives.criterion import Criterion, check_criterion
+from ...objectives.occlusion import occluders, sight
 from ...objectives.scene import CoreScene
 from ...objectives.target_points import TargetPoints
 from .design import Space
-from .held_views import HeldViews, held_views, joined
-from .line_of_sight import LinkOccluders, link_occluders
-from .mount_points import MountPoints, mount_points
-from .outlook import Outlook
-from .ring_errors import RingErrors, ring_errors
 
 ACTIVE = 16  # poses at which a candidate is improved where the worst of more poses counts
 # points of each pose at which it is then judged: at most, at least, and of all poses together
 _JUDGED, _FEW, _MANY = 1024, 32, 1 << 19
 _FEWEST = 8  # fewest points of a goal at a pose
+_LEAST = 256  # fewest where these are not too many, with thousands of poses, for the memory
+_COUNTED = 255  # sensors counted at a point
 _BLINDED = 16  # most poses for which the first return is modelled; beyond them, shadows
 
 
 def active_poses(scene: CoreScene) -> bool:
     """Return whether candidates are improved at few poses only: those that are worst for them."""
     return scene.over_poses == "worst" and len(scene.poses) > ACTIVE
+
+
+@dataclass(frozen=True)
+class HeldViews:
+    """What H groups that may err and fail, and the cell's sensors, see of N points."""
+
+    count: UInt8[np.ndarray, "H N"]
+    """Number of sensors of each group that see each point."""
+    sensor: UInt16[np.ndarray, "H N"]
+    """Number, in its group, of a sensor that sees the point."""
+    cell: UInt8[np.ndarray, " N"]
+    """Number of the cell's sensors that see each point."""
+
+    def first(self, count: int) -> "HeldViews":
+        """Return what they see of the first points."""
+        return HeldViews(self.count[:, :count], self.sensor[:, :count], self.cell[:count])
 
 
 @dataclass(frozen=True)
@@ -64,10 +80,25 @@ class Field:
 class Fields:
     """A scene's points in mount coordinates; a field takes the first points of each term."""
 
+    @classmethod
+    def drawn(cls, space: Space, aim: Criterion, points: int, seed: int) -> "Fields":
+        """Draw at least ``points`` points of all goals, poses and mountings together.
+
+        Raises:
+            ValueError: for an empty target, or floors of goals that the criterion does not support.
+        """
+        scene = space.scene
+        check_criterion(scene, aim)
+        goals = len(scene.goals) * aim.mountings
+        poses = ACTIVE if active_poses(scene) else len(scene.poses)
+        least = min(_LEAST, max(_FEWEST, _MANY // (goals * len(scene.poses))))
+        count = max(least, points // (goals * poses))
+        return cls(space, TargetPoints(scene, count, seed, aim.mountings), aim)
+
     def __init__(self, space: Space, points: TargetPoints, aim: Criterion | None = None) -> None:
         """Compute once what fields share."""
         self.space, self.scene, self.aim = space, space.scene, aim or Criterion()
-        scene = self.scene
+        self.points, scene = points, self.scene
         self._goal, self._pose = (np.array(c) for c in zip(*points.terms, strict=True))  # (T,)
         self._share = 1 / points.mountings
         self._most = len(points.points[0])
@@ -90,7 +121,7 @@ class Fields:
         self._errors, of_held = _errors(space, self.aim)
         groups: tuple[Group, ...] = (*scene.rules.fixed, *scene.rules.fixed_sensors)
         self._held = [
-            held_views(scene, groups, p, some, None if of_held is None else of_held[d])
+            _held_views(scene, groups, p, some, None if of_held is None else of_held[d])
             for p, d, some in terms
         ]
         self._first = dict[int, Field]()
@@ -144,7 +175,7 @@ class Fields:
             points,
             self._past,
             self._errors,
-            joined([self._held[i].first(n) for i in some]),
+            _joined([self._held[i].first(n) for i in some]),
             np.repeat(pose, n),
             {
                 link: Outlook(points[link], past, self.space.radii[link])
@@ -184,3 +215,42 @@ def _errors(
         for d in range(len(drawn))
     ]
     return errors, of_held
+
+
+def _joined(each: list[HeldViews]) -> HeldViews:
+    """Return views of several lists of points as those of one list."""
+    return HeldViews(
+        np.concatenate([v.count for v in each], axis=1),
+        np.concatenate([v.sensor for v in each], axis=1),
+        np.concatenate([v.cell for v in each]),
+    )
+
+
+def _held_views(
+    scene: CoreScene,
+    groups: tuple[Group, ...],
+    pose: int,
+    points: Float[np.ndarray, "N 3"],
+    errors: list[Misplaced] | None,
+) -> HeldViews:
+    """Return what ``groups``, with their ``errors`` in one mounting, and the cell's sensors see of
+    points at a pose."""
+    q, n = scene.poses[pose].q, len(points)
+    bare = replace(scene, cell_sensors=())
+    count, sensor = np.zeros((len(groups), n), np.uint8), np.zeros((len(groups), n), np.uint16)
+    cell = np.zeros(n, int)
+    for i, group in enumerate((*groups, *scene.cell_sensors)):
+        setup = setup_of_group(group)
+        if errors is None or i >= len(groups):
+            cones = sensor_cones(scene.robot, setup, q)
+        else:
+            (cones,) = misplaced_cones(scene.robot, setup, q, errors[i])
+        seen = sight(bare, cones, q)
+        each = np.zeros((max(group.count, 1), n), bool)
+        for k in range(group.count):
+            each[k] = np.asarray(seen.part(points, np.full(n, k))) <= 0
+        if i >= len(groups):
+            cell += each.sum(axis=0)
+        else:
+            count[i], sensor[i] = np.minimum(each.sum(axis=0), _COUNTED), each.argmax(axis=0)
+    return HeldViews(count, sensor, np.minimum(cell, _COUNTED).astype(np.uint8))

@@ -21,8 +21,9 @@ from ...objectives.link_segments import (
     segments,
 )
 from ...objectives.scene import CoreScene
-from .ring_budget import MOST_RINGS, RingBudget
+from .collisions import Collisions
 
+MOST_RINGS = 64  # free rings in a search that chooses counts: work and memory grow with them
 _ROUNDING = 1e-6  # m, rounding of a radius in files
 Rng = np.random.Generator
 
@@ -73,6 +74,10 @@ class FeasibleSet:
         self.segments = segments(scene, self._rooms_of_bodies())
         self._near = near_segments(self.segments)
         self.fixed = scene.rules.fixed
+        self.collisions = Collisions(self.clear, self.radii, self.fixed) if self.clear else None
+        links = list(self.radii)
+        self.link_of = np.array([links.index(s.link) for s in self.segments], int)
+        """Number of each segment's link."""
         self.held: tuple[Group, ...] = (*self.fixed, *scene.standing)
         held = sum(ring.count for ring in self.fixed)
         self.rings = None if rings is None else rings - len(self.fixed)
@@ -262,50 +267,77 @@ def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:
 
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
-    least, most = space.least, space.most
-    one = space.sensors == 1
-    requested = f"{space.sensors} sensor{'' if one else 's'}"  # fixed rings are part of the request
+    asked, least = _counted(space.sensors, "sensor"), space.least
     beside = f" besides the {held} of the fixed rings" if held else ""
+    size = "of any size" if not each else f"of {least} to {each[0]}, as boards fit"
+    reason = None
     if space.free < 0:
-        raise InfeasibleError(
-            f"{requested} are fewer than the {held} of the fixed rings; request more"
+        reason = f"are fewer than the {held} of the fixed rings; request more"
+    elif 0 < space.free < least:
+        reason = f"leave {space.free}{beside}, too few for a ring, which needs at least {least}"
+    elif space.free > sum(each):
+        most = (
+            f", the most that a search places free{beside}" if len(each) == MOST_RINGS else beside
         )
-    if 0 < space.free < least:
-        raise InfeasibleError(
-            (
-                f"{requested} leave {space.free}{beside},"
-                if held
-                else f"{requested} {'is' if one else 'are'}"
-            )
-            + f" too few for a ring, which needs at least {least}"
+        reason = f"do not fit: there is room for {len(each)} rings {size}{most}{space.barred()}"
+    elif space.free and space.sensors not in space.totals:
+        reason = f"cannot be divided into rings {size}{beside}; request another number"
+    if reason:
+        raise InfeasibleError(f"{asked} {reason}")
+
+
+def refusal(
+    rings: int,
+    fixed: int,
+    sensors: int,
+    held: int,
+    least: int,
+    largest: Sequence[int],
+    equal: Sequence[int] | None = None,
+) -> str | None:
+    """Return why a number of rings cannot be placed, in one line; None if they can.
+
+    Args:
+        rings: requested rings, ``fixed`` ones included.
+        fixed: fixed rings.
+        sensors: requested sensors, those that the fixed rings hold included.
+        held: sensors of the fixed rings.
+        least: fewest sensors of a new ring.
+        largest: largest sensor count of each new ring that fits, in descending order.
+        equal: where all new rings must have ``least`` sensors: that without this rule.
+    """
+    free, requested = rings - fixed, _counted(rings, "ring")
+    fewest, most = held + free * least, held + sum(largest[: max(free, 0)])
+    if free < 0:
+        return f"{requested} are fewer than the {fixed} fixed ones; request more"
+    if free > len(largest):
+        beside = f" besides the {fixed} fixed ones" if fixed else ""
+        fit = equal[free - 1] if equal and free <= len(equal) else 0
+        return (
+            f"{requested} of {'at least ' * (equal is None)}{least} sensors do not fit: there is"
+            f" room for {len(largest)}{beside}"
+            + (f"; rings of at most {fit} sensors fit" if fit else "")
         )
-    if space.free > sum(each):
-        if len(each) == MOST_RINGS:
-            raise InfeasibleError(
-                f"{requested} do not fit: a search places at most {MOST_RINGS} free rings, here of"
-                f" at most {each[0]} sensors{beside}"
-            )
-        sizes = sorted({*each, *([] if each else [most])})
-        size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
-        raise InfeasibleError(
-            f"{requested} do not fit: there is room for {len(each)} rings of at most {size}"
-            f"{beside}{space.barred()}"
+    if not fewest <= sensors <= most:
+        return (
+            f"{_counted(sensors, 'sensor')} do not fit on {requested}, which hold {fewest} to"
+            f" {most}"
         )
-    if space.free and space.sensors not in space.totals:
-        size = (
-            f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
-        )
-        raise InfeasibleError(
-            f"{requested} cannot be divided into rings of {size}{beside}; request another number"
-        )
+    return None
 
 
 def _check_rings(space: FeasibleSet, rings: int, largest: list[int], equal: bool) -> None:
     held = space.sensors - space.free
-    budget = RingBudget(rings, len(space.fixed), space.sensors, held, space.least, largest)
     sizes = FeasibleSet(space.scene, sensors=held).largest() if equal else None
-    if reason := budget.refusal(space.barred(), sizes):
-        raise InfeasibleError(reason)
+    reason = refusal(
+        rings, len(space.fixed), space.sensors, held, space.least, largest, equal=sizes
+    )
+    if reason:
+        raise InfeasibleError(reason + space.barred())
+
+
+def _counted(n: int, name: str) -> str:
+    return f"{n} {name}" if n == 1 else f"{n} {name}s"
 
 
 def _check_layout(space: FeasibleSet, layout: Setup) -> None:

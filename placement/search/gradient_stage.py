@@ -204,8 +204,8 @@ def _loss(
         share = jax.nn.softmax(jnp.where(there, values[3], -jnp.inf))
         counts = jnp.where(there, free * share, 0.0)[:places]
     still = jax.lax.stop_gradient((values, counts))
-    chosen = soft.choose(one.arrays, still[0][:3], sample.points, width, most, still[1])
-    value, _ = soft.criterion(one.arrays, values[:3], sample, width, chosen, counts)
+    chosen = soft.terms.choose(one.arrays, still[0][:3], sample.points, width, most, still[1])
+    value, _ = soft.terms.criterion(one.arrays, values[:3], sample, width, chosen, counts)
     return _lack_of_room(one, values) - value
 
 
@@ -248,7 +248,7 @@ def _judge(soft: SoftCoverage, most: int, batch: _Batch) -> Any:
     sample = Sample(soft.all.points[:, :_JUDGED])
 
     def one(c: _Batch) -> Any:
-        chosen = soft.choose(c.arrays, c.values[:3], sample.points, _SHARP, most)
-        return soft.criterion(c.arrays, c.values[:3], sample, _SHARP, chosen)[0]
+        chosen = soft.terms.choose(c.arrays, c.values[:3], sample.points, _SHARP, most)
+        return soft.terms.criterion(c.arrays, c.values[:3], sample, _SHARP, chosen)[0]
 
     return jax.lax.map(one, jax.tree.map(jnp.asarray, batch), batch_size=16)

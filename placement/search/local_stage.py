@@ -1,19 +1,25 @@
 """The local stage of a search: its best candidates improve by nlopt on the soft coverage."""
 
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from threading import Thread
 
 import numpy as np
 from jaxtyping import Float
 
-from ...objectives.criterion import Criterion
+from ...coverage.rings.ring import Setup
 from ...objectives.parameterization import decode, encode
+from ...objectives.robustness import RingSensitivity
+from ...objectives.sensitivity import ring_sensitivity
 from ...objectives.soft_coverage import SoftCoverage
-from ...objectives.target_points import TargetPoints
-from .design import Candidate, Space
-from .local_search import Climb, Effort, Rules, climb
+from .design import Candidate
+from .exchange_points import Fields
+from .global_stage import Record
+from .local_search import Climb, Rules, climb
+from .starts import fresh
 from .stop_token import StopToken
 
+_CLIMBED = 2  # best candidates that climb, side by side
 _POINTS = 65536  # of all goals and poses together, as far as they were drawn
 _FEWEST = 256  # of each goal at each pose
 _DECIDED = 0.01  # m, width by which points are chosen that small moves may cover or uncover
@@ -21,58 +27,79 @@ _UNDECIDED = 16384  # of these, of all goals and poses together
 _FEW = 64  # of each goal at each pose
 
 
-@dataclass(frozen=True)
 class LocalStage:
-    """Improves candidates of one space; compiles while the global stage runs."""
+    """Improves candidates; what it needs is compiled in a thread while the global stage runs."""
 
-    space: Space
-    """The setups to choose from."""
-    soft: "Future[SoftCoverage]"
-    """The soft coverage, once it is compiled."""
+    def __init__(self, fields: Fields) -> None:
+        """Start to compile for the candidates of the fields' space."""
+        self._space, self._soft = fields.space, Future[SoftCoverage]()
+        first = fresh(self._space, np.random.default_rng(0))
+        Thread(target=self._prepare, args=(fields, first)).start()
 
-    @staticmethod
-    def of(
-        space: Space,
-        points: TargetPoints,
-        aim: Criterion,
-        first: Candidate,
-        pool: ThreadPoolExecutor,
-    ) -> "LocalStage":
-        """Start to compile in a thread of ``pool``, for setups like ``first``."""
-        count = max(_POINTS // len(points.terms), _FEWEST)
-        some = [each[:count] for each in points.points]
-        arrays, where = space.arrays(first)
-
-        def prepare() -> SoftCoverage:
-            soft = SoftCoverage(space.scene, points.terms, some, aim)
-            start = decode(where, space.values(first))
+    def _prepare(self, fields: Fields, first: Candidate) -> None:
+        try:
+            points = fields.points
+            count = max(_POINTS // len(points.terms), _FEWEST)
+            some = [each[:count] for each in points.points]
+            soft = SoftCoverage(fields.scene, points.terms, some, fields.aim)
+            arrays, where = self._space.arrays(first)
+            start = decode(where, self._space.values(first))
             soft.value_and_slope(arrays, start, _DECIDED, soft.first(_count(soft)))
-            return soft
+            self._soft.set_result(soft)
+        except BaseException as error:
+            self._soft.set_exception(error)
 
-        return LocalStage(space, pool.submit(prepare))
+    def improve(self, record: Record, brake: StopToken) -> list[tuple[Candidate, Climb]]:
+        """Let the best candidates of a record climb, and add those that keep all rules to it.
 
-    def improve(self, c: Candidate, brake: StopToken) -> tuple[Candidate, Climb]:
+        Returns:
+            The candidates after their climbs, and how these went.
+        """
+        some = [c for _, c in record.rivals(_CLIMBED)]
+        climbs = list[tuple[Candidate, Climb]]()
+        with ThreadPoolExecutor(len(some)) as threads:
+            try:
+                each = [threads.submit(self._climbed, c, brake) for c in some]
+                climbs = [one.result() for one in each]
+            except KeyboardInterrupt:
+                brake.pulled.set()
+        for c, _ in climbs:
+            if self._space.apart(c):
+                record.take(c)
+        return climbs
+
+    def _climbed(self, c: Candidate, brake: StopToken) -> tuple[Candidate, Climb]:
         """Return a candidate after a climb, and how it went.
 
         Only the points count that small moves may cover or uncover, and the climb stays near its
         start.
         """
-        soft, (arrays, where) = self.soft.result(), self.space.arrays(c)
-        start = decode(where, self.space.values(c))
-        rules = Rules.of(where, *self.space.box(c), start)
+        soft, (arrays, where) = self._soft.result(), self._space.arrays(c)
+        start = decode(where, self._space.values(c))
+        rules = Rules.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
-        result = climb(soft, arrays, rules, sample, brake, Effort())
+        result = climb(soft, arrays, rules, sample, brake)
         return self._moved(c, result.values), result
 
     def _moved(self, c: Candidate, values: Float[np.ndarray, "3 R"]) -> Candidate:
         """Return the candidate with other positions, tilts and phases of its rings."""
-        where, new = self.space.stretch(c), c.values.copy()
+        where, new = self._space.stretch(c), c.values.copy()
         new[1:, c.rings] = values[1:, c.rings]
-        if self.space.scene.rules.shared_tilt and len(c.rings):
+        if self._space.scene.rules.shared_tilt and len(c.rings):
             new[1] = (where.sign * values[1])[c.rings[0]]
         there = replace(c, values=new)
-        along = encode(where, self.space.values(there), values[0])
+        along = encode(where, self._space.values(there), values[0])
         return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
+
+    def sensitivity(self, setup: Setup) -> tuple[RingSensitivity, ...]:
+        """Return what small errors of each ring cost that the search placed."""
+        c = self._space.candidate(setup)
+        if c is None:
+            return ()
+        arrays, where = self._space.arrays(c)
+        values = decode(where, self._space.values(c))
+        rings = [ring for ring in setup.rings if ring not in self._space.fixed]
+        return ring_sensitivity(self._soft.result(), arrays, values, rings)
 
 
 def _count(soft: SoftCoverage) -> int:

@@ -5,7 +5,6 @@ that thousands of combinations can be compared before any ring is moved.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -13,26 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, Integer, UInt64
 
+from ...coverage.ring_views.ring_views import RingPlaces, ring_views
 from ...coverage.rings.ring import ring_values
 from ...objectives.link_segments import ABOVE, BELOW
 from ...objectives.parameterization import encode
-from ...objectives.scene import CoreScene
 from .design import Candidate, Space
 from .exchange_points import Field
 from .feasible_set import Rng
-from .ring_places import (
-    SinglePlaces,
-    places_anywhere,
-    places_near,
-    places_of,
-    rows_at_tilt,
-)
-from .ring_views import RingPlaces, ring_views
+from .ring_places import SinglePlaces, joined, places_anywhere, places_near, places_of, rows_at_tilt
 from .stop_token import StopToken
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _BITS = 64
-_FEW = 8  # places up to which each is compared
 _BYTES = 1 << 27  # of the bits of a library: with many points it holds fewer places
 
 
@@ -50,46 +41,28 @@ class Spans(NamedTuple):
     least: Float[np.ndarray, " K"]
     """Minimum spacing of two rings by the rules, as a share of the link."""
 
-    def some(self, index: Int[np.ndarray, " M"]) -> "Spans":
-        """Return the places with these indices."""
-        return Spans(*(a[index] for a in self))
-
-    def apart_from(self, others: "Spans") -> Bool[np.ndarray, " K"]:
-        """Return which places keep the spacing from all of the ``others``, which keep it from each
-        other.
-
-        Of many only the next ones below and above need a test: an envelope that reaches past a
-        neighbour would meet the neighbour's own.
-        """
-        if len(others.link) <= _FEW:
-            each = (a[:, None] for a in others[:4])
-            from_all: np.ndarray = self.apart(*each).all(axis=0)  # type: ignore[assignment]
-            return from_all
-        apart = np.ones(len(self.link), bool)
-        for link in np.unique(others.link):
-            there = others.some(np.flatnonzero(others.link == link))
-            there = there.some(np.argsort(there.position, kind="stable"))
-            mine = np.flatnonzero(self.link == link)
-            above = np.searchsorted(there.position, self.position[mine])
-            for beside in (above - 1, above):
-                known = np.flatnonzero((beside >= 0) & (beside < len(there.link)))
-                at, other = mine[known], there.some(beside[known])
-                apart[at] &= self.some(at).apart(*other[:4])
-        return apart
-
-    def apart(
-        self,
-        link: int | Int[np.ndarray, "*#batch #K"],
-        position: float | Float[np.ndarray, "*#batch #K"],
-        above: float | Float[np.ndarray, "*#batch #K"],
-        below: float | Float[np.ndarray, "*#batch #K"],
-    ) -> Bool[np.ndarray, "*batch K"]:
-        """Return which places keep the spacing from one more place, or each from its own."""
-        off = self.position - position
+    def apart(self, others: Int[np.ndarray, " N"]) -> Bool[np.ndarray, " K"]:
+        """Return which places keep the spacing from all of those with the numbers ``others``."""
+        link, position, above, below = (a[others][:, None] for a in self[:4])
+        off = self.position - position  # (N, K)
         apart: np.ndarray = off >= np.maximum(above + self.below, self.least)
         apart |= off <= -np.maximum(self.above + below, self.least)
         apart |= self.link != link
-        return apart
+        return apart.all(axis=0)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a library shall hold."""
+
+    anywhere: int
+    """Places anywhere in the feasible set, or fewer where memory bounds them."""
+    known: Sequence[Candidate] = ()
+    """Candidates whose rings it holds too."""
+    near: int = 0
+    """Places near each of these rings, or fewer likewise."""
+    scale: float = 0.0
+    """Distance of the near places, as a share of a ring's bounds."""
 
 
 @dataclass(frozen=True)
@@ -109,27 +82,22 @@ class RingLibrary:
     own: tuple[Int[np.ndarray, " _"], ...]
     """Indices of the rings of each candidate for which the library was drawn."""
 
-    @property
-    def size(self) -> int:
-        """Number of places."""
-        return len(self.places.sensors)
+    def some(self, index: Int[np.ndarray, " M"]) -> "RingLibrary":
+        """Return a library of the places with these numbers, side by side in memory."""
+        return replace(self, places=self.places.some(index), words=self.words[:, index], own=())
 
-    def joined(self, other: "RingLibrary", index: Int[np.ndarray, " M"]) -> "RingLibrary":
-        """Return this library with some places of another one of the same points."""
-        both = zip(self.places, other.places.some(index), strict=True)
-        places = SinglePlaces(*(np.concatenate(column) for column in both))
-        words = np.concatenate([self.words, other.words[:, index]], axis=1)
-        return replace(self, places=places, words=words)
+    @cached_property
+    def link(self) -> Int[np.ndarray, " K"]:
+        """Number of the link of each place."""
+        return self.space.link_of[self.places.segment]
 
     @cached_property
     def spans(self) -> Spans:
         """Room that each place takes on its link."""
-        segments, which = self.space.segments, self.places.segment
+        which = self.places.segment
         table = rows_at_tilt(self.space, which, self.places.tilt)  # (K, 4)
-        names = [s.link for s in segments]
-        link = np.array([names.index(name) for name in names], int)[which]
-        least = np.array([s.least for s in segments])[which]
-        return Spans(link, self.places.position, table[:, ABOVE], table[:, BELOW], least)
+        least = np.array([s.least for s in self.space.segments])[which]
+        return Spans(self.link, self.places.position, table[:, ABOVE], table[:, BELOW], least)
 
     def candidate(self, chosen: Sequence[int]) -> Candidate:
         """Return the candidate with rings at the chosen places."""
@@ -139,28 +107,28 @@ class RingLibrary:
         n = len(order)
         segment[:n], count[:n] = some.segment, some.sensors
         values[:, :n] = some.position, some.tilt, some.phase
-        c = Candidate(segment, count, values, np.where(values[1] < 0, -1.0, 1.0))
+        sign = np.where(values[1] < 0, -1.0, 1.0)
+        if space.scene.rules.shared_tilt:
+            values[1, 0], values[1, 1:] = np.abs(values[1, 0]), 0.0
+        c = Candidate(segment, count, values, sign)
         position = np.concatenate([values[0], ring_values(space.held).position])
         along = encode(space.stretch(c), space.values(c), position)[:size]
         low, high = (edge[0, :size] for edge in space.box(c))
         values[0] = np.clip(along, low, high)
         return c
 
+    def apart(self, chosen: Sequence[int]) -> bool:
+        """Return whether rings at the chosen places do not collide with rings of other links."""
+        collisions, i = self.space.collisions, np.array(chosen, int)
+        if collisions is None or not collisions.possible(self.link[i], self.places.position[i]):
+            return True
+        return self.space.apart(self.candidate(chosen))
+
 
 def ring_library(
-    space: Space,
-    field: Field,
-    seen: int,
-    rng: Rng,
-    threads: ThreadPoolExecutor,
-    brake: StopToken,
-    anywhere: int,
-    known: Sequence[Candidate] = (),
-    near: int = 0,
-    scale: float = 0.0,
-    guess: bool = False,
+    space: Space, field: Field, seen: int, rng: Rng, brake: StopToken, wanted: Wanted
 ) -> RingLibrary:
-    """Draw a library.
+    """Draw a library, with guessed lines of sight where these are known.
 
     After a stop, rings see nothing at the places that were not tested yet.
 
@@ -169,82 +137,70 @@ def ring_library(
         field: the points; each is drawn as often as its share in the criterion says.
         seen: J, sensors to count at a point.
         rng: random generator.
-        threads: run the tests.
         brake: ends the tests.
-        anywhere: places anywhere in the feasible set, or fewer where memory bounds them.
-        known: candidates whose rings the library holds too.
-        near: places near each of these rings, or fewer likewise.
-        scale: distance of the near places, as a share of a ring's bounds.
-        guess: whether to guess lines of sight.
+        wanted: what it shall hold.
     """
-    most = _BYTES // (8 * seen * -(-len(field.part) // _BITS))
-    anywhere = min(anywhere, most // 2)
-    near = min(near, (most - anywhere) // max(sum(len(c.rings) for c in known), 1))
-    each, own = [places_anywhere(space, rng, anywhere)], []
+    known, most = wanted.known, _BYTES // (8 * seen * -(-len(field.part) // _BITS))
+    anywhere = min(wanted.anywhere, most // 2)
+    near = min(wanted.near, (most - anywhere) // max(sum(len(c.rings) for c in known), 1))
+    tilts = None
+    if space.scene.rules.shared_tilt:
+        tilts = np.unique([c.values[1, 0] for c in known])
+    each, own = [places_anywhere(space, rng, anywhere, tilts)], []
     n = len(each[0].sensors)
     for c in known:
         rings = places_of(space, c)
         own.append(np.arange(n, n + len(rings.sensors)))
-        each += [rings, places_near(space, rng, rings, near, scale)]
+        each += [rings, places_near(space, rng, rings, near, wanted.scale)]
         n += len(rings.sensors) + len(each[-1].sensors)
-    places = SinglePlaces(*(np.concatenate(column) for column in zip(*each, strict=True)))
-    index = _by_weight(field, space.scene)
-    pairs = rng.permutation(np.unique(np.stack([places.segment, places.sensors]), axis=1).T)
-    words = _words(space, field, places, pairs, index, seen, threads, brake, guess)
+    places, index = joined(each), _by_weight(field, space)
+    words = _words(space, field, places, index, seen, rng, brake)
     held = field.held.count.sum(axis=0, dtype=int) + field.held.cell  # (N,)
     return RingLibrary(
         space, places, words, _planes(held[None, index], seen)[:, 0], len(index), tuple(own)
     )
 
 
-def _by_weight(field: Field, scene: CoreScene) -> Int[np.ndarray, " N"]:
+def _by_weight(field: Field, space: Space) -> Int[np.ndarray, " N"]:
     """Return indices of the points of a field: the more often, the more a point counts."""
-    worth = scene.goal_weights + np.array([goal.at_least for goal in scene.goals])
-    share = np.cumsum(field.part @ worth)  # (N,)
+    floors = np.array([goal.at_least for goal in space.scene.goals])
+    share = np.cumsum(field.part @ (space.scene.goal_weights + floors))  # (N,)
     n = len(share)
     index: np.ndarray = np.searchsorted(share, (np.arange(n) + 0.5) / n * share[-1])
-    last: np.ndarray = np.minimum(index, n - 1)
-    return last
+    return np.minimum(index, n - 1)  # type: ignore[no-any-return]
 
 
 def _words(
     space: Space,
     field: Field,
     places: SinglePlaces,
-    pairs: Int[np.ndarray, "Q 2"],
     index: Int[np.ndarray, " N"],
     seen: int,
-    threads: ThreadPoolExecutor,
+    rng: Rng,
     brake: StopToken,
-    guess: bool,
 ) -> UInt64[np.ndarray, "J K W"]:
-    """Return the bits of the points ``index`` that at least 1, ..., J sensors of each place see,
-    tested in the order of the ``pairs`` of a segment and a number of sensors."""
+    """Return the bits of the points ``index`` that at least 1, ..., J sensors of each place see."""
     some, back = np.unique(index, return_inverse=True)
-    size = -(-len(index) // _BITS)
-    words = np.zeros((seen, len(places.sensors), size), np.uint64)
+    words = np.zeros((seen, len(places.sensors), -(-len(index) // _BITS)), np.uint64)
     step = max(_AT_ONCE // len(some), 1)
     points = {link: near.some(some) for link, near in field.points.items()}
-
-    def fill(pair: Int[np.ndarray, " 2"]) -> None:
-        link = space.segments[pair[0]].link
-        ring = space.ring(link, int(pair[1]))
-        mine = np.flatnonzero((places.segment == pair[0]) & (places.sensors == pair[1]))
-        length = space.scene.robot.mount(link).length
-        errors = field.errors[0] if field.errors else None
-        outlook = field.outlook.get(link) if guess else None
+    errors = field.errors[0] if field.errors else None
+    pairs = np.unique(np.stack([places.segment, places.sensors]), axis=1).T
+    for segment, sensors in rng.permutation(pairs).tolist():
+        link = space.segments[segment].link
+        ring, length = space.ring(link, sensors), space.scene.robot.mount(link).length
+        outlook = field.outlook.get(link)
         past = None if outlook else field.past.get(link)
+        mine = np.flatnonzero((places.segment == segment) & (places.sensors == sensors))
         for k in range(0, len(mine), step):
             if brake.on():
-                return
+                return words
             few = mine[k : k + step]
             here = RingPlaces(places.position[few] * length, places.tilt[few], places.phase[few])
             views = ring_views(ring, points[link], here, seen, past, errors)
             if outlook:
                 views.counts[:] *= outlook.clear(here.height, some)
             words[:, few] = _planes(np.take(views.counts, back, axis=1), seen)
-
-    brake.all(threads, fill, pairs)
     return words
 
 

@@ -1,5 +1,6 @@
 """Places for single rings: anywhere in the feasible set, or near those of a candidate."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +9,8 @@ from jaxtyping import Bool, Float, Int
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import at_tilt, decode
 from .design import Candidate, Space
+from .exchange import SPREADS
 from .feasible_set import Rng
-from .round import SPREADS
 
 _RECOUNTED = 0.6  # share of the places near a ring with another number of sensors
 _EXCHANGED = 0.25  # share of the places near a ring at the position of another ring
@@ -37,15 +38,29 @@ class SinglePlaces(NamedTuple):
         return SinglePlaces(*(a[index] for a in self))
 
 
-def places_anywhere(space: Space, rng: Rng, number: int) -> SinglePlaces:
-    """Draw places in the feasible set, on links by their length."""
+def joined(each: Sequence[SinglePlaces]) -> SinglePlaces:
+    """Return several lists of places as one."""
+    return SinglePlaces(*(np.concatenate(column) for column in zip(*each, strict=True)))
+
+
+def places_anywhere(
+    space: Space, rng: Rng, number: int, tilts: Float[np.ndarray, " T"] | None = None
+) -> SinglePlaces:
+    """Draw places in the feasible set, on links by their length; ``tilts``: sizes of the tilts from
+    which to choose, by default any."""
     size = np.array([space.length(s) for s in space.segments])
     segment = rng.choice(len(size), number, p=size / size.sum())
     count = rng.integers(space.least, _most(space, segment) + 1)
     fit = _fitting(space, segment, count)
     segment, count = segment[fit], count[fit]
     low, high = _limits(space, segment, count)  # (K, 3)
+    if tilts is not None:
+        size = rng.choice(tilts, len(segment))
+        fit = size <= high[:, 1]
+        segment, count, low, high, size = (a[fit] for a in (segment, count, low, high, size))
     along, tilt, phase = rng.uniform(low, high).T
+    if tilts is not None:
+        tilt = size * rng.choice([-1.0, 1.0], len(segment))
     first, last, spacing = _room(space, segment, tilt)
     position = first + along * (last - first)
     packed = rng.uniform(size=len(segment)) < _PACKED
@@ -69,7 +84,9 @@ def places_near(
     off = scale * rng.choice(SPREADS, (n, 1)) * rng.standard_normal((n, 2))
     alone = rng.integers(4, size=n)
     off[(alone[:, None] != np.arange(2)) & (alone[:, None] < 2)] = 0.0
-    tilt = np.clip(some.tilt + off[:, 1] * (high - low)[:, 1], low[:, 1], high[:, 1])
+    tilt = some.tilt
+    if not space.scene.rules.shared_tilt:
+        tilt = np.clip(tilt + off[:, 1] * (high - low)[:, 1], low[:, 1], high[:, 1])
     first, last, _ = _room(space, some.segment, tilt)
     middle = _elsewhere(space, rng, rings, some)
     position = np.clip(middle + off[:, 0] * (last - first), first, last)

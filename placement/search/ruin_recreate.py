@@ -3,29 +3,27 @@
 A few rings leave a combination, then rings are added one by one: each time the place that adds most
 to what is covered, less a price for each sensor. The price is drawn anew each time; a high one
 makes small rings that add much per sensor, a low one large rings. The result replaces the
-combination if it is better, or, at first, hardly worse (Schrimpf et al., J. Comput. Phys. 159,
-2000).
+combination if it is better, or, at first, hardly worse, and none of its rings collide (Schrimpf et
+al., J. Comput. Phys. 159, 2000).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int, UInt64
+from jaxtyping import Bool, Float, Int, UInt64
 
 from .feasible_set import Rng
 from .ring_library import RingLibrary
-from .shelf import Gains, Shelf, joined
 from .stop_token import StopToken
 
 _DROPPED = 6  # most rings that leave at once
 _TRIED = 700  # places among which a recreation chooses; 1500 take longer for the same answers
 _PRICES = (0.0, 0.8)  # of a sensor, in units of what a sensor of the combination adds on average
-_PRICED = 0.6  # share of the points that a first combination is expected to cover
 _WARMTH = 0.002  # mean loss that is accepted at the start, as a share of the points
 _BLURRED = 0.3  # least random factor of a gain where rings are lost, which gains ignore
-_STARTS = 20  # attempts to combine rings from nothing
 _KEPT = 8  # trials that choose among the same places
+_LOWER = 0.5  # worth of a point that one sensor less than requested sees
 
 
 @dataclass(frozen=True)
@@ -49,114 +47,97 @@ class RuinRecreate:
             rng: random generator.
             losing: ``ring`` or ``sensor`` where the worst loss counts.
         """
-        self._library, self._rng, self._losing = library, rng, losing
-        self._space, self._places = library.space, library.places
+        self._library, self._rng, self._losing, self._space = library, rng, losing, library.space
         self._most = int(library.places.sensors.max(initial=0))
         space = self._space
-        self._room = np.array([s.room for s in space.segments])
         held = [ring.link for ring in space.fixed]
         most = space.scene.rules.max_rings_per_link
-        self._on_link = np.array([most - held.count(s.link) for s in space.segments])
-        names = [s.link for s in space.segments]
-        self._link = np.array([names.index(name) for name in names])  # the first segment's number
+        self._room = np.array([s.room for s in space.segments])
+        self._on_link = np.array([most - held.count(link) for link in space.radii])
 
-    def improved(
-        self, start: Sequence[int] | None, trials: int, brake: StopToken
-    ) -> Combination | None:
+    def improved(self, start: Sequence[int], trials: int, brake: StopToken) -> Combination:
         """Return the best combination of a number of trials.
 
         Args:
-            start: the places to begin with; None: a combination made from nothing.
+            start: the places to begin with.
             trials: number of trials.
             brake: ends them.
-
-        Returns:
-            The best combination; None if none was made.
         """
-        here = self._first() if start is None else self._combined(start)
-        best, shelf = here, self._shelf()
-        for trial in range(trials):
-            if here is None or brake.on():
+        library = self._library
+        best = here = Combination(tuple(start), self._value(library, start))
+        for first in range(0, trials, _KEPT):
+            if brake.on():
                 break
-            if trial % _KEPT == 0:
-                shelf = self._shelf()
-            kept, back = self._ruined(here)
-            shelf.bring_back(back)
-            other = self._recreated(kept, shelf, self._price(here.value))
-            warmth = _WARMTH * (1 - trial / trials) * self._library.points
-            if other and other.value >= here.value - warmth * self._rng.exponential():
-                here = other
-                best = here if best is None or here.value > best.value else best
+            number = self._tried(here.chosen)
+            some = library.some(number)
+            here = Combination(tuple(range(len(here.chosen))), here.value)
+            for trial in range(first, min(first + _KEPT, trials)):
+                if brake.on():
+                    break
+                other = self._trial(some, here)
+                warmth = _WARMTH * (1 - trial / trials) * library.points
+                if other is None or other.value < here.value - warmth * self._rng.exponential():
+                    continue
+                if some.apart(other.chosen):
+                    here = other
+                    if here.value > best.value:
+                        best = Combination(tuple(number[list(here.chosen)]), here.value)
+            here = Combination(tuple(number[list(here.chosen)]), here.value)
         return best
 
-    def _first(self) -> Combination | None:
-        for _ in range(_STARTS):
-            price = self._price(_PRICED * self._library.points)
-            if made := self._recreated((), self._shelf(), price):
-                return made
-        return None
+    def _tried(self, chosen: Sequence[int]) -> Int[np.ndarray, " M"]:
+        """Return the numbers of the places of a few trials, ``chosen`` before all others."""
+        every, library = np.arange(len(self._library.places.sensors)), self._library
+        if len(every) > _TRIED:
+            every = np.concatenate([*library.own, self._rng.integers(len(every), size=_TRIED)])
+        others = every[~np.isin(every, chosen)]
+        if self._space.scene.rules.shared_tilt and len(chosen):
+            tilt = np.abs(library.places.tilt)
+            others = others[np.abs(tilt[others] - tilt[chosen[0]]) < 1e-9]
+        return np.concatenate([np.array(chosen, int), np.unique(others)])
 
-    def _price(self, value: float) -> float:
-        return float(self._rng.uniform(*_PRICES) * value / max(self._space.free, 1))
-
-    def _shelf(self) -> Shelf:
-        size = len(self._places.sensors)
-        some = np.arange(size)
-        if size > _TRIED:
-            rings = np.concatenate([*self._library.own, np.zeros(0, int)])
-            some = np.concatenate([rings, self._rng.integers(size, size=_TRIED)])
-        return Shelf(self._library, some, _DROPPED)
-
-    def _ruined(self, c: Combination) -> tuple[list[int], list[int]]:
-        """Return the rings that stay, and those that leave."""
-        n = len(c.chosen)
-        # of few rings about half: more would be a new start
-        most = min(_DROPPED, max(-(-n // 2), 2))
-        number = min(int(self._rng.integers(1, most + 1)), n)
-        dropped = set(self._rng.permutation(n)[:number].tolist())
-        kept = [j for i, j in enumerate(c.chosen) if i not in dropped]
-        return kept, [c.chosen[i] for i in dropped]
-
-    def _recreated(self, kept: Sequence[int], shelf: Shelf, price: float) -> Combination | None:
-        """Return a combination of the rings ``kept`` and places of a shelf; None where no place is
+    def _trial(self, some: RingLibrary, here: Combination) -> Combination | None:
+        """Return a combination of the rings that a ruin leaves and others; None where no place is
         left."""
-        costs, gains = price * shelf.sensors, Gains(shelf.words)
-        cover, chosen = self._cover(kept), list(kept)
-        apart = shelf.spans.apart_from(self._library.spans.some(np.array(kept, int)))
-        while not self._complete(chosen):
-            free = apart & self._affordable(chosen)[shelf.sensors]
-            free &= self._open(chosen)[shelf.segment]
+        n, rng = len(here.chosen), self._rng
+        # of few rings about half leave: more would be a new start
+        most = min(_DROPPED, max(-(-n // 2), 2))
+        stay = rng.permutation(n)[min(int(rng.integers(1, most + 1)), n) :]
+        chosen = [here.chosen[i] for i in stay]
+        sensors = some.places.sensors
+        costs = rng.uniform(*_PRICES) * here.value / max(self._space.free, 1) * sensors
+        cover, gains = self._cover(some, chosen), Gains(some.words)
+        apart = some.spans.apart(np.array(chosen, int))
+        while int(sensors[chosen].sum()) < self._space.free:
+            free = apart & self._affordable(sensors, chosen)[sensors]
+            free &= self._open(some, chosen)
             if not free.any():
                 return None
             if self._losing == "ring":
-                blurred = gains.all(cover) * self._rng.uniform(_BLURRED, 1.0, len(free))
+                blurred = gains.all(cover) * rng.uniform(_BLURRED, 1.0, len(free))
                 best = int(np.argmax(np.where(free, blurred - costs, -np.inf)))
             else:
                 best = gains.best(cover, costs, free)
-            cover, j = joined(cover, shelf.words[:, best]), int(shelf.index[best])
-            apart &= shelf.spans.apart(*self._span(j))
-            chosen.append(j)
-        return self._combined(chosen, cover)
+            cover = joined(cover, some.words[:, best])
+            apart &= some.spans.apart(np.array([best]))
+            chosen.append(best)
+        return Combination(tuple(chosen), self._value(some, chosen, cover))
 
-    def _open(self, chosen: list[int]) -> Bool[np.ndarray, " S"]:
-        """Return on which segments the rules allow one more ring."""
-        used = np.bincount(self._places.segment[chosen], minlength=len(self._room))
-        on_link = np.bincount(self._link, used, len(self._room))[self._link]
-        free: np.ndarray = (used < self._room) & (on_link < self._on_link)
+    def _open(self, some: RingLibrary, chosen: Sequence[int]) -> Bool[np.ndarray, " M"]:
+        """Return at which places the rules allow one more ring."""
+        used, links = some.places.segment[chosen], some.link[chosen]
+        on_segment = np.bincount(used, minlength=len(self._room)) < self._room
+        on_link = np.bincount(links, minlength=len(self._on_link)) < self._on_link
+        free: np.ndarray = on_segment[some.places.segment] & on_link[some.link]
         return free
 
-    def _span(self, j: int) -> tuple[int, float, float, float]:
-        spans = self._library.spans
-        return int(spans.link[j]), *(float(a[j]) for a in spans[1:4])  # type: ignore[return-value]
-
-    def _complete(self, chosen: list[int]) -> bool:
-        return int(self._places.sensors[chosen].sum()) == self._space.free
-
-    def _affordable(self, chosen: list[int]) -> Bool[np.ndarray, " C"]:
+    def _affordable(
+        self, sensors: Int[np.ndarray, " M"], chosen: Sequence[int]
+    ) -> Bool[np.ndarray, " C"]:
         """Return for which sizes of a ring, from 0 sensors, the rings and sensors that are left
         allow the rest."""
         space, allowed = self._space, np.zeros(self._most + 1, bool)
-        left = space.free - int(self._places.sensors[chosen].sum())
+        left = space.free - int(sensors[chosen].sum())
         rings = (space.rings or space.places) - len(chosen) - 1
         if rings < 0:
             return allowed
@@ -166,29 +147,100 @@ class RuinRecreate:
             allowed[left] = True  # the last ring takes all that are left
         return allowed
 
-    def _cover(self, chosen: Sequence[int]) -> UInt64[np.ndarray, "J W"]:
-        cover = self._library.held
+    def _cover(self, some: RingLibrary, chosen: Sequence[int]) -> UInt64[np.ndarray, "J W"]:
+        cover = some.held
         for j in chosen:
-            cover = joined(cover, self._library.words[:, j])
+            cover = joined(cover, some.words[:, j])
         return cover
 
-    def _combined(
-        self, chosen: Sequence[int], cover: UInt64[np.ndarray, "J W"] | None = None
-    ) -> Combination:
-        cover = self._cover(chosen) if cover is None else cover
+    def _value(
+        self,
+        some: RingLibrary,
+        chosen: Sequence[int],
+        cover: UInt64[np.ndarray, "J W"] | None = None,
+    ) -> float:
+        """Return the value of a combination; where sensors are lost, as if all of a ring were
+        equal."""
+        cover = self._cover(some, chosen) if cover is None else cover
         value = float(np.bitwise_count(cover[-1]).sum())
-        if self._losing and len(chosen):
-            value -= self._lost(np.asarray(chosen))
-        return Combination(tuple(chosen), value)
-
-    def _lost(self, chosen: Int[np.ndarray, " R"]) -> float:
-        """Return how many points the worst loss uncovers; where sensors are lost, as if all of a
-        ring were equal."""
-        words = self._library.words[0, chosen]  # (R, W)
+        if not self._losing or not len(chosen):
+            return value
+        words = some.words[0, list(chosen)]  # (R, W)
         once = twice = np.zeros_like(words[0])
         for row in words:
             once, twice = once | row, twice | (once & row)
-        alone = np.bitwise_count(words & (once & ~twice & ~self._library.held[0])).sum(axis=1)
+        alone = np.bitwise_count(words & (once & ~twice & ~some.held[0])).sum(axis=1)
         if self._losing == "sensor":
-            alone = alone / self._places.sensors[chosen]
-        return float(alone.max())
+            alone = alone / some.places.sensors[list(chosen)]
+        return value - float(alone.max())
+
+
+class Gains:
+    """What each of M places adds to what is covered, while rings join.
+
+    A union of sets only ever makes another set add less. What a place added before is then an upper
+    bound of what it adds now, and only places whose bounds are high need another look (Minoux,
+    Accelerated greedy algorithms, 1978). Points that two or more sensors must see have no such
+    bound.
+    """
+
+    def __init__(self, words: UInt64[np.ndarray, "J M W"]) -> None:
+        self._words, self._gains = words, np.zeros(0)
+
+    def all(self, cover: UInt64[np.ndarray, "J W"]) -> Float[np.ndarray, " M"]:
+        """Return what each place adds."""
+        self._gains = gains(cover, self._words)
+        return self._gains
+
+    def best(
+        self,
+        cover: UInt64[np.ndarray, "J W"],
+        costs: Float[np.ndarray, " M"],
+        free: Bool[np.ndarray, " M"],
+    ) -> int:
+        """Return the free place that adds most, less its cost, to what is covered; the cover grows
+        from call to call."""
+        bounded = len(self._words) == 1 and len(self._gains)
+        scores = np.where(free, (self._gains if bounded else self.all(cover)) - costs, -np.inf)
+        best = int(scores.argmax())
+        if not bounded:
+            return best
+        least = self._exact(cover, np.array([best]))[0] - costs[best]
+        open_ = np.flatnonzero(scores > least)  # places that may add more
+        if not len(open_):
+            return best
+        scores = self._exact(cover, open_) - costs[open_]
+        return int(open_[scores.argmax()]) if scores.max() > least else best
+
+    def _exact(
+        self, cover: UInt64[np.ndarray, "J W"], some: Int[np.ndarray, " I"]
+    ) -> Float[np.ndarray, " I"]:
+        """Return what some places add, and keep it as their bounds."""
+        self._gains[some] = exact = gains(cover, self._words[:, some])
+        return exact
+
+
+def joined(
+    cover: UInt64[np.ndarray, "J W"], words: UInt64[np.ndarray, "J W"]
+) -> UInt64[np.ndarray, "J W"]:
+    """Return the bits of the points that two groups together see at least 1, ..., J times."""
+    both: np.ndarray = cover | words
+    for j in range(1, len(cover)):
+        for a in range(j):
+            both[j] |= cover[a] & words[j - 1 - a]
+    return both
+
+
+def gains(
+    cover: UInt64[np.ndarray, "J W"], words: UInt64[np.ndarray, "J M W"]
+) -> Float[np.ndarray, " M"]:
+    """Return what each place adds: points that J sensors see, and less for those that fewer do."""
+    seen = len(cover)
+    added = np.zeros(words.shape[1])
+    for j in range(seen):
+        new = words[j]
+        for a in range(j):
+            new = new | (cover[a] & words[j - 1 - a])
+        counts = np.bitwise_count(new & ~cover[j])
+        added += _LOWER ** (seen - 1 - j) * counts.sum(axis=1, dtype=np.uint32)
+    return added

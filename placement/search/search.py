@@ -1,77 +1,28 @@
-"""The search: coordinate exchange ring by ring on more and more points, and the exact count, which
-chooses among the finalists.
-
-The exchange evaluates every criterion itself and compiles nothing. With five rings, a local search
-by gradients after it gained no more than a last round on more points; with more rings, moves of
-pairs take its place.
-"""
+"""The search: a global stage by coordinate exchange, a local stage by gradients, and the exact count
+as the verdict among the best candidates."""
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+
+import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.voxels.allocation import keep_freed_memory
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
-from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
-from .collision_repair import apart, colliding_links, collisions
-from .design import Candidate, Space
-from .finalists import choose
+from .design import Space
+from .exchange_points import Fields
+from .global_stage import GlobalStage, Record, Schedule, usual
 from .local_stage import LocalStage
-from .moves import fitted, fresh, papers
-from .pool import Pool
-from .progress import Outcome, Progress, Statistics
-from .schedule import FINALISTS, Schedule, usual
-from .search_points import SearchPoints
+from .progress import Outcome, Progress, StageResult, Statistics
+from .result import SearchResult
+from .starts import feasible, fitted, fresh, papers
 from .stop_token import StopToken
+from .verdict import choose
 
-CLIMBED = 2  # candidates that the local stage improves
-
-
-@dataclass(frozen=True)
-class CollisionLoss:
-    """What it costs that rings of different links must not collide."""
-
-    best: float
-    """Value of the best setup seen whose rings collide, on the sample points, in [0, 1]."""
-    cost: float
-    """How much less the answer has on the same points."""
-    links: tuple[str, ...]
-    """Links whose rings collide in that setup."""
-
-
-@dataclass(frozen=True)
-class SearchResult:
-    """The setup that a search returns, with its values and statistics.
-
-    After Ctrl-C during the final count, ``exact`` is a rough value from coarser voxels and a subset
-    of the poses.
-    """
-
-    setup: Setup
-    """The best setup."""
-    sampled: float | None
-    """Value of the criterion on the sample points: weighted mean in [0, 1], over the poses the mean
-    or the worst, as the scene states; from ``improve`` a soft one. None where a stop left no
-    estimate, or where a floor is missed, which lowers the criterion."""
-    exact: float
-    """Exact value of the criterion, defined as ``sampled`` is."""
-    short: float
-    """Sum by which the exact values miss the goals' floors."""
-    outcome: Outcome
-    """How the search ended."""
-    statistics: Statistics
-    """Effort of the search."""
-    voxel: float = 0.01
-    """Side of the voxels of the exact count, m."""
-    verified: tuple[Verified, ...] = ()
-    """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
-    loss: CollisionLoss | None = None
-    """What keeping rings of different links apart costs; None where it costs nothing."""
+FINALISTS = 3  # candidates that the exact count compares
 
 
 def search(
@@ -86,12 +37,13 @@ def search(
     aim: Criterion | None = None,
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
-    points: SearchPoints | None = None,
+    points: Fields | None = None,
+    local: bool = True,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals.
 
     The search chooses positions, tilts and phases of the rings, and, where the space leaves them
-    free, links and sensor counts.
+    free, links and sensor counts. Rings of different links never collide in what it considers.
 
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
@@ -100,10 +52,6 @@ def search(
     The paper's tilts are among the starts. Where the worst pose counts, the exchange improves each
     candidate at the poses that are worst for it.
 
-    One thread runs the exchange, while the calling one waits for Ctrl-C. Its steps are short, and
-    more threads would wait for each other: on two processors two took up to twice the processor
-    time and no less wall time.
-
     Args:
         scene: robot, poses, goals, limits.
         space: the setups to choose from.
@@ -111,7 +59,7 @@ def search(
         time_cap: limit in seconds of the ``clock``, counted from the call.
         schedule: rounds of the exchange; by default those of ``usual``.
         voxel: side of the voxels of the exact count, m.
-        tell: receives the progress from time to time, in the calling thread.
+        tell: receives the progress from time to time.
         known: setups to start from besides the random ones, fitted to the space.
         aim: the criterion to maximise; by default ζ itself.
         verifier: counts the answer and keeps the targets' cells for later counts; by default a new
@@ -119,9 +67,7 @@ def search(
         clock: returns seconds; by default the monotonic clock.
         points: sample points of an earlier search of the same scene, criterion and seed, whose
             space differed only in its number of rings; by default new ones.
-
-    Rings of different links must not collide. The answer is the best without collisions of all
-    that the search saw after its sweeps (``FeasibleRecord``); more time adds to these.
+        local: whether the local stage follows the global one.
 
     Raises:
         InfeasibleError: if rings of different links collide in every candidate that was tried.
@@ -130,98 +76,70 @@ def search(
     keep_freed_memory()
     began, aim = time.monotonic(), aim or Criterion()
     schedule = usual(scene, space, aim) if schedule is None else schedule
-    brake = StopToken(clock() + time_cap, clock=clock)
-    starts = [
-        *papers(space),
-        *(c for c in (fitted(space, setup) for setup in known) if c is not None),
-    ]
-    threads, background = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-    try:
-        pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts, points)
-        local = LocalStage.of(space, pool.points, aim, fresh(space, pool.luck), background)
-        try:
-            pool.exchange()
-        except KeyboardInterrupt:
-            brake.pulled.set()
-        return _counted(pool, local, verifier or Verifier(scene, voxel), tell, began)
-    finally:
-        background.shutdown(wait=False, cancel_futures=True)
-        threads.shutdown(wait=not brake.on(), cancel_futures=True)
+    brake, rng = StopToken(clock() + time_cap, clock=clock), np.random.default_rng((seed, 1))
+    asked = (*papers(space), *(fitted(space, setup) for setup in known))
+    made = (feasible(space, c, rng) for c in asked if c is not None)
+    starts = [c for c in made if c is not None]
+    fields = points or Fields.drawn(space, aim, max(r.points for r in schedule), seed)
+    ready, record = time.monotonic(), Record(fields)
+    progress = Progress(stages=len(schedule), stage=1)
 
+    def told(number: int, over: float) -> None:
+        best, c = record.best
+        progress.stage, progress.done, progress.climbs = number + 1, round(100 * over), 100
+        # a missed floor lowers the value, even below 0
+        progress.best, progress.setup = max(best, 0.0), space.setup(c)
+        tell(progress)
 
-def _counted(
-    pool: Pool,
-    local: LocalStage,
-    verifier: Verifier,
-    tell: Callable[[Progress], None],
-    began: float,
-) -> SearchResult:
-    """Return the finalist that the exact count prefers, with the search's statistics."""
-    space, brake, aim = pool.space, pool.brake, pool.aim
-    progress, late = pool.progress, brake.on()
+    tell(progress)
+    stage = LocalStage(fields) if local else None
     try:
-        finalists = _finalists(pool, late)
+        GlobalStage(fields, seed, brake, record, told).run(schedule, starts)
     except KeyboardInterrupt:
         brake.pulled.set()
-        finalists = _finalists(pool, late)
-    if not late:
-        climbed = [local.improve(c, brake)[0] for c in finalists[:CLIMBED]]
-        finalists = [*(c for c in climbed if not collisions(space, c)), *finalists[:CLIMBED]]
-    setups = [rounded(space.setup(c), pool.scene.sensor) for c in finalists]
+    if not record.some:
+        record.take(starts[0] if starts else fresh(space, rng))
+    stages, climbs = [StageResult("global", record.best[0], time.monotonic() - ready)], []
+    late, climbing = brake.on(), time.monotonic()
+    if stage is not None and not late:
+        climbs = stage.improve(record, brake)
+        stages.append(StageResult("local", record.best[0], time.monotonic() - climbing))
+    late, start = brake.on(), time.monotonic()
+    finalists = record.rivals(FINALISTS)
+    setups = [rounded(space.setup(c), scene.sensor) for _, c in finalists]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count
         tell(progress)
 
-    start = time.monotonic()
-    counted = choose(verifier, setups, aim, brake, pool.luck, counting)
-    end = time.monotonic()
-    sampled = pool.share(finalists[counted.index])
-    outcome = (
-        Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
-    )
-    spent = Statistics(
-        pool.starts,
-        time.monotonic() - began,
-        start_up=pool.ready - began,
-        counting=end - start,
-    )
+    luck = np.random.default_rng((seed, 2))
+    chosen = choose(verifier or Verifier(scene, voxel), setups, aim, brake, luck, counting)
+    stages.append(StageResult("verdict", chosen.exact, time.monotonic() - start))
+    sampled, best = finalists[chosen.index]
+    setup = setups[chosen.index]
+    sensitive = stage is not None and aim.plain and not brake.on()
     return SearchResult(
-        setups[counted.index],
-        None if counted.short > 0 else sampled,
-        counted.exact,
-        counted.short,
-        outcome,
-        spent,
-        counted.voxel,
-        counted.verified,
-        _loss(pool, sampled) if counted.short == 0 else None,
+        setup,
+        None if chosen.short > 0 else sampled,
+        chosen.exact,
+        chosen.short,
+        _outcome(brake, late),
+        Statistics(
+            max(schedule[0].keep, len(starts)),
+            time.monotonic() - began,
+            evaluations=sum(climb.evaluations for _, climb in climbs),
+            start_up=ready - began,
+            counting=stages[-1].seconds,
+        ),
+        chosen.voxel,
+        chosen.verified,
+        tuple(stages),
+        next((climb.slope for c, climb in climbs if c is best), None),
+        stage.sensitivity(setup) if stage is not None and sensitive else (),
     )
 
 
-def _finalists(pool: Pool, late: bool) -> list[Candidate]:
-    """Return the candidates for the exact count, none with rings that collide.
-
-    What a stop left of the last sweep is not among them where rings may collide: a longer search
-    might not come to it.
-    """
-    some = pool.some[:FINALISTS] or [fresh(pool.space, pool.rng)]
-    record = pool.record
-    if record is not None and collisions(pool.space, some[0]):
-        record.climb(pool.brake)
-    if record is None or record.best is None:
-        return apart(pool.space, some, pool.luck)
-    done = [] if late else [c for c in some if not collisions(pool.space, c)]
-    return [*done, *(c for c in record.rivals() if not any(c is d for d in done))]
-
-
-def _loss(pool: Pool, sampled: float | None) -> CollisionLoss | None:
-    """Return what the best candidate of the search has more than the answer, if its rings
-    collide."""
-    if pool.record is None or sampled is None or not pool.some:
-        return None
-    links = colliding_links(pool.space, pool.some[0])
-    best = pool.share(pool.some[0]) if links else None
-    if best is None or best <= sampled:
-        return None
-    return CollisionLoss(best, best - sampled, links)
+def _outcome(brake: StopToken, late: bool) -> Outcome:
+    if brake.pulled.is_set():
+        return Outcome.INTERRUPTED
+    return Outcome.TIME if late else Outcome.FINISHED

@@ -2,10 +2,8 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 
 @dataclass
@@ -22,17 +20,3 @@ class StopToken:
     def on(self) -> bool:
         """Return whether to stop."""
         return self.pulled.is_set() or self.clock() > self.deadline
-
-    def all(
-        self, threads: ThreadPoolExecutor, work: Callable[..., Any], *each: Iterable[Any]
-    ) -> list[Any]:
-        """Return the results of ``work`` for each set of arguments, run by ``threads``.
-
-        Ctrl-C becomes a stop, after which ``work`` should end soon: the results are there, too.
-        """
-        jobs = [threads.submit(work, *one) for one in zip(*each, strict=False)]
-        while True:
-            try:
-                return [job.result() for job in jobs]
-            except KeyboardInterrupt:
-                self.pulled.set()

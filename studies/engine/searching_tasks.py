@@ -7,10 +7,10 @@ from typing import Any
 
 from ...formats.schema.ring_models import ring_models
 from ...objectives.criterion import Criterion
+from ...objectives.named_layouts import ring_layout
 from ...placement.search.design import Space
-from ...placement.search.layout import ring_layout
+from ...placement.search.global_stage import usual
 from ...placement.search.progress import Outcome
-from ...placement.search.schedule import short as shorter
 from ...placement.search.search import search as searching
 from .registry import register
 from .scenes import Rings, scene_from, setup_from
@@ -36,7 +36,7 @@ def _searched(
         asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors
     )
     setups = [setup_from(rings, asked) for rings in known]
-    schedule = shorter(asked, space, Criterion()) if short else None
+    schedule = usual(asked, space, Criterion(), known=True) if short else None
     found = searching(
         asked, space, seed, processor_time, schedule, known=setups, clock=time.process_time
     )

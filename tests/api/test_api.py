@@ -22,7 +22,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search import search as searching
-from place_rings.placement.search.round import Round
+from place_rings.placement.search.global_stage import Round
 from place_rings.reporting import comparison
 
 from ..support.rooms import ROOT

@@ -74,7 +74,7 @@ def test_what_computes_no_gradient_loads_no_jax_and_neither_does_a_search():
         "loaded()\n"
         "from place_rings.objectives.scene import CoreScene\n"
         "from place_rings.placement.search.design import Space\n"
-        "from place_rings.placement.search.round import Round\n"
+        "from place_rings.placement.search.global_stage import Round\n"
         "from place_rings.placement.search.search import search\n"
         "scene = CoreScene()\n"
         "search(scene, Space(scene, sensors=24), schedule=(Round(256, 2, 1, 2, 0.1),), voxel=0.1)"

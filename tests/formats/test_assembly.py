@@ -18,10 +18,9 @@ from place_rings.formats.printing.print_files import ring_files
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.starts import fresh
 from place_rings.reporting.assembly_picture import assembly_picture, printed_parts
 
 from ..support.assembly import Verdict, judge, shared
@@ -48,7 +47,7 @@ def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False, mos
     )
     try:
         space = Space(scene, sensors=int(rng.integers(6, most + 1)))
-        (candidate,) = apart(space, [fresh(space, rng)], rng)
+        candidate = fresh(space, rng)
     except InfeasibleError:
         return None
     return scene, rounded(space.setup(candidate), sensor)

@@ -39,15 +39,14 @@ from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import GRAIN, TILTS, segments
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
-from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.moves import fresh, vary
+from place_rings.placement.search.starts import _drawn, feasible, fresh
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
@@ -283,7 +282,7 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
             for pose in scene.poses:
                 apex = np.asarray(sensor_cones(scene.robot, setup, pose.q).apex)
                 assert np.all(occluders(scene, pose.q).holds(apex)[0] < 0)
-        c = vary(space, c, rng)
+        c = fresh(space, rng)
 
 
 def assert_clear(
@@ -470,28 +469,31 @@ def folded(limits: dict[str, Limits]) -> Space:
     return Space(scene, Setup((Ring("upper_arm", 0.5, 8), Ring("forearm", 0.5, 8))))
 
 
-def test_a_search_moves_rings_that_meet_apart():
-    space = folded({})
-    rng = np.random.default_rng(0)
-    drawn = [fresh(space, rng) for _ in range(12)]
-    meet = [c for c in drawn if meeting(space.clear, space.setup(c).rings)]
-    clear = [c for c in drawn if not meeting(space.clear, space.setup(c).rings)]
-    assert meet
-    assert clear
-    # what is good is left as it is
-    assert all(a is b for a, b in zip(apart(space, drawn, rng), clear, strict=True))
-    for c, found in zip(meet[:3], apart(space, meet[:3], rng), strict=True):
-        assert not meeting(space.clear, space.setup(found).rings)
-        assert faults(space.scene, space.setup(found).rings) == []
-        assert np.array_equal(found.values[1:], c.values[1:])
-        assert np.array_equal(found.count, c.count)
+@settings(max_examples=10)
+@given(drawing.seeds)
+def test_only_starts_without_collisions_are_drawn_and_others_moved_apart(seed):
+    space, rng = folded({}), np.random.default_rng(seed)
+    for _ in range(4):
+        for c in (_drawn(space, rng), fresh(space, rng)):
+            rings = rounded(space.setup(c), space.scene.sensor).rings
+            assert space.apart(c) == (not meeting(space.clear, rings))
+            moved = feasible(space, c, rng)
+            if moved is not None:
+                assert (
+                    faults(space.scene, rounded(space.setup(moved), space.scene.sensor).rings) == []
+                )
+                assert np.array_equal(moved.count, c.count)
+                # what is good is left as it is
+                assert not space.apart(c) or np.array_equal(moved.values, c.values)
+        assert space.apart(c)
 
 
 def test_rings_that_cannot_be_moved_apart_are_refused():
-    space = folded({"upper_arm": Limits((0.75, 0.8)), "forearm": Limits((0.38, 0.42))})
-    rng = np.random.default_rng(0)
+    narrow = {"upper_arm": Limits((0.75, 0.8)), "forearm": Limits((0.38, 0.42))}
+    space, rng = folded(narrow), np.random.default_rng(0)
     with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm.*ring 1 \(forearm.*pose 1"):
-        apart(space, [fresh(space, rng)], rng)
-    held = replace(space.scene, rules=Rules(fixed=space.setup(fresh(space, rng)).rings))
-    fixed = Space(held, sensors=held.rules.fixed[0].count + held.rules.fixed[1].count + 8)
-    assert apart(fixed, [fresh(fixed, rng)], rng)  # fixed rings are there, whatever they do
+        fresh(space, rng)
+    drawn = space.setup(_drawn(space, rng)).rings
+    held = replace(space.scene, rules=Rules(fixed=drawn), limits={})
+    fixed = Space(held, sensors=drawn[0].count + drawn[1].count + 8)
+    assert fresh(fixed, rng)  # fixed rings are there, whatever they do

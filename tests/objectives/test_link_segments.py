@@ -16,7 +16,7 @@ from place_rings.objectives.link_segments import ABOVE, BELOW, GRAIN, HIGH, LOW,
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.starts import fresh
 
 from ..support import drawing
 

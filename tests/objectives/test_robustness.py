@@ -31,14 +31,14 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.round import Round
+from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
 
 from ..strategies.rings import poses, setups

@@ -4,10 +4,9 @@ guessed lines of sight against exact ones.
 
 import itertools
 import math
-from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 from functools import cache
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -22,29 +21,24 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search import schedule
-from place_rings.placement.search.combining import Combining
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.exchange import Exchange
+from place_rings.placement.search.exchange import Exchange, Reach
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.exchange_rounds import _best
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.moves import fresh
-from place_rings.placement.search.ring_library import ring_library
+from place_rings.placement.search.global_stage import any_rings, given_rings, usual
+from place_rings.placement.search.ring_library import Wanted, ring_library
 from place_rings.placement.search.ring_places import (
     _room,
     places_anywhere,
     places_near,
     places_of,
 )
-from place_rings.placement.search.round import Round
-from place_rings.placement.search.ruin_recreate import RuinRecreate
-from place_rings.placement.search.schedule import usual
-from place_rings.placement.search.shelf import Gains, gains, joined
+from place_rings.placement.search.ruin_recreate import Gains, RuinRecreate, gains, joined
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
 from ..strategies.units import GENERATORS
@@ -77,8 +71,7 @@ def _drawn(name, kind, seen=1):
     fields = Fields(space, TargetPoints(space.scene, 512, 0), Criterion(seen=seen))
     rng, known = np.random.default_rng(0), [fresh(space, np.random.default_rng(i)) for i in (1, 2)]
     field = fields.first(1024)
-    with ThreadPoolExecutor(2) as threads:
-        library = ring_library(space, field, seen, rng, threads, NEVER, 400, known, 12, 0.1)
+    library = ring_library(space, field, seen, rng, NEVER, Wanted(400, known, 12, 0.1))
     return library, field, known
 
 
@@ -88,9 +81,9 @@ def _drawn(name, kind, seen=1):
 def test_a_combination_keeps_the_rules_and_covers_what_its_value_says(name, kind):
     library, field, known = _drawn(name, kind)
     space, criterion = library.space, criterion_by_counts(library.space.scene, Criterion())
-    for start in (None, library.own[0].tolist()):
+    for start, own in zip(known, library.own, strict=True):
         ruin = RuinRecreate(library, np.random.default_rng(3))
-        best = ruin.improved(start, 30, NEVER)
+        best = ruin.improved(own.tolist(), 30, NEVER)
         c = library.candidate(best.chosen)
         setup = space.setup(c)
         assert not faults(space.scene, setup.rings)
@@ -103,10 +96,9 @@ def test_a_combination_keeps_the_rules_and_covers_what_its_value_says(name, kind
         assert here.value == pytest.approx(
             best.value / library.points, abs=0.03 if name == "two goals" else 0.01
         )
-        if start is not None:
-            there = Exchange(space, known[0], np.random.default_rng(0), criterion)
-            there.look(field)
-            assert best.value / library.points >= there.value - 0.03
+        there = Exchange(space, start, np.random.default_rng(0), criterion)
+        there.look(field)
+        assert best.value / library.points >= there.value - 0.03
 
 
 def test_the_rings_of_a_candidate_are_in_its_library():
@@ -183,49 +175,19 @@ def test_bounds_of_gains_lead_to_the_best_place(seen, rng):
 def test_a_small_library_gives_the_best_of_all_combinations(losing, seed):
     space = TWO_RINGS
     fields = Fields(space, TargetPoints(PLAIN, 256, 0))
-    with ThreadPoolExecutor(1) as threads:
-        rng = np.random.default_rng(seed)
-        library = ring_library(space, fields.all, 1, rng, threads, NEVER, 24)
+    rng = np.random.default_rng(seed)
+    library = ring_library(space, fields.all, 1, rng, NEVER, Wanted(22, [fresh(space, rng)]))
     ruin = RuinRecreate(library, np.random.default_rng(0), losing)
     segment, room = library.places.segment, [s.room for s in space.segments]
     values = [
-        ruin._combined(pair).value
+        ruin._value(library, pair)
         for pair in itertools.combinations(range(24), 2)
         if segment[pair[0]] != segment[pair[1]] or room[segment[pair[0]]] > 1
-        if library.spans.apart(*ruin._span(pair[0]))[pair[1]]
+        if library.spans.apart(np.array(pair[:1]))[pair[1]]
     ]
-    best = ruin.improved(None, 60, NEVER)
-    assert best is not None
-    assert best.value == pytest.approx(max(values), rel=0.02 if losing is None else 0.08)
+    best = ruin.improved(library.own[0].tolist(), 60, NEVER)
+    assert best.value == pytest.approx(max(values), rel=0.08)
     assert best.value <= max(values) + 1e-9
-
-
-def test_starts_are_known_and_combined_and_random_where_no_library_helps():
-    shared = replace(PLAIN, rules=Rules(shared_tilt=True))
-    for scene in (PLAIN, shared):
-        space = _space(scene, "six rings")
-        fields = Fields(space, TargetPoints(scene, 256, 0))
-        known = fresh(space, np.random.default_rng(9))
-        rngs = [np.random.default_rng(i) for i in range(4)]
-        with ThreadPoolExecutor(2) as threads:
-            combining = Combining(space, fields, 0, NEVER, threads)
-            r = Round(256, 4, 0, 0, 0.0, trials=20, library=200)
-            starts = combining.starts(r, [known], rngs)
-        assert len(starts) == 4
-        assert all(not faults(scene, space.setup(c).rings) for c in starts)
-        assert (starts[0] is known) == (scene is shared)
-
-
-def test_starts_from_libraries_of_their_own_keep_the_rules_and_differ():
-    space = _space(REAL, "free")
-    fields = Fields(space, TargetPoints(REAL, 256, 0))
-    rngs = [np.random.default_rng(i) for i in range(4)]
-    r = Round(256, 4, 0, 0, 0.0, trials=20, library=300, own=True)
-    with ThreadPoolExecutor(2) as threads:
-        starts = Combining(space, fields, 0, NEVER, threads).starts(r, [], rngs)
-    setups = [space.setup(c) for c in starts]
-    assert len(set(setups)) == 4
-    assert not any(faults(REAL, setup.rings) for setup in setups)
 
 
 def test_places_near_rings_let_two_rings_change_places():
@@ -255,11 +217,6 @@ def test_many_places_anywhere_lie_some_spacings_from_an_end():
     assert 0.15 < np.mean(np.abs(steps - np.round(steps)) < 1e-9) < 0.4
 
 
-def test_of_equal_candidates_only_one_remains():
-    few = [Mock(after={1: Mock(spec=Exchange, value=v)}) for v in (0.3, 0.5, 0.3, 0.5, 0.1)]
-    assert [c.after[1].value for c in _best(few, 1)] == [0.5, 0.3, 0.1]
-
-
 def test_a_stop_ends_the_trials():
     library, _, _ = _drawn("plain", "free")
     stopped = StopToken(math.inf)
@@ -274,13 +231,14 @@ def test_a_stop_ends_the_tests_of_a_library():
     fields, rng = Fields(space, TargetPoints(REAL, 256, 0)), np.random.default_rng(0)
     times = iter(range(100))
     late = StopToken(9.0, clock=lambda: float(next(times)))
-    with ThreadPoolExecutor(1) as threads:
-        library = ring_library(space, fields.all, 1, rng, threads, late, 2000)
-        unseen = ring_library(space, fields.all, 1, rng, threads, late, 50)
+    wanted = Wanted(2000, [fresh(space, rng)])
+    library = ring_library(space, fields.all, 1, rng, late, wanted)
+    unseen = ring_library(space, fields.all, 1, rng, late, wanted)
     seen = library.words[0].any(axis=1)
     assert 0 < seen.mean() < 0.5  # only the places of a few batches
     assert not unseen.words.any()
-    best = RuinRecreate(library, np.random.default_rng(0)).improved(None, 0, NEVER)
+    start = library.own[0].tolist()
+    best = RuinRecreate(library, np.random.default_rng(0)).improved(start, 8, NEVER)
     assert best.value > 0
     assert not faults(REAL, space.setup(library.candidate(best.chosen)).rings)
 
@@ -307,18 +265,23 @@ def fields(name, aim=None, **options):
     return Fields(space, TargetPoints(scene, 256, 0, criterion.mountings), criterion)
 
 
-def words(of, seed, guess):
+def words(of, seed):
     """Return the bits of the points that rings see at 200 places."""
-    with ThreadPoolExecutor(1) as threads:
-        rng = np.random.default_rng(seed)
-        library = ring_library(of.space, of.all, 1, rng, threads, NEVER, 200, guess=guess)
-    return library.words[0]
+    rng = np.random.default_rng(seed)
+    return ring_library(of.space, of.all, 1, rng, NEVER, Wanted(200)).words[0]
+
+
+def exactly(of):
+    """Return fields whose lines of sight are not guessed."""
+    exact = copy(of)
+    exact.all = replace(of.all, outlook={})
+    return exact
 
 
 @settings(max_examples=4)
 @given(st.sampled_from(sorted(TARGETS)), st.integers(0, 2**31))
 def test_a_guess_ranks_places_as_exact_lines_of_sight_do(name, seed):
-    exact, guessed = (words(fields(name), seed, guess) for guess in (False, True))
+    exact, guessed = (words(of, seed) for of in (exactly(fields(name)), fields(name)))
     seen, wrong = (np.bitwise_count(w).sum(axis=1) for w in (exact, exact ^ guessed))
     assert wrong.sum() < 0.03 * seen.sum()
     assert np.corrcoef(seen, np.bitwise_count(guessed).sum(axis=1))[0, 1] > 0.995
@@ -326,57 +289,49 @@ def test_a_guess_ranks_places_as_exact_lines_of_sight_do(name, seed):
 
 @settings(max_examples=5)
 @given(st.sampled_from(sorted(AIMS)), st.sampled_from(["shadow", "blind"]), st.integers(0, 2**31))
-def test_a_round_of_guesses_leaves_none_behind(aim, occlusion, seed):
+def test_where_guesses_rank_places_exact_lines_of_sight_decide(aim, occlusion, seed):
     of = fields("near", aim, occlusion=occlusion)
     criterion = criterion_by_counts(of.scene, of.aim)
     rng = np.random.default_rng(seed)
     here = Exchange(of.space, fresh(of.space, rng), rng, criterion)
     here.look(of.all)
     start = here.value
-    here.look(of.all, guess=True)
-    here.sweep(Round(0, 1, 1, 4, 0.2, anywhere=4, moves=1), NEVER)
-    guessed = here.value
-    assert guessed > -np.inf
-    here.look(of.all)
+    here.sweep(Reach(4, 0.2, 4), 1, NEVER)
     anew = Exchange(of.space, here.candidate, rng, criterion)
     anew.look(of.all)
-    assert here.value == anew.value
-    assert here.value == pytest.approx(guessed, abs=0.03)
-    assert here.value > start
+    assert here.value == anew.value > start
 
 
 def test_a_guess_without_occluders_or_with_blinded_sensors_is_exact():
     for options in ({"occlusion": "ignore"}, {"occlusion": "blind"}):
-        exact, guessed = (words(fields("near", **options), 0, guess) for guess in (False, True))
-        assert np.array_equal(exact, guessed)
+        assert not fields("near", **options).all.outlook
 
 
-def test_the_schedule_follows_what_costs_time():
+def test_a_schedule_follows_what_costs_time_and_ends_with_few_candidates_on_many_points():
     paper, shadow = paper_scene(), CoreScene(rules=Rules(mount="free"))
-    blind = replace(shadow, occlusion="blind")
-
-    def chosen(scene, aim="mean", sensors=None):
-        space = Space(scene, sensors=sensors) if sensors else Space(scene, ring_layout(scene, 2, 6))
-        return usual(scene, space, AIMS[aim])
-
-    shared = replace(paper, rules=Rules(shared_tilt=True))
-    starts = (
-        Space(paper, ring_layout(paper, 2, 6)),
-        Space(paper, sensors=9),
-        Space(shared, sensors=9),
-    )
     square = replace(shadow, sensor=effective(Use("vl53l5cx")).sensor)
-    assert chosen(paper) is schedule.FIXED
-    assert chosen(shared, sensors=9) is schedule.MOVING
-    assert chosen(paper, sensors=40) is schedule.FREE
-    assert chosen(shadow) is schedule.CLOSE
-    assert chosen(shadow, sensors=40) is schedule.CLOSE_FREE
-    assert chosen(blind) is schedule.BLINDED
-    assert chosen(square) is schedule.CLOSE_WIDE
-    assert chosen(replace(paper, sensor=square.sensor)) is schedule.WIDE
-    assert chosen(shadow, "two") is chosen(paper, "ring") is schedule.THOROUGH
-    assert chosen(shadow, "sensor") is chosen(paper, "errors") is schedule.BRISK
-    from_good = [schedule.short(s.scene, s, AIMS["mean"]) for s in starts]
-    assert from_good == [schedule._FROM_GOOD, schedule._FROM_GOOD_FREE, schedule._FROM_GOOD_MOVING]
-    rounds = [r for name, r in vars(schedule).items() if name.isupper() and isinstance(r, tuple)]
-    assert all(not each[-1].guess for each in rounds)  # lines of sight decide in the end
+    blind, many = replace(shadow, occlusion="blind"), (Pose(Q),) * 20
+    worst = replace(shadow, poses=many, over_poses="worst")
+
+    def given(scene, aim="mean", rings=2):
+        return given_rings(scene, Space(scene, ring_layout(scene, rings, 6)), AIMS[aim])
+
+    free = [any_rings(scene, Space(scene, sensors=40)) for scene in (paper, shadow)]
+    dear = [given(blind), given(worst), *(given(shadow, aim) for aim in AIMS if aim != "mean")]
+    for rounds in (given(paper), given(shadow), given(square), *dear, *free):
+        each = [(r.points, r.keep, r.scale, r.anywhere) for r in rounds]
+        for (n, keep, scale, others), (more, fewer, nearer, less) in itertools.pairwise(each):
+            assert more == 2 * n
+            assert fewer <= keep
+            assert nearer < scale
+            assert less <= others
+        assert rounds[-1].keep <= 4
+    assert all(rounds[0].keep < given(shadow)[0].keep for rounds in dear)
+    assert given(square)[0].anywhere > given(shadow)[0].anywhere
+    assert len(given(paper)) > len(given(shadow))
+    assert given(shadow, rings=4)[0].pairs > given(shadow)[0].pairs
+    assert all(r.trials for r in free[0][:-1])
+    space = Space(paper, sensors=40)
+    assert usual(paper, space, AIMS["mean"]) == free[0]
+    known = usual(paper, space, AIMS["mean"], known=True)
+    assert known == free[0][-len(known) :]

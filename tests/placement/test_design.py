@@ -16,14 +16,13 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import GRAIN, segments
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.design import Candidate, Space
-from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.moves import _resize, fitted, fresh, papers, vary
-from place_rings.placement.search.ring_budget import RingBudget
+from place_rings.placement.search.feasible_set import InfeasibleError, refusal
 from place_rings.placement.search.search import search
+from place_rings.placement.search.starts import fitted, fresh, papers
 
 from ..support import drawing
 
@@ -101,7 +100,7 @@ def check(space: Space, setup: Setup, sensors: int) -> None:
 
 
 @given(st.integers(1, 60), drawing.seeds)
-def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
+def test_all_that_is_drawn_keeps_the_rules(sensors, seed):
     rng = np.random.default_rng(seed)
     try:
         space = Space(drawn_scene(rng), sensors=sensors)
@@ -118,42 +117,11 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         assert np.all((low - 1e-9 <= c.values) & (c.values <= high + 1e-9))
         ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
         check(space, space.setup(ends), sensors)
-        c = vary(space, c, rng)
-
-
-@given(st.integers(6, 60), drawing.seeds)
-def test_rings_of_one_size_change_together(sensors, seed):
-    """All of one size by the same one sensor, with phases the same share of a spacing."""
-    rng = np.random.default_rng(seed)
-    try:
-        space = Space(drawn_scene(rng), sensors=sensors)
         c = fresh(space, rng)
-    except InfeasibleError:
-        return
-    rings, size = c.rings, int(rng.choice(c.count[c.rings]))
-    assert _resize(space, c, rng) is None or len(set(c.count[rings])) < len(rings)
-    alike = replace(c, count=np.where(c.count > 0, size, 0))
-    assert _resize(space, alike, rng) is None  # nobody makes up for it
-    other = _resize(space, c, rng)
-    if other is None:
-        return
-    assert other.count.sum() == c.count.sum()
-    assert np.array_equal(other.segment, c.segment)
-    moved = (other.count - c.count)[rings]
-    sizes, number = np.unique(c.count[rings], return_counts=True)
-    together = [
-        n
-        for n in sizes[number > 1]
-        if len(step := set(moved[c.count[rings] == n].tolist())) == 1 and step <= {-1, 1}
-    ]
-    assert together
-    turned = c.values[2, rings] * c.count[rings] / other.count[rings]
-    groups = [c.count[rings] == n for n in together]
-    assert any(np.allclose(other.values[2, rings][g], turned[g]) for g in groups)
 
 
 @given(st.integers(1, 60), st.integers(1, 9), st.none() | st.integers(1, 20), drawing.seeds)
-def test_all_that_is_drawn_and_varied_has_the_stated_number_of_rings(sensors, rings, each, seed):
+def test_all_that_is_drawn_has_the_stated_number_of_rings(sensors, rings, each, seed):
     rng = np.random.default_rng(seed)
     scene = drawn_scene(rng)
     try:
@@ -173,7 +141,7 @@ def test_all_that_is_drawn_and_varied_has_the_stated_number_of_rings(sensors, ri
             assert {ring.count for ring in setup.rings if ring not in scene.rules.fixed} <= {each}
         again = space.candidate(rounded(setup, scene.sensor))
         assert again is None or len(space.setup(again).rings) == rings
-        c = vary(space, c, rng)
+        c = fresh(space, rng)
 
 
 @given(
@@ -193,7 +161,7 @@ def test_rings_are_refused_exactly_where_no_division_of_the_sensors_fits(
     for most in largest[: max(new, 0)]:
         sums = {total + n for total in sums for n in range(least, most + 1)}
     can = 0 <= new <= len(largest) and sensors in sums
-    reason = RingBudget(rings, fixed, sensors, held, least, largest).refusal()
+    reason = refusal(rings, fixed, sensors, held, least, largest)
     assert (reason is None) == can
     assert reason is None or "\n" not in reason
 

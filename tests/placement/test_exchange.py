@@ -1,18 +1,20 @@
-"""The exchange against beams one by one, the rules and points as others see them; its rounds: who
-goes ahead changes no answer; its criteria against direct evaluations by drawn sensors, and by beams
+"""The exchange against beams one by one, the rules and points as others see them; the global stage
+by its record; its criteria against direct evaluations by drawn sensors, and by beams
 with occluders and mounting errors; its first returns against the slower exact ones."""
 
 import math
-import threading
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
+from itertools import count
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.occlusion.first_return import Beam, capsule_gap, capsule_in_beam
+from place_rings.coverage.ring_views.mount_points import mount_points
+from place_rings.coverage.ring_views.ring_views import RingPlaces, Views, ring_views
+from place_rings.coverage.ring_views.sightlines import first_returns
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.mounting_errors import Misplaced, MountingErrors, misplaced
 from place_rings.coverage.rings.ring import Ring, Setup
@@ -30,23 +32,18 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.exchange import Exchange, share_of
+from place_rings.placement.search.exchange import Exchange, Reach, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
-from place_rings.placement.search.exchange_points import Field, Fields
-from place_rings.placement.search.exchange_rounds import _STREAM, exchange
-from place_rings.placement.search.first_returns import first_returns
-from place_rings.placement.search.held_views import HeldViews
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.mount_points import mount_points
-from place_rings.placement.search.moves import fresh, papers
-from place_rings.placement.search.ring_views import RingPlaces, Views, ring_views
-from place_rings.placement.search.round import Round
+from place_rings.placement.search.exchange_points import Field, Fields, HeldViews
+from place_rings.placement.search.global_stage import GlobalStage, Record, Round
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
 from ..strategies.singles import SENSORS
@@ -117,7 +114,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     here.look(fields.first(256))
     for i in range(3):
         before = here.value
-        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=2, pairs=1), StopToken(math.inf))
+        here.sweep(Reach(6, 0.2, 4), 2, StopToken(math.inf))
         assert here.value >= before
         assert here.value == pytest.approx(
             _share(scene, space.setup(here.candidate), points, 64),
@@ -126,7 +123,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
         assert not faults(scene, space.setup(here.candidate).rings)
         assert space.setup(here.candidate).sensors == space.sensors
     assert here.value > (0.1 if scene is not FLOOR else -5)
-    assert share_of(space, fields, here.candidate) == pytest.approx(
+    assert share_of(fields, here.candidate) == pytest.approx(
         _share(scene, space.setup(here.candidate), points, 128), abs=0.005
     )
 
@@ -140,9 +137,9 @@ def test_rings_moved_in_pairs_are_worth_what_a_new_look_finds(seed):
     here.look(fields.all)
     before = here.value
     for _ in range(3):
-        here.move_pair(4, 0.2, 8)
+        here.put_pair(Reach(4, 0.2, 8))
     assert here.value >= before
-    assert here.value == share_of(space, fields, here.candidate)
+    assert here.value == share_of(fields, here.candidate)
     assert not faults(TWO, space.setup(here.candidate).rings)
 
 
@@ -179,142 +176,62 @@ def _share(scene, setup, points, count):
     return float(np.dot(scene.goal_weights, zeta)) - 300 * sum(s * s for s in short)
 
 
-def _exchanged(seed, brake=None, tell=lambda *_: None):
-    space = _space(TWO)
-    rounds = (
-        Round(128, 5, 2, 6, 0.2, 4, 1, trials=20, library=100),
-        Round(256, 2, 2, 6, 0.1, 2, 1, trials=10, library=20, beside=10),
-    )
-    fields = Fields(space, TargetPoints(TWO, 128, 0))
-    with ThreadPoolExecutor(2) as threads:
-        stop = brake or StopToken(math.inf)
-        found = exchange(space, fields, seed, stop, threads, tell, papers(space), rounds)
-    return found, fields, space
-
-
-def test_an_exchange_is_the_same_for_the_same_seed_and_beats_what_it_started_from():
-    (first, fields, space), (again, *_), (other, *_) = _exchanged(0), _exchanged(0), _exchanged(1)
-    assert len(first) == 2
-    assert all(np.array_equal(a.values, b.values) for a, b in zip(first, again, strict=True))
-    assert not np.array_equal(first[0].values, other[0].values)
-    assert share_of(space, fields, first[0]) > max(
-        share_of(space, fields, c) for c in papers(space)
-    )
-
-
-@pytest.mark.parametrize("sweeps", [1, 2, 3])
-def test_ctrl_c_in_an_exchange_keeps_the_best_so_far(sweeps):
-    left, brake = [None] * sweeps, StopToken(math.inf, threading.Event())
-
-    def tell(*_):
-        left.pop()
-        if not left:
-            raise KeyboardInterrupt
-
-    found, *_ = _exchanged(0, brake, tell)
-    assert found
-    assert brake.on()
-
-
-ONE = paper_scene(goals=(Goal(Target("V_S", 0.5)),))
-SPACE = Space(ONE, ring_layout(ONE, 2, 4))
-FIELDS = Fields(SPACE, TargetPoints(ONE, 256, 0))
-CRITERION = criterion_by_counts(ONE, Criterion())
-ROUNDS = st.lists(
-    st.builds(
-        Round,
-        st.sampled_from([32, 64, 128, 256]),
-        st.integers(1, 9),
-        st.integers(1, 2),
-        st.integers(1, 2),
-        st.sampled_from([0.05, 0.2]),
-        st.integers(0, 1),
-        st.integers(0, 1),
-    ),
-    min_size=1,
-    max_size=3,
+SPACES = {"given": _space(TWO), "any": _space(TWO, 24), "any, one tilt": _space(SHARED, 30)}
+ROUNDS = (
+    Round(128, 5, 1, 6, 0.2, 4, 1, trials=20, library=100, beside=5),
+    Round(256, 2, 2, 6, 0.1, 2, 1, trials=10, library=20, beside=10),
 )
 
 
-def _run(rounds, seed, known=(), brake=None, tell=lambda *_: None):
-    with ThreadPoolExecutor(1) as threads:
-        brake = brake or StopToken(math.inf, threading.Event())
-        return exchange(SPACE, FIELDS, seed, brake, threads, tell, known, rounds)
+@cache
+def _fields(name):
+    return Fields(SPACES[name], TargetPoints(SPACES[name].scene, 128, 0))
 
 
-def _round_by_round(rounds, seed, known):
-    """All candidates of a round, then those of the next."""
-    size = max(rounds[0].keep, len(known))
-    rngs = [np.random.default_rng((seed, _STREAM, k)) for k in range(size)]
-    some = [*known, *[None] * (size - len(known))]
-    pool = [
-        Exchange(SPACE, c or fresh(SPACE, rng), rng, CRITERION)
-        for c, rng in zip(some, rngs, strict=True)
-    ]
-    for number, r in enumerate(rounds):
-        if number:
-            pool = _ranked(pool)[: r.keep]
-        for one in pool:
-            one.look(FIELDS.first(r.points), r.softness)
-            for _ in range(r.sweeps):
-                one.sweep(r, StopToken(math.inf))
-    return [e.value for e in _ranked(pool)]
+def _explored(name, seed=0, ticks=10**9, known=()):
+    """The record of a global stage that a clock ends, and the parts of rounds it told."""
+    fields, now, told = _fields(name), count(), []
+    brake, record = StopToken(ticks, clock=lambda: next(now)), Record(fields)
+    stage = GlobalStage(fields, seed, brake, record, lambda *part: told.append(sum(part)))
+    stage.run(ROUNDS, known)
+    return record, told, next(now)
 
 
-def _ranked(pool):
-    return sorted({e.value: e for e in pool}.values(), key=lambda e: -e.value)
+def _same(a, b):
+    return all(
+        np.array_equal(x, y) for x, y in zip(*(vars(c).values() for c in (a, b)), strict=True)
+    )
 
 
-@settings(max_examples=6)
-@given(ROUNDS, st.integers(0, 2**31), st.booleans())
-def test_who_goes_ahead_changes_no_answer(rounds, seed, with_papers):
-    known = papers(SPACE) if with_papers else []
-    found, expected = _run(rounds, seed, known), _round_by_round(rounds, seed, known)
-    last = [Exchange(SPACE, c, np.random.default_rng(0), CRITERION) for c in found]
-    for one in last:
-        one.look(FIELDS.first(rounds[-1].points), rounds[-1].softness)
-    assert [one.value for one in last] == expected
+@pytest.mark.parametrize("name", SPACES)
+def test_a_global_stage_is_the_same_for_the_same_seed_and_beats_its_starts(name):
+    space, known = SPACES[name], [fresh(SPACES[name], np.random.default_rng(7))]
+    (first, told, _), (again, *_) = _explored(name, 0, known=known), _explored(name, 0, known=known)
+    other, *_ = _explored(name, 1, known=known)
+    assert first.best[0] == again.best[0]
+    assert _same(first.best[1], again.best[1])
+    assert not _same(first.best[1], other.best[1])
+    assert first.best[0] > share_of(_fields(name), known[0]) + 0.02
+    assert told == sorted(told)
+    assert told[-1] == len(ROUNDS)
+    for share, c in first.some:
+        assert share == share_of(_fields(name), c)
+        assert not faults(space.scene, space.setup(c).rings)
+        assert space.setup(c).sensors == space.sensors
+    assert first.rivals(3)[0][1] is first.best[1]
+    least = first.best[0] - 1 / math.sqrt(len(_fields(name).all.part))
+    assert all(share >= least for share, _ in first.rivals(9))
 
 
-FOUR = (
-    Round(256, 16, 1, 3, 0.2, 3),
-    Round(256, 8, 1, 3, 0.1, 1),
-    Round(256, 4, 1, 3, 0.05),
-    Round(256, 2, 1, 3, 0.02),
-)
-
-
-def test_a_few_are_far_before_all_have_begun():
-    """What they tell takes the first round's progress, which never goes back."""
-    told = []
-    _run(FOUR, 0, tell=lambda number, over, done, c: told.append((number, over, done, c)))
-    progress = [number + over for number, over, *_ in told]
-    assert progress == sorted(progress)
-    assert progress[-1] == len(FOUR)
-    assert all(done for _, _, done, _ in told)  # of one sweep each
-    assert [number for number, *_ in told] == [0, 0, 0, 0, 1, 2, 3]
-    first, ahead = (share_of(SPACE, FIELDS, told[k][3]) for k in (0, 2))
-    assert ahead > first
-
-
-@pytest.fixture(scope="module")
-def known():
-    return _run(FOUR, 1)[0]
-
-
-@pytest.mark.parametrize("tells", range(1, 8))
-def test_a_stop_keeps_a_known_start_or_something_better(tells, known):
-    """Wherever it comes: while a few are ahead, or later."""
-    left, brake = [None] * tells, StopToken(math.inf, threading.Event())
-
-    def tell(*_):
-        left.pop()
-        if not left:
-            raise KeyboardInterrupt
-
-    best, *_ = _run(FOUR, 0, [*papers(SPACE), known], brake, tell)
-    assert brake.on()
-    assert share_of(SPACE, FIELDS, best) >= share_of(SPACE, FIELDS, known) - 0.01
+@pytest.mark.parametrize("name", SPACES)
+def test_a_longer_stage_has_all_that_a_shorter_one_has(name):
+    *_, ticks = _explored(name)
+    whole, known = _explored(name)[0], 0
+    for cap in np.linspace(0, ticks, 5).astype(int).tolist():
+        record, *_ = _explored(name, ticks=cap)
+        assert len(record.some) >= max(known, 1)
+        known = len(record.some)
+        assert all(_same(a, b) for (_, a), (_, b) in zip(record.some, whole.some, strict=False))
 
 
 POSES = (Pose(np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])), Pose(np.full(6, -0.9), 2.0))
@@ -394,7 +311,8 @@ def test_a_criterion_by_counts_is_its_definition_and_a_move_changes_it_as_told(n
         alone = Views(counts[i : i + 1], None if sensors is None else sensors[i : i + 1])
         same = tally.changed({ring: alone})
         assert (same.total == after.total).all()
-        assert (same.owner == after.owner).all()
+        every = np.arange(POINTS)
+        assert (same.owner(every) == after.owner(every)).all()
 
 
 ERRORS = Criterion(errors=MountingErrors(0.01, math.radians(3.0)), draws=3)

@@ -9,16 +9,16 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search import finalists
+from place_rings.placement.search import verdict
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.progress import Outcome
-from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 from place_rings.simulation.pick_and_place import pick_and_place
 
@@ -59,8 +59,8 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
 @pytest.fixture
 def few(monkeypatch):
     """Poses are many from five on, and the worst two of them count for a setup."""
-    monkeypatch.setattr(finalists, "MANY", 4)
-    monkeypatch.setattr(finalists, "_LOWEST", 2)
+    monkeypatch.setattr(verdict, "MANY", 4)
+    monkeypatch.setattr(verdict, "_LOWEST", 2)
 
 
 @pytest.mark.usefixtures("few")
@@ -93,7 +93,7 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
         return real(self, setup, target)
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
-    monkeypatch.setattr(finalists, "COARSE", 0.2)
+    monkeypatch.setattr(verdict, "COARSE", 0.2)
     stopped = search(scene, Space(scene, ring_layout(scene, 1, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.voxel, stopped.verified) == (0.2, ())
@@ -103,7 +103,7 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
 def chosen(scene, setups):
     """What the exact count chooses of random setups, and the counts it tells."""
     told, random = [], np.random.default_rng(0)
-    found = finalists.choose(
+    found = verdict.choose(
         *(Verifier(scene, 0.1), setups, Criterion(), StopToken(math.inf), random),
         lambda *numbers: told.append(numbers),
     )

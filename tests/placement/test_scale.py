@@ -4,7 +4,6 @@ result.
 
 import itertools
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +21,14 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode, encode, positions
 from place_rings.objectives.scene import CoreScene, Pose
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search import exchange, ring_library
+from place_rings.placement.search import exchange, exchange_points, ring_library
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.ring_places import places_of
-from place_rings.placement.search.round import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
@@ -38,15 +37,9 @@ REAL = CoreScene(rules=replace(CLOSE, mount="real"))
 SPACES = {"free": Space(FREE, sensors=240), "real": Space(REAL, sensors=240)}
 SHORT = (
     Round(128, 2, 0, 0, 0.0, trials=5, library=400),
-    Round(128, 1, 1, 4, 0.1, 2, moves=2, trials=5, library=200, beside=2),
+    Round(128, 1, 1, 4, 0.1, 2, 2, trials=5, library=200, beside=2),
 )
 SEEDS = st.integers(0, 2**31)
-
-
-@pytest.fixture(scope="module")
-def threads():
-    with ThreadPoolExecutor(2) as some:
-        yield some
 
 
 @pytest.mark.parametrize(("scene", "rings", "sensors"), [(FREE, 40, 400), (REAL, 18, 300)])
@@ -113,34 +106,33 @@ def fields():
     return {n: Fields(s, TargetPoints(s.scene, 64, 0)) for n, s in SPACES.items()}
 
 
-def _library(name, fields, threads, seed, anywhere=300, beside=5):
+def _library(name, fields, seed, anywhere=300, beside=5):
     space, rng = SPACES[name], np.random.default_rng(seed)
     known = [fresh(space, rng) for _ in range(2)]
     field = fields[name].all
-    return known, ring_library.ring_library(
-        space, field, 1, rng, threads, StopToken(math.inf), anywhere, known, beside, 0.1
-    )
+    wanted = ring_library.Wanted(anywhere, known, beside, 0.1)
+    return known, ring_library.ring_library(space, field, 1, rng, StopToken(math.inf), wanted)
 
 
 @pytest.mark.parametrize("name", SPACES)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_the_spacing_from_many_rings_is_that_from_each(name, seed, fields, threads):
-    _, library = _library(name, fields, threads, seed)
+def test_the_spacing_from_many_rings_is_that_from_each(name, seed, fields):
+    _, library = _library(name, fields, seed)
     for own in library.own:
-        each = [library.spans.apart(*(v[j] for v in library.spans[:4])) for j in own]
-        assert (library.spans.apart_from(library.spans.some(own)) == np.all(each, axis=0)).all()
-    assert library.spans.apart_from(library.spans.some(np.zeros(0, int))).all()
+        each = [library.spans.apart(own[i : i + 1]) for i in range(len(own))]
+        assert (library.spans.apart(own) == np.all(each, axis=0)).all()
+    assert library.spans.apart(np.zeros(0, int)).all()
 
 
 def test_a_library_in_small_parts_or_in_little_memory_is_the_same_or_holds_its_rings(
-    fields, threads, monkeypatch
+    fields, monkeypatch
 ):
-    _, whole = _library("free", fields, threads, 0)
+    _, whole = _library("free", fields, 0)
     monkeypatch.setattr(ring_library, "_AT_ONCE", 100)
-    _, parts = _library("free", fields, threads, 0)
+    _, parts = _library("free", fields, 0)
     assert (whole.words == parts.words).all()
     monkeypatch.setattr(ring_library, "_BYTES", 1000)
-    known, small = _library("free", fields, threads, 0)
+    known, small = _library("free", fields, 0)
     assert len(small.places.sensors) < len(whole.places.sensors) / 2
     for c, own in zip(known, small.own, strict=True):
         rings = places_of(SPACES["free"], c)
@@ -157,7 +149,7 @@ def test_an_exchange_that_keeps_one_segment_table_at_a_time_ends_the_same(fields
         )
         one.look(fields["real"].all)
         for i in one.candidate.rings[:4]:
-            one.put(int(i), 4, 0.1, 2)
+            one.put(int(i), exchange.Reach(4, 0.1, 2))
         values.append((one.value, one.candidate.values.tolist()))
         assert len(one._stretches) <= kept
     assert values[0] == values[1]
@@ -176,15 +168,12 @@ def test_a_setup_without_any_sensor_has_a_value():
 
 
 def test_points_of_many_poses_do_not_fill_the_memory(monkeypatch):
-    from place_rings.placement.search import search_points
-
     poses = tuple(Pose(FREE.poses[0].q + 0.01 * i) for i in range(4))
-    scene = replace(FREE, poses=poses)
-    space, schedule = Space(scene, sensors=12), SHORT[:1]
-    for many, each in ((1 << 19, 256), (100, 32)):  # the round needs 32
-        monkeypatch.setattr(search_points, "_MANY", many)
-        points = search_points.SearchPoints(scene, space, Criterion(), schedule, 0)
-        assert {len(some) for some in points.points.points} == {each}
+    space = Space(replace(FREE, poses=poses), sensors=12)
+    for many, each in ((1 << 19, 256), (100, 32)):  # 128 points are 32 at each pose
+        monkeypatch.setattr(exchange_points, "_MANY", many)
+        fields = Fields.drawn(space, Criterion(), 128, 0)
+        assert len(fields.all.part) == 4 * each
 
 
 @settings(max_examples=4)

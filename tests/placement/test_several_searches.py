@@ -17,21 +17,23 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search import fewest_rings as fewest
-from place_rings.placement.search import fewest_sensors as reach
-from place_rings.placement.search import pool
-from place_rings.placement.search import repeated_search as repeated
+from place_rings.placement.search import exchange_points
 from place_rings.placement.search import search as searching
+from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.design import Space
+from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.fewest_rings import fewest_rings
-from place_rings.placement.search.fewest_sensors import fewest_sensors
+from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
-from place_rings.placement.search.repeated_search import repeated_search
-from place_rings.placement.search.round import Round
-from place_rings.placement.search.search import SearchResult, search
-from place_rings.placement.search.search_points import SearchPoints
+from place_rings.placement.search.result import SearchResult
+from place_rings.placement.search.search import search
+from place_rings.placement.search.several_searches import (
+    fewest_rings,
+    fewest_sensors,
+    repeated_search,
+)
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
 SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
@@ -106,7 +108,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
             return False
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reach, "search", known)
+        patch.setattr(several, "search", known)
         found = fewest_sensors(scene, wanted)
     least_that_would_do = math.ceil(-60 * math.log(1 - wanted) - 1e-9)
     best = min((n for n, (_, ok) in found.tried.items() if ok), default=400)
@@ -122,9 +124,8 @@ def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
         now[0] += 10
         return _result(space.rings or 5, 0.9)
 
-    for module in (reach, fewest):
-        monkeypatch.setattr(module, "search", slow)
-        monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(several, "search", slow)
+    monkeypatch.setattr(several.time, "monotonic", lambda: now[0])
     found = fewest_sensors(SCENE, 0.95, time_cap=15.0)
     assert len(found.tried) == 2
     assert found.result.outcome is Outcome.TIME
@@ -156,15 +157,13 @@ def test_the_answer_is_within_the_margin_and_one_ring_fewer_is_not(rings):
 
 
 def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
-    drawn = []
+    drawn, real = [], TargetPoints
 
-    class Counted(SearchPoints):
-        def __init__(self, *args):
-            drawn.append(args)
-            super().__init__(*args)
+    def counted(*args):
+        drawn.append(args)
+        return real(*args)
 
-    for module in (fewest, pool):
-        monkeypatch.setattr(module, "SearchPoints", Counted)
+    monkeypatch.setattr(exchange_points, "TargetPoints", counted)
     again = fewest_rings(FREE, 30, 0.03, seed=1, schedule=QUICK, voxel=0.05)
     assert [(n, r.setup) for n, r in again.tried.items()] == [
         (n, r.setup) for n, r in rings.tried.items()
@@ -175,7 +174,7 @@ def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
 
 def test_a_search_with_the_points_of_another_is_the_same_search():
     free, three = Space(FREE, sensors=20), Space(FREE, sensors=20, rings=3)
-    points = SearchPoints(FREE, free, Criterion(), QUICK, 2)
+    points = Fields.drawn(free, Criterion(), 512, 2)
     own = search(FREE, three, 2, schedule=QUICK, voxel=0.1)
     shared = search(FREE, three, 2, schedule=QUICK, voxel=0.1, points=points)
     assert (shared.setup, shared.exact, shared.sampled) == (own.setup, own.exact, own.sampled)
@@ -202,7 +201,7 @@ def test_it_ends_at_the_first_number_that_falls_short(values, within, most, each
         return _result(rings, values[rings - 1])
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fewest, "search", known)
+        patch.setattr(several, "search", known)
         sensors = len(values) * min(each, most)
         found = fewest_rings(scene, sensors, within, schedule=QUICK)
     best, rings = max(r.exact for r in found.tried.values()), len(found.result.setup.rings)
@@ -222,7 +221,7 @@ def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
         outcome = Outcome.FINISHED if space.rings > 3 else Outcome.INTERRUPTED
         return _result(space.rings, 0.9, outcome)
 
-    monkeypatch.setattr(fewest, "search", cut)
+    monkeypatch.setattr(several, "search", cut)
     found = fewest_rings(FREE, 20, schedule=QUICK)
     assert (len(found.result.setup.rings), found.result.outcome) == (3, Outcome.INTERRUPTED)
 
@@ -236,8 +235,8 @@ def test_the_searches_share_the_time(monkeypatch):
         now[0] += cap
         return _result(space.rings or 5, 0.9 if (space.rings or 5) > 2 else 0.5, Outcome.TIME)
 
-    monkeypatch.setattr(fewest, "search", cut)
-    monkeypatch.setattr(fewest.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(several, "search", cut)
+    monkeypatch.setattr(several.time, "monotonic", lambda: now[0])
     found = fewest_rings(FREE, 20, time_cap=100.0, schedule=QUICK)
     assert shares == pytest.approx([50.0, 20.0, 12.0, 7.2])
     assert [*found.tried] == [2, 3, 4, 5]
@@ -312,7 +311,7 @@ def test_an_error_of_a_later_search_keeps_the_answers_so_far(stop):
 
 def test_searches_share_the_time(monkeypatch):
     clock, caps = count(0.0, 10.0), []
-    monkeypatch.setattr(repeated.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(several.time, "monotonic", lambda: next(clock))
 
     def run(seed, cap, tell):
         caps.append(cap)

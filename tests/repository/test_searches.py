@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.soft_objective import CoverageObjective
-from place_rings.placement.search.layout import ring_layout
 
 from ..support.rooms import ROOT
 

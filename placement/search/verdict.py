@@ -100,17 +100,14 @@ def _roughly_first(
     verifier: Verifier, some: CoreScene, setups: Sequence[Setup], aim: Criterion, brake: StopToken
 ) -> Chosen:
     """Return the best of the setups by rough counts in the scene ``some``, counted at all poses
-    unless Ctrl-C came.
-    """
-    best = _best(_rough(verifier, some), setups, aim, brake)
-    best = replace(best, verified=())
-    if brake.pulled.is_set():
-        return best
+    unless Ctrl-C came."""
+    best = replace(_best(_rough(verifier, some), setups, aim, brake), verified=())
     try:
-        return _judged(verifier, setups[best.index], aim, best.index)
+        if not brake.pulled.is_set():
+            return _judged(verifier, setups[best.index], aim, best.index)
     except KeyboardInterrupt:
         brake.pulled.set()
-        return best
+    return best
 
 
 def _in_turn(
@@ -121,25 +118,19 @@ def _in_turn(
     The first, the most promising, is counted at all poses; a later one only where it is better at
     those poses that are worst for the best so far. After Ctrl-C the first is counted roughly.
     """
-    scene = verifier.scene
+    scene, best = verifier.scene, None
     try:
-        if brake.pulled.is_set():
-            raise KeyboardInterrupt
-        best = _judged(verifier, setups[0], aim, 0)
-    except KeyboardInterrupt:
-        brake.pulled.set()
-        return replace(_judged(_rough(verifier, scene), setups[0], aim, 0), verified=())
-    try:
-        for i, setup in enumerate(setups[1:], 1):
-            if best.short == 0:
+        for i, setup in enumerate(setups if not brake.pulled.is_set() else ()):
+            if best is not None and best.short == 0:
                 lowest = _lowest(scene, best.verified)
                 hard = Verifier(lowest, verifier.voxel, verifier.rule, at=verifier.at)
                 if _judged(hard, setup, aim, i).exact <= best.exact:
                     continue
-            best = min(best, _judged(verifier, setup, aim, i), key=_rank)
+            judged = _judged(verifier, setup, aim, i)
+            best = judged if best is None else min(best, judged, key=_rank)
     except KeyboardInterrupt:
         brake.pulled.set()
-    return best
+    return best or replace(_judged(_rough(verifier, scene), setups[0], aim, 0), verified=())
 
 
 def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:

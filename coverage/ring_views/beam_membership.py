@@ -5,8 +5,8 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.sensors.sensor import Sensor
-from ...coverage.solids.fans import FULL
+from ..sensors.sensor import Sensor
+from ..solids.fans import FULL
 
 
 def in_beam(

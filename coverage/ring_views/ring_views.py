@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8, UInt16
 
-from ...coverage.rings.ring import Ring
+from ..rings.ring import Ring
 from .beam_membership import in_beam, outer_angle
 from .line_of_sight import LinkOccluders
-from .mount_points import MountPoints
-from .ring_errors import RingErrors
+from .mount_points import MountPoints, RingErrors
 from .sightlines import Sightlines
 
 _MARGIN = 1e-3  # rad, by which outer cones exceed the beams in them

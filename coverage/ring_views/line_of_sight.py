@@ -11,14 +11,17 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...coverage.occlusion.occluders import Occluders
-from ...coverage.robots.robot import Mount
-from ...coverage.solids.polyhedra import Polyhedron, placed
+from ..occlusion.occluders import Occluders
+from ..robots.robot import Mount
+from ..solids.polyhedra import Polyhedron, placed
+from .mount_points import MountPoints
 
 # of its radius, length of the parts of a capsule in balls; most parts
 _PART, _PARTS = 0.6, 24
 _SAME = 9  # decimals of m to which places of bodies are the same
 _NIL = np.float32(1e-12)
+_HEIGHTS = 0.03  # m, between two heights
+_OUTLOOK = 1 << 13  # points in one batch, so that their arrays stay in cache
 
 
 @dataclass(frozen=True)
@@ -203,3 +206,44 @@ def link_occluders(
 def _dot(a: list[np.ndarray], b: list[np.ndarray]) -> np.ndarray:
     dot: np.ndarray = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return dot
+
+
+class Outlook:
+    """Guessed lines of sight from rings on one link to N points.
+
+    The sensor that sees a point is the one nearest to it in azimuth. Whether bodies hide the point
+    from that sensor depends mostly on the ring's height. The guess is the line of sight from the
+    place on the ring's circle at the azimuth of the point, at the nearest of some heights.
+    """
+
+    def __init__(self, points: MountPoints, past: LinkOccluders, radius: float) -> None:
+        """Store points and occluders in the coordinates of the link's mount, and the rings' radius,
+        m."""
+        self._points, self._past, self._radius = points, past, np.float32(radius)
+        self._rows = dict[int, Bool[np.ndarray, " N"]]()
+
+    def clear(
+        self, height: Float[np.ndarray, " K"], index: Int[np.ndarray, " M"] | None = None
+    ) -> Bool[np.ndarray, "K M"]:
+        """Return whether rings at the heights (K,), m, probably have the points ``index``, by
+        default all, in sight."""
+        rows, which = np.unique(np.rint(height / _HEIGHTS).astype(int), return_inverse=True)
+        each = [self._row(r) for r in rows.tolist()]
+        clear: np.ndarray = np.stack([r if index is None else r.take(index) for r in each])[which]
+        return clear
+
+    def _row(self, row: int) -> Bool[np.ndarray, " N"]:
+        if row not in self._rows:
+            n = len(self._points.x)
+            clear = np.zeros(n, bool)
+            for k in range(0, n, _OUTLOOK):
+                some = self._points.some(np.arange(k, min(k + _OUTLOOK, n)))
+                apex = [
+                    self._radius * np.cos(some.azimuth),
+                    self._radius * np.sin(some.azimuth),
+                    np.full(len(some.x), row * _HEIGHTS, np.float32),
+                ]
+                way = [v - a for v, a in zip((some.x, some.y, some.height), apex, strict=True)]
+                clear[k : k + _OUTLOOK] = self._past.clear(apex, way, some.pose)
+            self._rows[row] = clear
+        return self._rows[row]

@@ -1,0 +1,390 @@
+"""Soft coverage of a setup as a function of its rings' values that JAX traces, over points of goals
+at poses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.spatial.transform import Rotation
+
+from ..coverage.arrays import Array
+from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.rings.mounting_errors import Misplaced, misplaced
+from ..coverage.rings.ring_kinematics import (
+    RingArrays,
+    SensorPoses,
+    seen_from,
+    sensor_poses,
+    with_base,
+)
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import carried_at, robot_capsules
+from ..coverage.soft.beams import RingsAt
+from ..coverage.soft.estimator import Choices, choices, log_uncovered
+from ..coverage.soft.first_return import soft_stop
+from ..coverage.soft.line_of_sight import Occluding
+from ..coverage.solids.capsules import Capsules
+from ..coverage.solids.polyhedra import Polyhedron, polyhedron_shadow
+from ..coverage.solids.sensor_beams import BeamShapes, MixedBeams
+from .criterion import Criterion
+from .floors import floors, worth
+from .scene import CoreScene
+
+# of the soft minimum over N poses or losses, which exceeds the minimum by at most this times log N
+TEMPERATURE = 0.005
+_STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
+Term = tuple[int, int]  # goal and pose
+_DATA = (
+    "goal",
+    "pose",
+    "mounting",
+    "frames",
+    "bodies",
+    "obstacles",
+    "weights",
+    "of_pose",
+    "floors",
+)
+
+
+class Sample(NamedTuple):
+    """Points of T terms on which soft coverage is computed."""
+
+    points: Float[Array, "T N 3"]
+    """The points, m, base frame."""
+    share: Float[Array, ""] | float = 1.0
+    """Their share of all points."""
+    rest: Float[Array, "T U"] | float = 0.0
+    """Sum over the other points of the degree to which they count as covered, over all points."""
+
+
+@partial(
+    jax.tree_util.register_dataclass,
+    data_fields=(
+        *("goal", "pose", "mounting", "frames", "bodies", "obstacles"),
+        *("weights", "of_pose", "floors"),
+    ),
+    meta_fields=("occlusion", "over_poses", "aim", "still"),
+)
+@dataclass(frozen=True)
+class SoftTerms:
+    """T terms, each the points of a goal at a pose in a mounting, and what the sensors see past.
+
+    What depends on a scene are arrays, so that all scenes of one shape share one compilation.
+    """
+
+    goal: Int[Array, " T"]
+    """Goal of each term."""
+    pose: Int[Array, " T"]
+    """Pose of each term."""
+    mounting: Int[Array, " T"]
+    """Mounting of each term."""
+    frames: Float[Array, "P F 4 4"]
+    """Frames of the robot, T_base_frame."""
+    bodies: Capsules | None
+    """Bodies of the robot (P, N); None where they hide nothing."""
+    obstacles: list[tuple[Array, Array, Array, Array]]
+    """Solids at P poses: normals (P, F, 3), offsets (P, F) m, edges (P, E, 2, 3) m, and faces."""
+    weights: Float[Array, " G"]
+    """Weights of the goals, summing to 1."""
+    of_pose: Float[Array, " P"]
+    """Weights of the poses, summing to 1."""
+    floors: Float[Array, " G"]
+    """Floors of the goals; see ``floors``."""
+    occlusion: Occlusion
+    """The occlusion model."""
+    over_poses: Literal["mean", "worst"]
+    """What counts over the poses."""
+    aim: Criterion
+    """The criterion."""
+    still: int
+    """Number of the cell's sensors, which come last."""
+
+    @staticmethod
+    def of(scene: CoreScene, terms: Sequence[Term], aim: Criterion) -> "SoftTerms":
+        """Return the terms of a scene; for several mountings all of the first come first."""
+        goal, pose = (np.array(column) for column in zip(*terms, strict=True))
+        mounting = np.arange(len(terms)) // (len(terms) // aim.mountings)
+        frames = np.array([forward(scene.robot.chain, p.q) for p in scene.poses], np.float32)
+        bodies: Capsules | None = None
+        obstacles = [_stacked([o.body] * len(frames)) for o in scene.obstacles]
+        if scene.occlusion != "ignore":
+            bodies = robot_capsules(scene.robot, frames)
+            carried = [carried_at(scene.robot, T) for T in frames]
+            obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
+        numbers = (scene.goal_weights, scene.pose_weights, floors(scene))
+        return SoftTerms(
+            *(goal, pose, mounting, frames, bodies, obstacles),
+            *(a.astype(np.float32) for a in numbers),
+            *(scene.occlusion, scene.over_poses, aim, len(scene.cell_sensors)),
+        )
+
+    def criterion(
+        self,
+        arrays: RingArrays,
+        values: Any,
+        sample: Sample,
+        width: Any,
+        chosen: Choices,
+        counts: Any = None,
+    ) -> tuple[Any, Any]:
+        """Return the criterion, reduced for missed floors, and the degrees (T, U, N) to which the
+        points count as covered; traceable.
+
+        Args:
+            arrays: the rings.
+            values: their positions, tilts and phases.
+            sample: the points.
+            width: width of the sigmoid, m.
+            chosen: result of ``choose`` for the same values and points.
+            counts: real numbers of sensors of the rings; None: those of ``arrays``.
+        """
+        zetas, covered = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U)
+        share, weights = self.of_pose / self.aim.mountings, self.weights
+        by_pose = jnp.zeros((len(weights), len(share), zetas.shape[1]), zetas.dtype)
+        by_pose = by_pose.at[self.goal, self.pose].add(zetas)  # sums over the mountings
+        goal = jnp.einsum("gpu,p->ug", by_pose, share)  # (U, G)
+        mean = worth(goal, weights, self.floors)  # (U,)
+        if self.aim.losing:
+            return _soft_minimum(mean, self._may_be_lost(arrays)), covered
+        if self.over_poses == "worst":
+            at_pose = weights @ by_pose[..., 0] / self.aim.mountings  # (P,)
+            return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights, covered
+        return mean[0], covered
+
+    def mean(self, arrays: RingArrays, values: Any, points: Any, width: Any, most: int) -> Any:
+        """Return the weighted mean of soft ζ over goals and poses, without floors; NaN for values
+        that are not finite or a width that is not above 0."""
+        still, wide = jax.lax.stop_gradient((values, jnp.asarray(width, jnp.float32)))
+        chosen = self.choose(arrays, still, points, wide, most)
+        zetas = self._zetas(arrays, values, Sample(points), width, chosen)[0][:, 0]
+        weights = self.weights[self.goal] * self.of_pose[self.pose] / self.aim.mountings
+        sound = jnp.isfinite(values).all() & (width > 0) & jnp.isfinite(width)
+        return (weights @ zetas) * jnp.where(sound, 1, jnp.nan).astype(zetas.dtype)
+
+    def choose(
+        self,
+        arrays: RingArrays,
+        values: Any,
+        points: Any,
+        width: Any,
+        most: int,
+        counts: Any = None,
+    ) -> Choices:
+        """Return what is discrete about the sensors, for each term; see ``criterion``."""
+        rings, _, occluding = self._placed(arrays, values, counts)
+
+        def term(here: Any, hidden: Any, points: Any) -> Choices:
+            return choices(here, points, most, width, hidden)
+
+        chosen: Choices = self._each_term(term, rings, occluding, points)
+        return chosen
+
+    def _zetas(
+        self,
+        arrays: RingArrays,
+        values: Any,
+        sample: Sample,
+        width: Any,
+        chosen: Choices,
+        counts: Any = None,
+    ) -> tuple[Float[jax.Array, "T U"], Float[jax.Array, "T U N"]]:
+        """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
+        the degrees to which points count as covered."""
+        wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
+        rings, seat, occluding = self._placed(arrays, values, counts)
+        sensors = arrays.turn.shape[0]
+
+        def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
+            free = log_uncovered(here, points, wide, chosen, hidden, seat)
+            return self._covered(free, chosen.near.sensor, sensors)
+
+        seats = None if seat is None else seat[self.mounting]
+        covered = self._each_term(term, rings, occluding, sample.points, chosen, seats)
+        return sample.rest + sample.share * covered.mean(axis=-1), covered
+
+    def _placed(
+        self, arrays: RingArrays, values: Any, counts: Any
+    ) -> tuple[RingsAt, Any, Occluding | None]:
+        """Return rings and seats in all mountings at all poses, and what occludes at all poses."""
+        arrays = jax.tree.map(
+            lambda a: jnp.asarray(a, jnp.float32 if jnp.result_type(a).kind == "f" else None),
+            arrays,
+        )
+        values = jnp.asarray(values, jnp.float32)
+        values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
+        rings, seat = _rings_at(arrays, values, self.frames, self._drawn(arrays))
+        if counts is not None:
+            held = rings.count[..., len(counts) :]
+            every = jnp.broadcast_to(counts, (*held.shape[:-1], len(counts)))
+            rings = replace(rings, count=jnp.concatenate([every, held], axis=-1))
+        if seat is not None:
+            seat = jnp.where(self._of_cell(arrays)[None, :, None], _STRAIGHT, seat)
+        return rings, seat, self._occluding(arrays, values)
+
+    def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:
+        """Return the results of a function of the rings, the occluders and ``each`` for all
+        terms."""
+
+        def term(one: Any) -> Any:
+            pose, mounting, *more = one
+            here = jax.tree.map(lambda a: a[mounting, pose], rings)
+            hidden = jax.tree.map(lambda a: a[mounting, pose], occluding)
+            return function(here, hidden, *more)
+
+        terms = (self.pose, self.mounting, *each)
+        if len(self.pose) == 1:  # a loop takes longer to compile
+            one = term(jax.tree.map(lambda a: a[0], terms))
+            return jax.tree.map(lambda a: a[None], one)
+        return jax.lax.map(term, terms)
+
+    def _occluding(self, arrays: RingArrays, values: Any) -> Occluding | None:
+        """Return what occludes the sensors at all poses; None if nothing does."""
+        if self.bodies is None and not self.obstacles:
+            return None
+        bodies, mountings = self.bodies, self.aim.mountings
+        if bodies is not None:
+            radius = jnp.broadcast_to(bodies.radius, bodies.start.shape[:-1])
+            bodies = Capsules(jnp.asarray(bodies.start), jnp.asarray(bodies.end), radius)
+        blind = self.occlusion == "blind"
+        if not blind and not self.obstacles:
+            return Occluding(jax.tree.map(lambda a: jnp.stack([a] * mountings), bodies))
+        frames = jnp.asarray(self.frames)
+        seats = seen_from(arrays, self._mounted(arrays, values), frames, arrays.beams.square)
+
+        def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
+            cones = arrays.beams.solids(*seats)
+            obstacles = tuple(Polyhedron(*one) for one in solids)
+            planes = tuple(polyhedron_shadow(cones.apex, one) for one in obstacles)
+            if not blind:
+                return Occluding(bodies, planes)
+            zoned = cones.zoned if isinstance(cones, MixedBeams) else False
+            stop = soft_stop(cones.around(), bodies, obstacles)
+            stop = jnp.where(zoned, jnp.inf, stop)
+            return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
+
+        axes = (0, [(0, 0, 0, None)] * len(self.obstacles), 0)
+        everywhere = jax.vmap(jax.vmap(at_pose, axes), (None, None, 0))
+        occluding: Occluding = everywhere(bodies, self.obstacles, seats)
+        return occluding
+
+    def _mounted(self, arrays: RingArrays, values: Any) -> SensorPoses:
+        """Return the poses of sensors (D, K, 3) in all mountings."""
+        meant = sensor_poses(arrays, *values)
+        nominal = SensorPoses(*(v[None] for v in meant))
+        drawn = self._drawn(arrays)
+        if drawn is None:
+            return nominal
+        stays = self._of_cell(arrays)[None, :, None]
+        return SensorPoses(
+            *(
+                jnp.where(stays, a, b)
+                for a, b in zip(nominal, misplaced(arrays, meant, drawn), strict=True)
+            )
+        )
+
+    def _of_cell(self, arrays: RingArrays) -> Bool[Array, " K"]:
+        """Return which sensors are the cell's; padding ones may follow them."""
+        stays: Array = arrays.ring >= len(arrays.length) - self.still
+        return stays
+
+    def _may_be_lost(self, arrays: RingArrays) -> Bool[Array, " U"]:
+        """Return which rings or sensors there are that may be lost."""
+        seeing = jnp.asarray(arrays.beams.range_m) > -jnp.inf
+        if self.aim.losing == "sensor":
+            return seeing & ~self._of_cell(arrays)
+        some = arrays.ring[None] == jnp.arange(self.units(arrays))[:, None]
+        return (some & seeing[None]).any(axis=1)
+
+    def units(self, arrays: RingArrays) -> int:
+        """Return the number U of rings or sensors that may be lost; 1 if none may."""
+        if not self.aim.losing:
+            return 1
+        each = arrays.length if self.aim.losing == "ring" else arrays.turn
+        return each.shape[0]
+
+    def _drawn(self, arrays: RingArrays) -> Misplaced | None:
+        """Return the drawn errors of all rings but the cell's sensors, and of all sensors; None
+        without errors."""
+        still = self.still
+        drawn = self.aim.drawn(arrays.length.shape[0] - still, arrays.turn.shape[0])
+        return None if drawn is None else replace(drawn.beside(still), seat=drawn.seat)
+
+    def _covered(self, log_uncovered: Any, sensor: Any, sensors: int) -> Float[jax.Array, "U N"]:
+        """Return the degree to which points count as covered, without each ring or sensor that may
+        be lost, if one may."""
+        if self.aim.seen > 1:
+            multiplicity = -jnp.expm1(log_uncovered).sum(axis=(0, 1))
+            return jnp.clip(multiplicity - (self.aim.seen - 1), 0.0, 1.0)[None]
+        total = log_uncovered.sum(axis=(0, 1))
+        covered = -jnp.expm1(total)[None]  # (1, N)
+        if not self.aim.losing:
+            return covered
+        if self.aim.losing == "ring":
+            return -jnp.expm1(total[None] - log_uncovered.sum(axis=1))
+        alone = jnp.exp(total[None, None] - log_uncovered) - jnp.exp(total)[None, None]  # (G, M, N)
+        n = jnp.broadcast_to(jnp.arange(alone.shape[2]), alone.shape)
+        each = jnp.zeros((sensors, alone.shape[2]), alone.dtype).at[sensor, n].add(alone)
+        return covered - each
+
+
+def _rings_at(
+    arrays: RingArrays, values: Any, frames: Float[Array, "P F 4 4"], drawn: Misplaced | None
+) -> tuple[RingsAt, Any]:
+    """Return the rings in all D mountings at all P poses, and the seats (D, K, 3) of sensors; see
+    ``soft_views``."""
+    position, tilt, phase = values
+    own = arrays.ring[None] == jnp.arange(len(arrays.length))[:, None]
+    own = own & (arrays.beams.range_m > -jnp.inf)[None]  # (G, K)
+    first = own.argmax(axis=1)
+    shapes: BeamShapes = jax.tree.map(lambda a: a[first], arrays.beams)
+    frame = jnp.stack([arrays.zero, arrays.side, arrays.axis], axis=-2)[None]  # (1, G, 3, 3)
+    height, seat = (position * arrays.length)[None], None  # (1, G)
+    if drawn is not None:
+        turn = Rotation.from_rotvec(np.asarray(drawn.turn).reshape(-1, 3)).as_matrix()
+        turn = jnp.asarray(turn.reshape(*drawn.turn.shape, 3), jnp.float32)  # (D, G, 3, 3)
+        frame = turn.swapaxes(-1, -2) @ frame
+        height = height + jnp.asarray(drawn.slip, jnp.float32)
+        seat = _seats(drawn)
+    centre = arrays.start[None] + height[..., None] * arrays.axis[None]  # (D, G, 3)
+    T = with_base(jnp.asarray(frames))[:, arrays.frame]  # (P, G, 4, 4)
+    rotation, origin = T[..., :3, :3], T[..., :3, 3]
+    centre = jnp.einsum("pgij,dgj->dpgi", rotation, centre, precision="highest") + origin[None]
+    frame = jnp.einsum("pgij,dgkj->dpgki", rotation, frame, precision="highest")
+
+    def everywhere(a: Any) -> Any:
+        return jnp.broadcast_to(a, (*centre.shape[:-1], *a.shape[1:]))
+
+    rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, shapes)
+    zero, side, axis = (frame[..., i, :] for i in range(3))
+    return RingsAt(centre, axis, zero, side, *jax.tree.map(everywhere, rest)), seat
+
+
+def _seats(drawn: Misplaced) -> Float[jax.Array, "D K 3"]:
+    """Return the direction of each sensor's axis by its intended axis, up vector and ring."""
+    astray = np.hypot(drawn.seat[..., 0], drawn.seat[..., 1])
+    aside = np.sinc(astray / np.pi)[..., None] * drawn.seat
+    return jnp.asarray(np.concatenate([np.cos(astray)[..., None], aside], axis=-1), jnp.float32)
+
+
+def _stacked(each: Sequence[Polyhedron]) -> tuple[Any, Any, Any, Any]:
+    """Return a solid at P poses; see ``SoftTerms.obstacles``."""
+    keys = "normal", "offset", "edges"
+    normal, offset, edges = (
+        np.stack([np.asarray(getattr(b, key), np.float32) for b in each]) for key in keys
+    )
+    return normal, offset, edges, np.asarray(each[0].faces)
+
+
+def _soft_minimum(values: Float[jax.Array, " N"], some: Any = True) -> Float[jax.Array, ""]:
+    """Return -T log(mean(exp(-v / T))) of some values."""
+    some = jnp.broadcast_to(some, values.shape)
+    count = jnp.maximum(some.sum(), 1).astype(values.dtype)
+    least = jax.nn.logsumexp(-values / TEMPERATURE, where=some) - jnp.log(count)
+    return -TEMPERATURE * least

@@ -1,0 +1,43 @@
+"""The result of a search."""
+
+from dataclasses import dataclass
+
+from ...coverage.rings.ring import Setup
+from ...objectives.robustness import RingSensitivity
+from ...objectives.verified import Verified
+from .progress import Outcome, StageResult, Statistics
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The setup that a search returns, with its values and statistics.
+
+    After Ctrl-C during the final count, ``exact`` is a rough value from coarser voxels and a subset
+    of the poses.
+    """
+
+    setup: Setup
+    """The best setup."""
+    sampled: float | None
+    """Value of the criterion on the sample points: weighted mean in [0, 1], over the poses the mean
+    or the worst, as the scene states; from ``improve`` a soft one. None where a floor is missed,
+    which lowers the criterion."""
+    exact: float
+    """Exact value of the criterion, defined as ``sampled`` is."""
+    short: float
+    """Sum by which the exact values miss the goals' floors."""
+    outcome: Outcome
+    """How the search ended."""
+    statistics: Statistics
+    """Effort of the search."""
+    voxel: float = 0.01
+    """Side of the voxels of the exact count, m."""
+    verified: tuple[Verified, ...] = ()
+    """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
+    stages: tuple[StageResult, ...] = ()
+    """What each stage of the search reached."""
+    slope: float | None = None
+    """Norm of the gradient that the local stage left, less what the rules forbid to follow, in
+    shares of the target by mm along the links and degrees; None without a local stage."""
+    sensitivity: tuple[RingSensitivity, ...] = ()
+    """What small errors of each ring cost; empty where ζ is not the criterion."""
