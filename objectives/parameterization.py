@@ -14,6 +14,7 @@ from ..coverage.rings.ring_kinematics import RingArrays
 from .link_segments import ABOVE, BELOW, HIGH, LOW, TILTS, Segment, occupied
 
 _STEP = float(TILTS[1] - TILTS[0])
+_TIE = 1e-9  # least difference of the values of two rings of a segment
 
 
 @tree
@@ -242,6 +243,10 @@ def encode(
     chain = _chain(where, position, _tilts(where, values))
     free = chain.free
     along = (chain.sorted(position) - chain.offset - chain.low) / np.where(free > 0, free, 1.0)
-    along = np.clip(np.where(free > 0, along, 0.0), 0.0, 1.0)
-    # rings of a segment keep their order
-    return chain.back(_running(np.maximum, along, chain.parts))
+    along = _running(np.maximum, np.where(free > 0, along, 0.0), chain.parts)
+    # rings of a segment keep their order, also where several are at one end: no two are equal
+    low, high = np.zeros_like(along), np.ones_like(along)
+    for part in chain.parts:
+        above = _TIE * np.arange(part.stop - part.start)
+        low[..., part], high[..., part] = above, 1 - above[::-1]
+    return chain.back(np.clip(along, low, high))

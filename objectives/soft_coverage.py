@@ -21,8 +21,8 @@ from .occlusion import check_bodies
 from .scene import CoreScene
 from .soft_terms import Sample, SoftTerms, Term
 
-# The sensors are chosen in a function of its own: within that of the gradient, XLA would choose them
-# again for each part of it.
+# The sensors are chosen in a function of its own: within that of the gradient, XLA would choose
+# them again for each part of it.
 _chosen = jax.jit(SoftTerms.choose, static_argnames="most")
 _value = jax.jit(SoftTerms.criterion)
 _slope = jax.jit(jax.value_and_grad(SoftTerms.criterion, argnums=2, has_aux=True))

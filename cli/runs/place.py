@@ -218,7 +218,8 @@ def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: 
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
         f"Search{sought}: coverage {100 * result.exact:.2f} %; {spent.starts} starts,"
-        f" {spent.seconds:.0f} s, of which start-up {spent.start_up:.1f} s; {result.outcome.value}.",
+        f" {spent.seconds:.0f} s, of which start-up {spent.start_up:.1f} s;"
+        f" {result.outcome.value}.",
         highlight=False,
     )
     stages = [f"{one.name} {100 * one.value:.2f} % in {one.seconds:.1f} s" for one in result.stages]

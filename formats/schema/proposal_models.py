@@ -33,8 +33,8 @@ class StageModel(StrictModel):
 
     name: Literal["global", "local", "verdict"] = Field(description="stage of the search")
     percent: float = Field(
-        description="criterion of its best setup, percent: on the search's sample points, and in the"
-        " verdict the exact count"
+        description="criterion of its best setup, percent: on the search's sample points, and in"
+        " the verdict the exact count"
     )
     seconds: float = Field(description="wall-clock time, s")
 

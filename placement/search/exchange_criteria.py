@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int, UInt8, UInt16
 
+from ...coverage.arrays import Array
 from ...coverage.ring_views.ring_views import Views
 from ...objectives.criterion import Criterion
 from ...objectives.floors import floors, worth
@@ -119,7 +120,7 @@ def criterion_by_counts(scene: CoreScene, aim: Criterion) -> ExchangeCriterion:
     return MeanCoverage(scene, aim.seen)
 
 
-def _worth(zetas: Any, scene: CoreScene) -> Any:
+def _worth(zetas: Float[np.ndarray, "*batch G"], scene: CoreScene) -> Float[Array, "*batch"]:
     """Return the weighted mean of the goals' zetas, less what missed floors cost."""
     return worth(zetas, scene.goal_weights, floors(scene))
 

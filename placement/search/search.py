@@ -1,5 +1,5 @@
-"""The search: a global stage by coordinate exchange, a local stage by gradients, and the exact count
-as the verdict among the best candidates."""
+"""The search: a global stage by coordinate exchange, a local stage by gradients, and the exact
+count as the verdict among the best candidates."""
 
 import time
 from collections.abc import Callable, Sequence
