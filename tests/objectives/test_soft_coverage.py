@@ -23,7 +23,8 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
-from place_rings.objectives.soft_coverage import TEMPERATURE, Sample, SoftCoverage
+from place_rings.objectives.soft_coverage import SoftCoverage
+from place_rings.objectives.soft_terms import TEMPERATURE, Sample
 
 from ..strategies.rings import rings
 from ..strategies.singles import FANS, RANGES_MM, beam, dome, singles
