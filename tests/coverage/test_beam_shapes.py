@@ -147,7 +147,7 @@ def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():
     ],
 )
 def test_a_shape_that_cannot_be_is_refused(wrong, parts):
-    with refused(parts, ValueError):
+    with refused(parts, error=ValueError):
         Sensor(**wrong)
 
 

@@ -178,7 +178,7 @@ def test_open_meshes_are_refused(tmp_path):
     )
     with refused("open.toml volume.file 3 18"):  # 3 of its 18 edges belong to one face
         read_target(tmp_path / "open.toml")
-    with refused("3 18", pr.InputError):
+    with refused("3 18", error=pr.InputError):
         pr.Mesh.load(tmp_path / "open.stl")
 
 

@@ -226,9 +226,9 @@ def test_a_file_of_several_proposals_gives_the_one_that_is_named(tmp_path):
         assert how_found(f"{path}:{name}") is None
         assert pr.load(f"{path}:{name}").setup == setup
     for read in (lambda name: resolve(name, None), pr.load):
-        with refused(f'{path.name} "c" "a" "b"', Exception):
+        with refused(f'{path.name} "c" "a" "b"', error=Exception):
             read(f"{path}:c")
-        with refused(f"{path.name} {len(NAMES)} setups.TOML:NAME", Exception):
+        with refused(f"{path.name} {len(NAMES)} setups.TOML:NAME", error=Exception):
             read(str(path))
     (tmp_path / "one.toml").write_text(RING + "[scene]\nring_radius = 0.2\n")
     for name in ("scene", "rings"):

@@ -77,7 +77,7 @@ def test_no_pin_is_used_twice_and_no_bus_bears_too_much(board, model):
     """For 1 to 24 sensors of the catalogue, on rings of several sizes."""
     for count, radius in itertools.product(COUNTS, (0.04, 0.08, 0.16)):
         if model not in READ:
-            with refused(f"{model} vl53l1x", ValueError):
+            with refused(f"{model} vl53l1x", error=ValueError):
                 planned(board, count, model, radius)
             continue
         wiring = planned(board, count, model, radius)
@@ -134,7 +134,7 @@ def test_a_sensor_with_zones_that_fails_never_silences_its_ring():
 
 @pytest.mark.parametrize(("model", "count"), [("vl53l5cx", 3), ("vl53l5cx-4x4", 8)])
 def test_more_zones_than_one_bus_reads_ten_times_a_second_are_refused(model, count):
-    with refused(f"{count} auto ms", ValueError):
+    with refused(f"{count} auto ms", error=ValueError):
         planned(CONTROLLERS["pico"], count, model)
 
 
@@ -318,7 +318,7 @@ def test_the_paper_s_sensor_is_read_as_a_vl53l1x_and_multiplexers_are_explained(
     ],
 )
 def test_what_cannot_be_wired_is_one_line_and_writes_nothing(tmp_path, keys, parts):
-    with refused(parts, pr.InputError):
+    with refused(parts, error=pr.InputError):
         pr.export(Setup((ring(16),)), to="firmware", folder=tmp_path / "out", **keys)
     assert not (tmp_path / "out").exists()
 

@@ -77,7 +77,7 @@ def test_a_number_below_0_counts_nothing_from_the_end(kind, path, back):
     for key in path[:-1]:
         inside = inside[key]
     inside[path[-1]] = back
-    with refused(f"{kind} {back}", MeshError):
+    with refused(f"{kind} {back}", error=MeshError):
         read(file, content)
 
 
@@ -86,7 +86,7 @@ def test_only_required_extensions_without_a_shape_are_passed_over(names):
     content, file = gltf(CORNERS, INDEX, extensionsRequired=names)
     odd = [name for name in names if name in SHAPING]
     if odd:
-        with refused(odd[0], MeshError):
+        with refused(odd[0], error=MeshError):
             read(file, content)
     else:
         assert len(read(file, content)) == 4
@@ -95,9 +95,9 @@ def test_only_required_extensions_without_a_shape_are_passed_over(names):
 @pytest.mark.parametrize("version", ["1.0", "3.0", 2, None])
 def test_other_versions_of_gltf_are_named(version):
     content, file = gltf(CORNERS, INDEX, asset={"version": version})
-    with refused("2.0", MeshError):
+    with refused("2.0", error=MeshError):
         read(file, content)
-    with refused("GLB 1", MeshError):
+    with refused("GLB 1", error=MeshError):
         read_gltf(b"glTF" + (1).to_bytes(4, "little") + bytes(100), lambda uri: b"")
 
 
@@ -132,11 +132,11 @@ def test_many_nodes_and_surfaces_are_refused_before_the_work():
         {"nodes": [*chain, {"mesh": 0}]},
         {"nodes": flat, "scenes": [{"nodes": list(range(len(flat)))}], "meshes": parts},
     ):
-        with refused(f"{MOST_PARTS}", MeshError):
+        with refused(f"{MOST_PARTS}", error=MeshError):
             read({**file, **change}, content)
-    with refused(f"{MOST_PARTS}", MeshError):
+    with refused(f"{MOST_PARTS}", error=MeshError):
         collada(dae(faces=FACES * (MOST_PARTS + 1)))
-    with refused(f"{MOST_PARTS}", MeshError):
+    with refused(f"{MOST_PARTS}", error=MeshError):
         collada(dae(scene=f"<node>{GEOMETRY * (MOST_PARTS + 1)}</node>"))
     assert time.process_time() - begin < 5
 

@@ -261,7 +261,7 @@ def test_python_names_joints():
         (without("rail_m"), "rail_m"),
         ({**POSE, "rail_m": "far"}, "rail_m"),
     ):
-        with refused(key, pr.InputError):
+        with refused(key, error=pr.InputError):
             pr.Scene(ON_RAIL, poses=poses, rules=FREE, occlusion="ignore")
 
 

@@ -220,7 +220,7 @@ def test_a_wrong_file_is_one_clear_line(old, new, parts, mine, tmp_path):
     for read in (lambda: read_sensor(mine), lambda: read_scene(scene)):
         with refused(f"mine.toml {parts}"):
             read()
-    with refused(parts, pr.InputError):
+    with refused(parts, error=pr.InputError):
         pr.load(mine)
 
 
@@ -234,9 +234,9 @@ def test_a_scene_names_a_file_beside_it(name, tmp_path):
 
 
 def test_conditions_without_a_figure_are_refused(mine):
-    with refused("9klx", pr.InputError):
+    with refused("9klx", error=pr.InputError):
         pr.sensors.under(pr.load(mine), ambient="9klx")
-    with refused("", pr.InputError):
+    with refused("", error=pr.InputError):
         pr.sensors.under(pr.Sensor())
     with pytest.raises(ValidationError, match="range_m"):
         SensorModel(model=OwnSensorModel.from_domain(read_sensor(mine)), range_m=1.9)

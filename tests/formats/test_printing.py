@@ -236,12 +236,12 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
     scene, ring = paper_scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, sensor_of("vl53l5cx"))
-    with refused("20", UnbuildableError) as full:
+    with refused("20", error=UnbuildableError) as full:
         plan_ring(scene, replace(ring, count=20))
     most = max(n for n in range(1, 20) if has_parts(str(full.value), f"most {n}"))
     record, *_ = print_ring(scene, 0, replace(ring, count=most))
     assert all(check.holds for check in record.checks)
-    with refused(f"{most}", UnbuildableError):
+    with refused(f"{most}", error=UnbuildableError):
         plan_ring(scene, replace(ring, count=most + 1))
 
 
@@ -275,9 +275,9 @@ def test_what_cannot_be_printed_is_refused(ring):
 def test_a_check_can_fail():
     wide = replace(L4CD, fov=math.radians(172))
     scene, ring = paper_scene(), Ring("forearm", 0.5, 2, 1.2, 0.0, 0.07, wide)
-    with refused("beams", UnbuildableError):
+    with refused("beams", error=UnbuildableError):
         print_ring(scene, 0, ring)
-    with refused("overhang", UnbuildableError):
+    with refused("overhang", error=UnbuildableError):
         print_ring(scene, 0, replace(ring, sensor=L4CD), Printing(overhang=0.0))
 
 
@@ -319,11 +319,11 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
     scene = CoreScene(sensor=sensor_of("vl53l5cx"))
-    with refused("20 forearm 15", InfeasibleError):
+    with refused("20 forearm 15", error=InfeasibleError):
         Space(scene, ring_layout(scene, 2, 20))
     tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))
     assert mount_faults(scene, tool)
-    with refused("16 15", InfeasibleError):  # rings, each of at most 15 boards
+    with refused("16 15", error=InfeasibleError):  # rings, each of at most 15 boards
         Space(scene, sensors=2000)
     free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
     assert Space(free, ring_layout(free, 2, 20)).sensors == 100

@@ -502,7 +502,7 @@ def test_python_takes_radians_and_reads_the_same_robot(tmp_path):
     assert {h.joint: h.value for h in robot.held} == {h.joint: h.value for h in same.held}
     assert np.array_equal(robot.chain.origin, same.chain.origin)
     assert robot.chain.joints == ("turn", "bend")
-    with refused("URDF", pr.InputError):
+    with refused("URDF", error=pr.InputError):
         pr.load(pr.save(robot, tmp_path / "robot.toml"), tip="tool0")
     kept = pr.load(tmp_path / "robot.toml")
     assert {h.joint: h.value for h in kept.held} == pytest.approx({"raise": 0.3, "finger": 0.5})

@@ -1,10 +1,6 @@
-"""Commands run in this process, and refusals of any wording."""
+"""Commands run in this process."""
 
-from contextlib import contextmanager
-
-import pytest
 from place_rings.cli.app import app
-from place_rings.formats.errors import UserError
 
 
 def call(*words):
@@ -16,13 +12,3 @@ def call(*words):
     except SystemExit as end:
         return end.code
     return 0
-
-
-@contextmanager
-def refused(*parts, by=UserError):
-    """The body is refused by an error of one line that names all ``parts``."""
-    with pytest.raises(by) as error:
-        yield error
-    line = str(error.value)
-    assert "\n" not in line
-    assert [str(part) for part in parts if str(part) not in line] == [], line

@@ -26,8 +26,8 @@ from place_rings.rig.sources.ros_messages import DECODERS
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
+from ..support.refusals import refused
 from .cell import SCENE
-from .commands import refused
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 

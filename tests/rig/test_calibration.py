@@ -36,8 +36,8 @@ from place_rings.rig.simulated.controller import PERIOD, Controller
 from place_rings.rig.simulated_cell.cell import kinematics_of
 from place_rings.rig.simulated_cell.world import World
 
+from ..support.refusals import refused
 from .cell import SCENE, SETUP
-from .commands import refused
 
 RNG = np.random.default_rng(4)
 DELTAS = DhTable(*1e-3 * RNG.uniform(-1, 1, (4, 6)) * [[1], [2], [2], [1]])
@@ -108,7 +108,7 @@ def test_kinematics_are_found_among_other_packages(monkeypatch, more):
     ],
 )
 def test_damaged_packages_are_refused(monkeypatch, data, size):
-    with served(monkeypatch, data) as host, refused(size, by=CalibrationUnreadError):
+    with served(monkeypatch, data) as host, refused(size, error=CalibrationUnreadError):
         read_kinematics(host, 5.0)
 
 
@@ -125,9 +125,9 @@ def test_any_bytes_are_finite_kinematics_or_refused(data):
 def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as server:
         monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
-        with refused(primary_interface.PORT, "timed out", by=CalibrationUnreadError):
+        with refused(primary_interface.PORT, "timed out", error=CalibrationUnreadError):
             read_kinematics("127.0.0.1", 0.1)
-    with refused("refused", by=CalibrationUnreadError):
+    with refused("refused", error=CalibrationUnreadError):
         read_kinematics("127.0.0.1", 5.0)
 
 
@@ -149,7 +149,7 @@ def test_a_port_that_never_ends_gives_a_reason_in_time(monkeypatch, kind, piece)
 
         thread = threading.Thread(target=serve)
         thread.start()
-        with refused(primary_interface.PORT, by=CalibrationUnreadError):
+        with refused(primary_interface.PORT, error=CalibrationUnreadError):
             read_kinematics("127.0.0.1", 0.3)
         ended.set()
         thread.join()
@@ -264,7 +264,7 @@ def test_the_dashboard_names_the_model(monkeypatch, model, version, name):
         if name:
             assert read_model(host, 5.0) == name
         else:
-            with refused(dashboard_server.PORT, by=ModelUnreadError):
+            with refused(dashboard_server.PORT, error=ModelUnreadError):
                 read_model(host, 0.3)
 
 

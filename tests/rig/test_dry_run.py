@@ -22,9 +22,9 @@ from place_rings.rig.rod.rod import Rod
 from place_rings.viewer.motion import Clock, MotionSession, PlannedMotion
 from place_rings.viewer.server import Server
 
+from ..support.refusals import refused
 from ..support.viser_client import Client
 from .cell import SCENE, SETUP
-from .commands import refused
 
 OPTIONS = CheckOptions(("mount",), 5.0, False, 8, 4, Rod(), False, False, 0.1, 0)
 

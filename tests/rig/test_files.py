@@ -39,6 +39,7 @@ from place_rings.rig.sources.names import STEPS, rig_names
 from place_rings.rig.sources.standstills import standstills
 from rosbags.rosbag2 import ReaderError, storage_mcap
 
+from ..support.refusals import refused
 from .bags import (
     JOINTS,
     POINTS,
@@ -56,7 +57,7 @@ from .bags import (
 )
 from .cell import SETUP
 from .cell import SHELLS as SCENE
-from .commands import call, refused
+from .commands import call
 
 ROBOT = SCENE.robot
 CHAIN = ROBOT.chain.joints
@@ -444,13 +445,13 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
     tracemalloc.start()
     unpack = bags._bounded(getattr(bags, f"_{compression}"), bags._Budget())
     assert len(unpack(bomb, 1000)) == 1001
-    with refused(str(1 << 30), by=ValueError):
+    with refused(str(1 << 30), error=ValueError):
         unpack(bomb, 1 << 30)
     assert tracemalloc.get_traced_memory()[1] < 5_000_000
     tracemalloc.stop()
     assert opened(path).gathered.states
     assert storage_mcap.decompress(pack(b"abc"), compression, 3, 0) == b"abc"
-    with refused(by=ReaderError):
+    with refused(error=ReaderError):
         storage_mcap.decompress(bomb, compression, 1000, 0)
 
 

@@ -16,9 +16,10 @@ from place_rings.formats.writing import to_toml
 from place_rings.rig.sources.joint_glitches import JUMP
 from place_rings.rig.sources.standstills import standstills
 
+from ..support.refusals import refused
 from .bags import JOINTS, RANGE, START, joint_state, range_, write_mcap, write_sqlite
 from .cell import SCENE, SETUP
-from .commands import call, refused
+from .commands import call
 from .test_joint_turns import tracked, written
 
 ROBOT = SCENE.robot

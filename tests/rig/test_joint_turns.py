@@ -31,8 +31,8 @@ from place_rings.rig.sensing.readings import Readings, at_stops
 from place_rings.rig.sources.joint_track import JointTrack
 from place_rings.rig.sources.messages import JointMessage
 
+from ..support.refusals import refused
 from .cell import SCENE, SETUP, SHELLS
-from .commands import refused
 
 ENDLESS = ("ur3", "ur3e")
 LIMITED = [

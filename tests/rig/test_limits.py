@@ -41,8 +41,9 @@ from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.sensing.expected import beams_at
 from place_rings.rig.session.gathering import replay
 
+from ..support.refusals import refused
 from .cell import SCENE, SETUP
-from .commands import call, refused
+from .commands import call
 from .tape import about_file
 
 HOME = SCENE.poses[0].q
@@ -233,19 +234,19 @@ def test_the_usual_limits_are_warned_of_and_shown():
 @pytest.mark.parametrize(
     ("table", "parts"),
     [
-        ("ring_silent_s = 5.0", ("ring_silent_s", "5.0", "0.1", "1")),
-        ("state_stale_s = 0.6", ("state_stale_s", "0.6")),
-        ("sign_of_life_s = 0.01", ("sign_of_life_s", "0.01")),
-        ("watchdog_s = nan", ("watchdog_s",)),
-        ("rate_hz = 20", ("rate_hz", "20", "50", "500")),
+        ("ring_silent_s = 5.0", ("link.ring_silent_s", "5.0", "0.1", "1")),
+        ("state_stale_s = 0.6", ("link.state_stale_s", "0.6")),
+        ("sign_of_life_s = 0.01", ("link.sign_of_life_s", "0.01")),
+        ("watchdog_s = nan", ("link.watchdog_s",)),
+        ("rate_hz = 20", ("link.rate_hz", "20", "50", "500")),
         ("state_stale_s = 0.02", ("rate_hz = 125", "0.024 s")),
-        ("ring_late_s = 0.3", ("ring_late_s", "0.3", "ring_silent_s = 0.25")),
+        ("ring_late_s = 0.3", ("link.ring_late_s", "0.3", "ring_silent_s = 0.25")),
         ("stale = 0.1", ("link.stale",)),
     ],
 )
 def test_limits_that_make_no_sense_are_refused(tmp_path, table, parts):
     (tmp_path / "scene.toml").write_text(f"[link]\n{table}\n")
-    with refused("scene.toml: link", *parts):
+    with refused("scene.toml", *parts):
         call("check", "n2_16_25", "--rig", "sim", "--scene", tmp_path / "scene.toml")
 
 
@@ -259,7 +260,7 @@ def test_the_links_process_is_given_the_rate_and_the_link_waits_as_long_as_state
 
 def test_the_process_that_moves_is_given_its_limits():
     some = MotionLimits(np.radians([[-200.0, 200.0]] * 6))
-    with refused("127.0.8.1 1.0 0.25 0.15", by=MoveRefusedError):
+    with refused("127.0.8.1 1.0 0.25 0.15", error=MoveRefusedError):
         Mover("127.0.8.1", Mock(spec=Link), some, signs=LONG, command=TELLS_ITS_WORDS)
 
 
@@ -269,7 +270,7 @@ def test_the_robots_watchdog_is_set_to_the_limit(monkeypatch, patience, hz):
     rates = []
     client = SimpleNamespace(setWatchdog=lambda rate: rates.append(rate))
     process = MotionProcess(client, 1, patience, LONG.sign_of_life, LONG.watchdog)
-    with refused(by=RuntimeError):
+    with refused(error=RuntimeError):
         process.serve()
     assert rates == [pytest.approx(hz)]
     assert process._sign == pytest.approx(LONG.sign_of_life * patience)

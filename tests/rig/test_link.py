@@ -26,7 +26,7 @@ from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
 
-from .commands import refused
+from ..support.refusals import refused
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 PATIENT = 0.6  # s, that states may be apart where they are not
@@ -211,7 +211,7 @@ def test_a_state_that_grew_old_is_not_given_even_before_its_fault_is_found():
 def test_nobody_there_is_one_line():
     pytest.importorskip("rtde_receive")
     with Link("127.0.0.1") as link:
-        with refused(by=LinkFaultError):
+        with refused(error=LinkFaultError):
             link.wait()
         assert link.fault.why == Ended.REFUSED
 
@@ -347,6 +347,6 @@ def test_a_robot_without_a_dashboard_server_is_read_and_not_moved():
     with SimulatedRig(words) as rig, Link(rig.address, patience=40.0) as link:
         assert np.isfinite(link.wait(60.0).q).all()
         limits = MotionLimits(np.tile([-6.0, 6.0], (6, 1)), 0.5, 1.0)
-        with refused("port 29999", "PolyScope X", "--move", by=MoveRefusedError):
+        with refused("port 29999", "PolyScope X", "--move", error=MoveRefusedError):
             Mover(rig.address, link, limits, patience=40.0)
         assert link.fault is None

@@ -28,8 +28,8 @@ from place_rings.rig.sensing.readings import FAILED, VALID, WEAK, at_stops
 from place_rings.rig.simulated_cell.world import DEAD, World
 
 from ..support.drawing import seeds
+from ..support.refusals import refused
 from .cell import FLOOR, SCENE, SETUP
-from .commands import refused
 
 QUIET = Noise(0.0, 0.0, 0.0, 0.0)
 
@@ -79,7 +79,7 @@ def test_clear_poses_keep_limits_and_their_distance():
     assert np.all(tcp[:, 2] > -0.75)
     down = np.radians([0, 90, 0, 0, 0, 0])  # into the floor
     assert not clear(SCENE, down[None])[0]
-    with refused(by=ValueError):
+    with refused(error=ValueError):
         drawn(
             replace(
                 SCENE, robot=replace(SCENE.robot, limits=np.stack([down, down + 1e-3], axis=1))
@@ -95,7 +95,7 @@ def test_poses_are_chosen_by_what_they_tell(plan):
     assert len(few.joints) == 4
     assert plan.unobservable(SCENE, SETUP) == []
     assert {tuple(q) for q in few.joints} <= {tuple(q) for q in plan.joints}  # greedy
-    with refused("cell", by=ValueError):
+    with refused("cell", error=ValueError):
         planned(replace(SCENE, obstacles=()), SETUP)
 
 
@@ -237,5 +237,5 @@ def test_too_little_is_refused_by_name(plan):
     world = World(SCENE, SETUP, np.array([*[DEAD] * 8, *range(8, 14)]))
     readings = world.readings(np.random.default_rng(0), plan.joints, 3)
     assert np.all(readings.status[readings.ring == 0] == FAILED)
-    with refused("ring 0 (forearm)", by=MountError):
+    with refused("ring 0 (forearm)", error=MountError):
         fit_mount(SCENE, SETUP, at_stops(readings, SETUP, plan.joints))

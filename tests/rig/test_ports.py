@@ -20,9 +20,9 @@ from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
 
+from ..support.refusals import refused
 from .cell import SCENE
 from .cell import SETUP as UNLIKE
-from .commands import refused
 from .tape import Tape, about_file, assessed, recording_of
 
 ALIKE = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 8, 0.0, 0.0, 0.08)))

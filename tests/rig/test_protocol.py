@@ -25,7 +25,7 @@ from place_rings.rig.rings.protocol import (
 from place_rings.rig.rings.zones import Zones
 from place_rings.rig.simulated.ports import ENCODERS
 
-from .commands import refused
+from ..support.refusals import refused
 
 COUNT = 7
 sensors = st.lists(
@@ -150,7 +150,7 @@ def test_order_takes_what_is_ahead(start, ahead):
     ],
 )
 def test_what_fits_no_frame_is_refused(distance, status):
-    with refused(by=ValueError):
+    with refused(error=ValueError):
         encode(0, 0.0, np.array(distance), np.array(status, int))
 
 
@@ -179,7 +179,7 @@ def test_every_firmware_is_read_from_any_start(name, values, start, cuts):
 
 
 def test_unknown_decoders_are_named():
-    with refused("place-rings, esp32, text", by=ValueError):
+    with refused("place-rings, esp32, text", error=ValueError):
         decoder("esp33", 3)
 
 

@@ -28,7 +28,7 @@ from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.session.gathering import Gathered, replay
 
-from .commands import refused
+from ..support.refusals import refused
 
 records = st.builds(
     Record,
@@ -320,5 +320,5 @@ def test_an_event_comes_back():
     event = Event(3, Happened.NOISY, 1.5, "so")
     assert Event.of(event.record()) == event
     for data in (b"", b"[]", json.dumps(["NONE", ""]).encode(), b"[1,2]"):
-        with refused(by=ValueError):
+        with refused(error=ValueError):
             Event.of(Record(Kind.HAPPENED, 0, time.monotonic(), data))

@@ -24,8 +24,8 @@ from place_rings.rig.sensing.readings import FAILED, NO_TARGET, VALID, at_stops,
 from place_rings.rig.simulated_cell.world import DEAD, World
 
 from ..support.drawing import seeds
+from ..support.refusals import refused
 from .cell import SCENE, SETUP
-from .commands import refused
 
 TARGET, QUIET = Target("V_S", 0.5), Noise(0.0, 0.0, 0.0, 0.0)
 Q = SCENE.poses[0].q
@@ -87,7 +87,7 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
     assert len(np.unique(plan.point, axis=0)) == 30
     again = plan_rod(SCENE, SETUP, TARGET, 30, where=where)
     np.testing.assert_array_equal(again.point, plan.point)
-    with refused("trials", "0", by=ValueError):
+    with refused("trials", "0", error=ValueError):
         plan_rod(SCENE, SETUP, TARGET, 0)
 
 
@@ -114,7 +114,7 @@ def test_what_is_as_planned_agrees_and_what_is_not_does_not(plan):
     assert not found.agrees
     untested = check_rod(plan, SETUP, before, [None] * 30)
     assert (untested.share.low, untested.share.high) == (0.0, 1.0)
-    with refused("29", by=ValueError):
+    with refused("29", error=ValueError):
         check_rod(plan, SETUP, before, each[1:])
 
 
@@ -173,7 +173,7 @@ def test_medians_at_stops_are_those_of_the_valid_readings_there():
         assert stops.valid[p, k] == len(d)
         wanted = np.median(d) if 2 * len(d) >= 9 else np.nan
         np.testing.assert_equal(stops.distance[p, k], wanted)
-    with refused("ring 1", "6", "0 to 5", by=ValueError):
+    with refused("ring 1", "6", "0 to 5", error=ValueError):
         at_stops(
             replace(readings.only(np.array([0])), ring=np.array([1]), sensor=np.array([6])),
             SETUP,
@@ -196,7 +196,7 @@ def test_a_self_check_names_what_is_wrong():
     np.testing.assert_array_equal(other.noisy, np.flatnonzero(other.valid > 0))
     assert len(other.noisy)
     assert any("0:4" in line for line in found.text())
-    with refused(by=ValueError):
+    with refused(error=ValueError):
         self_check(SCENE, SETUP, readings.only(np.zeros(0, int)))
 
 
@@ -260,7 +260,7 @@ def test_a_hand_that_was_not_seen_is_asked_for_again():
     assert waved(still, SETUP, 0).missed == tuple(range(8))
     assert waved(waving(rng, np.arange(8)), SETUP, 0).order == Order()
     assert waved(waving(rng, -np.arange(8) % 8), SETUP, 0).order == Order(-1, 0)
-    with refused("ring 1", by=ValueError):
+    with refused("ring 1", error=ValueError):
         waved(still.only(still.ring == 0), SETUP, 1)
 
 
@@ -276,5 +276,5 @@ def test_noise_is_as_it_says():
     assert np.isnan(nothing).all()
     assert (status == NO_TARGET).all()
     assert FAILED not in status
-    with refused("lost", "1", by=ValueError):
+    with refused("lost", "1", error=ValueError):
         Noise(lost=1.0)

@@ -29,8 +29,8 @@ from place_rings.rig.sensing.expected import ROBOT, expected
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 
+from ..support.refusals import refused
 from .cell import SCENE, SETUP
-from .commands import refused
 
 HOME = SCENE.poses[0].q
 
@@ -79,7 +79,7 @@ def test_a_cell_without_a_way_out_is_refused():
     def nowhere(joints):
         return np.abs(joints - HOME).max(axis=1) > 1.0
 
-    with refused("0 of 160", by=ValueError):
+    with refused("0 of 160", error=ValueError):
         reachable(SCENE, 0, nowhere)
 
 

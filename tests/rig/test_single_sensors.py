@@ -21,8 +21,8 @@ from place_rings.rig.rod.trial_plan import places, plan_rod
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import DEAD
 
+from ..support.refusals import refused
 from .cell import SCENE as CELL
-from .commands import refused
 from .tape import Tape, about_file, recording_of
 from .tape import assessed as judged
 

@@ -21,9 +21,10 @@ def has_parts(line: str, parts: str) -> bool:
 
 @contextmanager
 def refused(
-    parts: str = "", error: type[Exception] = UserError
+    *parts: object, error: type[Exception] = UserError
 ) -> Iterator[pytest.ExceptionInfo[Exception]]:
-    """Expect an error whose message is one line with these parts."""
+    """Expect an error whose message is one line with each of these parts."""
     with pytest.raises(error) as caught:
         yield caught
-    assert has_parts(str(caught.value), parts), f"{parts!r} is not in: {caught.value}"
+    line = str(caught.value)
+    assert [part for part in map(str, ("", *parts)) if not has_parts(line, part)] == [], line
