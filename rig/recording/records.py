@@ -31,7 +31,6 @@ class Kind(IntEnum):
     HAPPENED = 11  # JSON: ``health.Event``
     END = 12  # of a recording
     ALIVE = 13  # a sign of life
-    REST = 14  # the motion is over
 
 
 class DamagedError(Exception):

@@ -168,8 +168,7 @@ class Mover:
                 self._control.tell(Kind.MOVE, pack_move(q, speed, acceleration))
                 self._control.expect("moving", _TOLD * self._patience)
                 self._watch(q, time.monotonic() + most, signals)
-                self._control.tell(Kind.REST)
-                self._control.expect("resting", _TOLD * self._patience)
+                self._halt()  # what is left of it, where something holds the robot there
             except BaseException as error:
                 began = time.monotonic()
                 still = self.stop()
@@ -237,8 +236,7 @@ class Mover:
         to stop it as well.
         """
         with suppress(NoAnswerError):
-            self._control.tell(Kind.STOP)
-            self._control.expect("stopping", _TOLD * self._patience)
+            self._halt()
             if self._stands(self._link):
                 return True
         self._control.kill()
@@ -252,6 +250,11 @@ class Mover:
         return (
             self._stands(self._link) if self._link.fault is None else self._stands_by_another_link()
         )
+
+    def _halt(self) -> None:
+        """Let the controller end its motion."""
+        self._control.tell(Kind.STOP)
+        self._control.expect("stopping", _TOLD * self._patience)
 
     def close(self) -> None:
         """Stop the robot and end the process."""

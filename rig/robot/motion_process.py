@@ -97,9 +97,6 @@ class MotionProcess:
             self._client.stopJ(DECELERATION, True)
             self._moving = False
             self.tell(Kind.DONE, "stopping")
-        elif record.kind == Kind.REST:
-            self._moving = False
-            self.tell(Kind.DONE, "resting")
 
     def _watch(self) -> None:
         """Stop the robot if the check no longer supervises it; send a sign of life."""

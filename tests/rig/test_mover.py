@@ -26,7 +26,7 @@ from place_rings.rig.robot.motion_process import LEAVE, SIGN
 from place_rings.rig.robot.state import State, pack_move
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
-from .commands import refused
+from ..support.refusals import refused
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 LIMITS = MotionLimits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
@@ -43,8 +43,7 @@ while data := os.read(0, 4096):
         if record.kind != Kind.ALIVE:
             with log.open("a") as file: file.write(record.kind.name + chr(10))
         if record.kind == Kind.MOVE and log.with_name("dies").exists(): os._exit(3)
-        tell({Kind.MOVE: "moving", Kind.STOP: "stopping", Kind.REST: "resting"}.get(record.kind, \
-"alive"))
+        tell({Kind.MOVE: "moving", Kind.STOP: "stopping"}.get(record.kind, "alive"))
 """
 
 
@@ -94,7 +93,7 @@ def test_it_waits_until_the_robot_is_there(rig):
     link.path = [HOME, HOME, HOME, HOME + 0.05, goal]
     with make() as mover:
         mover.move(goal)
-    assert told(log) == ["MOVE", "REST"]
+    assert told(log) == ["MOVE", "STOP"]
     assert len(link.path) == 1
 
 
@@ -109,7 +108,7 @@ def test_it_waits_until_the_robot_is_there(rig):
 )
 def test_what_may_not_be_is_refused_and_nothing_moves(rig, q, parts):
     _, make, log = rig
-    with refused(*parts, by=MoveRefusedError):
+    with refused(*parts, error=MoveRefusedError):
         make().move(q)
     assert told(log) == []
 
@@ -117,12 +116,12 @@ def test_what_may_not_be_is_refused_and_nothing_moves(rig, q, parts):
 def test_danger_on_the_way_there_or_now_is_refused(rig):
     link, make, log = rig
     half, wrong = HOME[0] + 0.25, "the tool near the forearm"
-    with refused(wrong, by=MoveRefusedError):
+    with refused(wrong, error=MoveRefusedError):
         make(fault_at=lambda q: wrong if abs(q[0] - half) < 0.02 else None).move(HOME + 0.5)
-    with refused("ring 1 reads 40 mm", by=MoveRefusedError):
+    with refused("ring 1 reads 40 mm", error=MoveRefusedError):
         make(danger=lambda: "ring 1 reads 40 mm").move(HOME)
     link.fault, link.path = LinkFaultError(Ended.STALE), [HOME]
-    with refused(Ended.STALE.value, by=MoveRefusedError):
+    with refused(Ended.STALE.value, error=MoveRefusedError):
         make().move(HOME)
     assert told(log) == []
 
@@ -130,7 +129,7 @@ def test_danger_on_the_way_there_or_now_is_refused(rig):
 def test_whatever_ends_a_motion_stops_the_robot_first(rig):
     link, make, log = rig
     near = iter([None, None, "ring 1 reads 40 mm"])
-    with refused("ring 1 reads 40 mm", by=MoveStoppedError):
+    with refused("ring 1 reads 40 mm", error=MoveStoppedError):
         make(danger=lambda: next(near)).move(HOME + 0.1)
 
     turns = iter([None, None])
@@ -143,7 +142,7 @@ def test_whatever_ends_a_motion_stops_the_robot_first(rig):
     with pytest.raises(KeyboardInterrupt):
         make(danger=control_c).move(HOME + 0.1)
     link.path, link.fault = [HOME] * 4, LinkFaultError(Ended.CLOSED)
-    with refused(Ended.CLOSED.value, by=MoveStoppedError):
+    with refused(Ended.CLOSED.value, error=MoveStoppedError):
         make().move(HOME + 0.1)
     assert told(log) == ["MOVE", "STOP"] * 3
 
@@ -151,15 +150,15 @@ def test_whatever_ends_a_motion_stops_the_robot_first(rig):
 def test_a_process_that_dies_is_a_stop_and_one_that_never_was_ready_a_refusal(rig):
     _, make, log = rig
     log.with_name("dies").touch()
-    with refused("3", by=MoveStoppedError):
+    with refused("3", error=MoveStoppedError):
         make().move(HOME + 0.1)
-    with refused("nowhere", "5", by=MoveRefusedError):
+    with refused("nowhere", "5", error=MoveRefusedError):
         Mover("nowhere", Told(), LIMITS, command=(sys.executable, "-c", "raise SystemExit(5)"))
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 1.1, np.nan, np.inf])
 def test_limits_are_low(speed):
-    with refused("speed", f"{speed:g}", by=ValueError):
+    with refused("speed", f"{speed:g}", error=ValueError):
         MotionLimits(LIMITS.joints, speed)
     assert MotionLimits(LIMITS.joints).speed <= np.radians(20)
 
@@ -195,7 +194,7 @@ def test_a_check_that_was_held_up_itself_says_so(rig):
     _, make, _ = rig
     with make(danger=lambda: time.sleep(0.3)) as mover:
         mover._patience = 1.0
-        with refused(f"{SIGN:g} s", by=MoveStoppedError):
+        with refused(f"{SIGN:g} s", error=MoveStoppedError):
             mover.move(HOME + 1)
 
 
@@ -217,7 +216,7 @@ def test_a_robot_that_creeps_is_not_held(rig, monkeypatch):
     link.path = [HOME, HOME, *(HOME + 0.2 * i / 40 for i in range(40)), goal]
     with make() as mover:
         mover.move(goal)
-    assert told(log) == ["MOVE", "REST"]
+    assert told(log) == ["MOVE", "STOP"]
 
 
 @pytest.mark.parametrize(
