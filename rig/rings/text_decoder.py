@@ -13,12 +13,10 @@ from .status import Status
 
 _LONGEST = 4096  # bytes of a line
 _ENOUGH, _RECENT = 3, 12  # lines of one grammar among the recent ones, which recognise it
-_BANNER = 3  # lines of foreign text among readings, which a board prints as it starts
 _BOOT = re.compile(
     rb"rst:0x|^ets [A-Z][a-z]{2} |^ESP-ROM|\bboot:0x|brownout detector|guru meditation|^rebooting",
     re.IGNORECASE,
 )
-_TEXT = re.compile(rb"[\t\x20-\x7e]*[A-Za-z]{2}[\t\x20-\x7e]*")
 
 
 class _Waiting(NamedTuple):
@@ -33,8 +31,8 @@ class _Waiting(NamedTuple):
 class LineDecoder:
     """Decodes lines of text: the distances of all sensors of a ring, by a stated grammar.
 
-    Lines outside the grammar count as corrupt; the first one is quoted in the counts. A boot log,
-    or some lines of other text among readings, are a restart of the board.
+    Lines outside the grammar count as corrupt; the first one is quoted in the counts. A known line
+    of a boot log among them is a restart of the board.
 
     Args:
         count: number of sensors.
@@ -49,7 +47,7 @@ class LineDecoder:
         self._grammars = {grammar: GRAMMARS[grammar]} if grammar else GRAMMARS
         self._key: tuple[str, str] | None = None
         self._waiting: deque[_Waiting] = deque()
-        self._foreign, self._booting, self._begin = 0, False, b""
+        self._booting = False
         self.counts.waiting = 0
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -80,7 +78,7 @@ class LineDecoder:
         if self._key is None:
             return self._recognise(_Waiting((name, read.head), line, time, read))
         if self._key == (name, read.head):
-            return [self._frame(line, time, read)]
+            return [self._frame(time, read)]
         self._refuse(line)
         return []
 
@@ -103,7 +101,7 @@ class LineDecoder:
             self._key = key
             for old in self._waiting:
                 if old.key == key:
-                    frames.append(self._frame(old.line, old.time, old.read))
+                    frames.append(self._frame(old.time, old.read))
                 else:
                     self._refuse(old.line)
             self._waiting.clear()
@@ -117,18 +115,12 @@ class LineDecoder:
         self.counts.corrupt += 1
         self.counts.skipped += len(line) + 1
         self.counts.foreign = self.counts.foreign or quoted(line)
-        if self._begin and line.startswith(self._begin):
-            return  # a reading that was spoiled on its way
-        self._foreign += _TEXT.fullmatch(line.strip()) is not None
         if _BOOT.search(line) and not self._booting:
             self._booting = True
             self.counts.restarts += 1
 
-    def _frame(self, line: bytes, time: float, read: LineReadings) -> Frame:
-        if self._foreign >= _BANNER and not self._booting and self._sequence:
-            self.counts.restarts += 1
-        self._foreign, self._booting = 0, False
-        self._begin = match[0] if (match := re.match(rb"[A-Za-z]{1,4}", line)) else b""
+    def _frame(self, time: float, read: LineReadings) -> Frame:
+        self._booting = False
         sequence, self._sequence = self._sequence, self._sequence + 1
         self.counts.frames += 1
         mm = np.array([one.mm for one in read.sensors])
