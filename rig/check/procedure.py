@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from ..mount.stop_plan import MountPlan
 from ..rod.trial_plan import RodPlan
+from ..session.retention import LONGEST
 from ..session.session import Session
 from .plans import Part, Plans
 
@@ -168,6 +169,9 @@ def run(
 
 
 def _self(session: Session, seconds: float, operator: Operator) -> None:
+    if seconds > LONGEST:
+        text = f"of the self check's {seconds:g} s, only the last {LONGEST:g} s are assessed"
+        session.say("warning", text=text)
     session.say("begin", step="self", number=0)
     begin = time.monotonic()
     while (spent := time.monotonic() - begin) < seconds:

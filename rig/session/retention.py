@@ -12,11 +12,12 @@ from ..rings.protocol import Frame
 from ..robot.state import State
 
 EVERY = 64  # frames of a ring of which one stays, to align its clock
+LONGEST = 600.0  # s of a step whose data stays: the last ones
 
 
 class Retention:
-    """Decides which data stays: that of the steps and of ``margin`` s around them, and little of
-    the rest, from which clocks are aligned.
+    """Decides which data stays: that of the steps, of a long one its last ``LONGEST`` s, and of
+    ``margin`` s around them, and little of the rest, from which clocks are aligned.
 
     Every item is decided once, in the order of arrival, by its own time and by the steps alone. So
     data that arrived live and data that is replayed lose the same.
@@ -50,7 +51,10 @@ class Retention:
             frames: the same.
             now: s; by default the session is over.
         """
-        due = now - 2 * self._margin
+        if now == np.inf:
+            self.note(max((s.time for s in states[-1:]), default=-np.inf), {"what": "end"})
+        begun = max(self._begun, now - LONGEST)  # what is older is not of the step under way
+        due = min(now - 2 * self._margin, begun - self._margin)
         start = self._decided[0]
         some = states[start : _before(due, [s.time for s in states[start:]]) + start]
         last = [i == len(states) - start - 1 for i, _ in enumerate(some)]
@@ -73,9 +77,10 @@ class Retention:
     def _within(self, times: Sequence[float]) -> Bool[np.ndarray, " n"]:
         """Return which of these times are in a step or near to one."""
         time, near = np.array(times, float), np.zeros(len(times), bool)
-        for begin, end in [*self._steps, (self._begun, np.inf)]:
+        for begin, end in self._steps:
             if len(time) and end + self._margin >= time.min():
-                near |= (time >= begin - self._margin) & (time <= end + self._margin)
+                begun = max(begin, end - LONGEST)
+                near |= (time >= begun - self._margin) & (time <= end + self._margin)
         return near
 
     def _first_of_seconds(self, states: Sequence[State]) -> Bool[np.ndarray, " n"]:

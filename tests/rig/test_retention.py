@@ -3,10 +3,12 @@
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.rig.rings.protocol import Frame
 from place_rings.rig.robot.state import State
+from place_rings.rig.session import retention as module
 from place_rings.rig.session.retention import EVERY, Retention
 
 MARGIN = 1.5
@@ -91,3 +93,27 @@ def test_a_session_without_steps_keeps_little():
     times, numbers = thinned(states, frames, [], 1000)
     assert len(times) <= 122
     assert len(numbers) == -(-25 * 120 // EVERY)
+
+
+@pytest.mark.parametrize("end", [None, 100.0])
+def test_of_a_long_step_the_last_part_stays_and_no_more_while_it_lasts(monkeypatch, end):
+    """A self check of an hour, or a person who is away in the middle of a step."""
+    longest = 5.0
+    monkeypatch.setattr(module, "LONGEST", longest)
+    states = [state(n / 125) for n in range(125 * 120)]
+    frames = [frame(0, n, n / 25) for n in range(25 * 120)]
+    begin = (10.0, {"what": "begin", "step": "self", "number": 0})
+    notes = [begin, *([(end, {"what": "end"})] if end else [])]
+    times, numbers = thinned(states, frames, notes, 1000)
+    assert (times, numbers) == thinned(states, frames, notes, 10**9)
+    last = end or states[-1].time
+    first = last - longest - MARGIN
+    assert {s.time for s in states if first <= s.time <= last + MARGIN} <= set(times)
+    assert len([t for t in times if not first <= t <= last + MARGIN]) <= 122
+    retention, kept = Retention(MARGIN), []
+    retention.note(*begin)
+    for n, one in enumerate(states):
+        kept.append(one)
+        if n % 1000 == 999:
+            retention.discard(kept, [], one.time)
+            assert len(kept) <= 125 * (longest + MARGIN) + 122
