@@ -149,8 +149,8 @@ class PartOptions:
         Parameter(
             negative=(),
             help=(
-                "Move the real robot slowly, after you confirm. Default: you move it with the"
-                " pendant."
+                "Move the real robot slowly, after you confirm and after the self check, which runs"
+                " with every part. Default: you move it with the pendant."
             ),
         ),
     ] = False

@@ -1,29 +1,19 @@
 """A check on a real or simulated rig: connect, move or guide the robot, and record."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Protocol
-
-import numpy as np
-from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import CoreScene
-from ..poses.itinerary import Itinerary
-from ..poses.near_stops import NearStops
-from ..poses.routes import SLACK, Clearance
 from ..recording.recording import Recording
 from ..rings.line_monitor import BAUD
 from ..robot.link import START
-from ..robot.motion import MoveRefusedError
 from ..robot.robot_mode import not_running
 from ..robot.state import JOINTS, State
 from ..robot.vetting import LinkFaultError
@@ -32,97 +22,19 @@ from ..session.gathering import Gathered
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
-from .actors import (
-    Ask,
-    GuidedRobot,
-    Helper,
-    MovedRobot,
-    RobotAndHelper,
-    SimulatedHelper,
-    hurried,
-)
+from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper
 from .arm_calibration import ArmKinematics, arm_kinematics
-from .findings import differences
+from .attendant import Attendant
 from .models import AboutFile, PortModel
-from .part_results import part_results
 from .plan_files import mount_plan_model, rod_plan_model
-from .planned_check import PlannedCheck, ring_names
-from .plans import CheckOptions, Part, Plans
-from .preconditions import (
-    least_near_share,
-    require_boards,
-    require_free_inputs,
-    require_known_cell,
-    require_near_stop,
-    require_ports,
-    require_revolute,
-    require_running,
-)
-from .procedure import EndedError, run
-from .records import lines_of
-from .stopping import StopBound, bounds_of_route
+from .planned_check import PlannedCheck
+from .plans import CheckOptions, Plans
+from .preconditions import require_known_cell, require_revolute
+from .procedure import run
+from .readiness import Readiness
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
-_FIRST = 3.0  # s for the first frames of all rings
-_STARTING = 20.0  # s for those of a ring that starts: seconds for each of its sensors
-_ANSWER = 1.0  # s, for the inputs that another client holds
-_HELLO, _LOOK = 2.5, 0.02  # s for the first hello of all rings; s between looks at it
-
-
-class LiveView(AbstractContextManager["LiveView"], Protocol):
-    """Shows a session while it runs, and asks the person at the rig."""
-
-    def show(self, part: Part, done: int, of: int) -> None:
-        """Show that ``done`` of ``of`` steps of a part are complete."""
-        ...
-
-    def ask(self, words: str) -> bool:
-        """Show an instruction and wait for the person.
-
-        Returns:
-            True if the person did it, False if they skipped it.
-
-        Raises:
-            EndedError: if the person ended the check.
-        """
-        ...
-
-    def resume(self, words: str) -> bool:
-        """Say why the robot was stopped, and ask whether it may go on."""
-        ...
-
-
-class Attendant(Protocol):
-    """Interface to the person who runs a check."""
-
-    def working(self, what: str) -> AbstractContextManager[object]:
-        """Show what the program is doing meanwhile."""
-        ...
-
-    def view(self, session: Session, setup: Setup) -> LiveView:
-        """Return the live view of a session."""
-        ...
-
-    def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
-        """Show how much of the near stop each ring keeps along the route."""
-        ...
-
-    def show_stopping(self, bounds: Sequence[StopBound], warning: str | None) -> None:
-        """Show how soon the robot stops after each kind of event, and how far it travels."""
-        ...
-
-    def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
-        """Ask whether a real robot may move; raise UserError unless the answer is yes."""
-        ...
-
-    def note(self, text: str) -> None:
-        """Show a line."""
-        ...
-
-    def alarm(self, text: str) -> None:
-        """Warn at once that the robot was not seen to stand still."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -224,6 +136,8 @@ class LiveCheck:
             )
             try:
                 self._follow(session, check, rig, attendant)
+            except KeyboardInterrupt as error:  # before its first step
+                session.say("ended", why=str(error) or "interrupted")
             finally:
                 session.close()
         return LiveRecord(check, session.gathered, file)
@@ -277,20 +191,17 @@ class LiveCheck:
         moves = self.moved and bool(plans.poses)
         if why := not moves and not_running(state.mode):
             session.say("warning", text=why)
-        self._await_rings(session, rig, attendant)
-        if rig.simulated is None:
-            self._require_ports(session, [port.name for port in rig.ports])
+        real = rig.simulated is None
+        ready = Readiness(session, check, self.options, attendant, rig.address, real)
+        ready.await_rings()
         if moves:
             state = self._state(session.link.latest)  # the rings may have taken long
-        if moves and rig.simulated is None:
-            require_boards(setup, session.rings.counts)
-            require_running(state.mode)
-            require_free_inputs(rig.address, _ANSWER * session.patience)
+            ready.require_controllable(state.mode)
         with ExitStack() as stack:
             view = attendant.view(session, setup)
             robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
             if moves:
-                robot = self._moved_robot(session, check, rig, state.q, attendant, view.resume)
+                robot = ready.moved_robot(state.q, view.resume)
                 stack.callback(robot.close)
             rod = plans.rods[0].rod if plans.rods else Rod()
             helper = (
@@ -299,7 +210,7 @@ class LiveCheck:
                 else SimulatedHelper(rig.simulated, setup, rod)
             )
             stack.enter_context(view)
-            before = partial(self._require_self_check, session, check, moves)
+            before = ready.require_self_check if moves else lambda: None
             run(session, plans, RobotAndHelper(robot, helper, view.show), before)
 
     def _state(self, state: Callable[[], State]) -> State:
@@ -308,88 +219,6 @@ class LiveCheck:
             return state()
         except LinkFaultError as fault:
             raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
-
-    def _await_rings(self, session: Session, rig: _Rig, attendant: Attendant) -> None:
-        """Wait for the first frames of all rings, longer for those that are starting."""
-        session.rings.wait(_FIRST * session.patience)
-        if rig.simulated is None and (starting := session.rings.starting):
-            names = [ring_names(self.setup)[ring] for ring in starting]
-            attendant.note(
-                f"{', '.join(names)}: starting, no frame in {_FIRST * session.patience:g} s;"
-                f" waiting for up to {_STARTING * session.patience:g} s"
-            )
-            session.say("starting", rings=starting)
-            until = time.monotonic() + (_STARTING - _FIRST) * session.patience
-            while session.rings.starting and time.monotonic() < until:
-                time.sleep(_LOOK)
-
-    def _require_self_check(self, session: Session, check: PlannedCheck, moves: bool) -> None:
-        """Raise EndedError if a real robot would move although the self check differs."""
-        if self.host is None or not moves or check.plans.seconds is None:
-            return
-        gathered = session.gathered.snapshot(session.rings.counts)
-        only = replace(check, plans=replace(check.plans, mount=None, rods=()))
-        done, lines = part_results(only, gathered), lines_of(check.setup, check.ports, gathered)
-        if differs := [*done.failures, *differences(check.setup, done, None, (), lines)]:
-            if not self.options.differing_self_check:
-                raise EndedError(
-                    f"the self check differs, so the robot was not moved: {'; '.join(differs)};"
-                    " --allow-differing-self-check moves it anyway"
-                )
-            session.say(
-                "warning",
-                text="the robot moved although the self check differs"
-                " (--allow-differing-self-check)",
-            )
-
-    def _require_ports(self, session: Session, devices: Sequence[str]) -> None:
-        """Raise UserError if ports are swapped, once the known boards had time to say hello."""
-        until = time.monotonic() + _HELLO
-        while time.monotonic() < until and any(
-            ring.serial and not c.serials
-            for ring, c in zip(self.setup.rings, session.rings.counts, strict=False)
-        ):
-            time.sleep(_LOOK)
-        require_ports(self.setup, session.rings.counts, devices)
-
-    def _moved_robot(
-        self,
-        session: Session,
-        check: PlannedCheck,
-        rig: _Rig,
-        start: Float[np.ndarray, " J"],
-        attendant: Attendant,
-        resume: Ask,
-    ) -> MovedRobot:
-        """Return the robot, ready to move, once a person has confirmed; raise UserError if it may
-        not move.
-        """
-        setup, scene = check.setup, check.scene
-        if rig.simulated is not None:
-            scene = hurried(scene)
-        if wrong := Clearance(scene, setup).fault(start, SLACK):
-            raise UserError(
-                f"--move: the robot cannot start from its present pose: {wrong}; move it to a"
-                " clear pose with the pendant"
-            )
-        with attendant.working("planning the route"):
-            itinerary = Itinerary(scene, setup, start, check.plans.poses, check.about.seed)
-            stops = itinerary.near_stops()
-        attendant.show_near_stops(stops, setup, scene)
-        bounds, warning = bounds_of_route(check.scene, setup, stops.joints, self.host is not None)
-        attendant.show_stopping(bounds, warning)
-        session.say("stopping", seconds=bounds[0].seconds, metres=bounds[0].metres)
-        waived = self.options.reduced_near_stop
-        if rig.simulated is None:
-            require_near_stop(stops, scene, waived)
-            attendant.confirm(scene, check.plans, itinerary)
-        waived = waived and stops.share < least_near_share(scene)
-        session.say("near stop", share=stops.share, waived=waived)
-        try:
-            ask = resume if rig.simulated is None else None
-            return MovedRobot(rig.address, scene, session, itinerary, stops, attendant.alarm, ask)
-        except (MoveRefusedError, LinkFaultError) as error:
-            raise UserError(f"--move: {error}") from error
 
 
 def _started(scene: CoreScene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:

@@ -104,7 +104,8 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
     clear = Clearance(scene, setup).of if moved else None
     targets = [goal.target for goal in scene.goals if "coverage" in options.parts]
     each = -(-options.trials // len(scene.goals))
-    seconds = options.seconds if "self" in options.parts else None
+    looked = "self" in options.parts or options.move  # a real robot moves after it only
+    seconds = options.seconds if looked else None
     mount = None
     if not setup.rings and options.parts == ("mount",):
         raise UserError(

@@ -20,16 +20,20 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import USUAL_LIMITS, LinkLimits
 from place_rings.objectives.motion_limits import Motion
 from place_rings.reporting.terminal import Terminal
-from place_rings.rig.check import live
-from place_rings.rig.check.models import CheckResult
+from place_rings.rig.check import live, readiness
+from place_rings.rig.check import plans as check_plans
+from place_rings.rig.check.actors import MovedRobot
+from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.models import CheckResult, PortModel
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import CheckOptions, Plans
+from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
 from place_rings.rig.check.preconditions import (
     require_boards,
     require_known_cell,
     require_near_stop,
 )
 from place_rings.rig.check.procedure import EndedError, Operator, run, skipped, spans
+from place_rings.rig.check.readiness import Readiness
 from place_rings.rig.check.records import warnings_of
 from place_rings.rig.check.report import write_files
 from place_rings.rig.poses.near_stops import NOBODY, NearStops, by_ring, near_stops
@@ -40,13 +44,15 @@ from place_rings.rig.rings.protocol import Counts, encode
 from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
 from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import RodPlan
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig
 
+from ..support.refusals import refused
 from .cell import SETUP
 from .cell import SHELLS as SCENE
-from .commands import call, refused
+from .commands import call
 from .still import checked_still
 from .tape import Tape, assessed, record, recording_of
 
@@ -341,17 +347,19 @@ def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, ask
     """A value below the default counts as the default, in the report as before the motion."""
     least = np.array([[0.15] * keeping + [0.0] * (5 - keeping)])
     stops = NearStops(0.15, np.zeros((1, 6)), least, np.full(least.shape, NOBODY))
-    monkeypatch.setattr(live, "Clearance", Mock(**{"return_value.fault.return_value": None}))
+    monkeypatch.setattr(readiness, "Clearance", Mock(**{"return_value.fault.return_value": None}))
     itinerary = Mock(**{"return_value.near_stops.return_value": stops})
-    monkeypatch.setattr(live, "Itinerary", itinerary)
-    monkeypatch.setattr(live, "bounds_of_route", lambda *_: ([Mock(seconds=1, metres=1)], None))
-    monkeypatch.setattr(live, "MovedRobot", Mock())
+    monkeypatch.setattr(readiness, "Itinerary", itinerary)
+    monkeypatch.setattr(
+        readiness, "bounds_of_route", lambda *_: ([Mock(seconds=1, metres=1)], None)
+    )
+    monkeypatch.setattr(readiness, "MovedRobot", Mock(return_value=Mock(spec=MovedRobot)))
     scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
     session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
-    options = replace(moving().options, reduced_near_stop=True)
+    options = replace(MOVING, reduced_near_stop=True)
     check = Mock(setup=SETUP, scene=scene)
-    replace(moving(), options=options)._moved_robot(
-        session, check, Mock(simulated=None), SCENE.poses[0].q, MagicMock(), Mock()
+    Readiness(session, check, options, MagicMock(), "192.0.2.7", True).moved_robot(
+        SCENE.poses[0].q, Mock()
     )
     assert said["near stop"]["waived"] == (not full or asked > 0.6)
 
@@ -364,9 +372,10 @@ def test_the_robot_is_judged_as_it_is_once_the_rings_have_begun():
     session = Mock(
         spec=Session, link=link, rings=Mock(starting=[], counts=[Counts(), Counts()]), patience=1.0
     )
-    check = Mock(setup=SETUP, plans=Mock(poses=[np.zeros((1, 6))]))
+    check = Mock(setup=SETUP, plans=Mock(poses=[np.zeros((1, 6))]), ports=[])
+    moved = live.LiveCheck("small.toml", SETUP, SCENE, MOVING, "192.0.2.7")
     with refused("--move", RobotMode.POWER_OFF.name):
-        moving()._follow(session, check, Mock(simulated=None, ports=[]), Mock())
+        moved._follow(session, check, Mock(simulated=None), Mock())
 
 
 def test_a_board_that_the_proposal_does_not_name_is_refused():
@@ -383,12 +392,24 @@ def test_a_board_that_the_proposal_does_not_name_is_refused():
             require_boards(setup, boards(*serials))
 
 
-def moving(host="192.0.2.7", allowed=False):
-    """A check that moves a robot, and may do so whatever its self check found."""
-    options = CheckOptions(
-        *(("self", "mount"), 2.0, False, 10, 4, Rod(), True, False, 0.1, 0, "random"), allowed
-    )
-    return live.LiveCheck("small.toml", SETUP, SCENE, options, host)
+MOVING = CheckOptions(("self", "mount"), 2.0, False, 10, 4, Rod(), True, False, 0.1, 0)
+
+
+def ready(session, check, allowed=False, real=True, attendant=None):
+    """A rig whose robot a check would move, and may move whatever its self check found."""
+    options = replace(MOVING, differing_self_check=allowed)
+    return Readiness(session, check, options, attendant, "192.0.2.7", real)
+
+
+@pytest.mark.parametrize("parts", [("mount",), ("coverage",), ("mount", "coverage"), ("self",)])
+def test_no_real_robot_moves_without_a_self_check(monkeypatch, parts):
+    """Whichever parts are chosen; a person who moves it needs none."""
+    monkeypatch.setattr(check_plans, "planned", Mock(return_value=None))
+    monkeypatch.setattr(check_plans, "plan_rod", Mock(return_value=Mock(spec=RodPlan)))
+    options = replace(MOVING, parts=parts)
+    assert plan_check(SETUP, SCENE, options, moved=False).seconds == MOVING.seconds
+    guided = plan_check(SETUP, SCENE, replace(options, move=False), moved=False)
+    assert (guided.seconds is None) == ("self" not in parts)
 
 
 def test_a_self_check_that_differs_moves_no_robot(taped):
@@ -400,15 +421,14 @@ def test_a_self_check_that_differs_moves_no_robot(taped):
         rings=Mock(counts=taped.gathered.counts),
         say=lambda what, **more: said.append((what, more)),
     )
-    with refused("self check", "--allow-differing-self-check", by=EndedError) as ended:
-        moving()._require_self_check(session, taped.checked, moves=True)
+    with refused("self check", "--allow-differing-self-check", error=EndedError) as ended:
+        ready(session, taped.checked).require_self_check()
     dead = taped.found.result.self_check.silent
     assert dead
     assert all(name in str(ended.value) for name in dead)
-    for check, moves in ((moving(None), True), (moving(), False)):
-        check._require_self_check(session, taped.checked, moves)
+    ready(session, taped.checked, real=False).require_self_check()
     assert said == []
-    moving(allowed=True)._require_self_check(session, taped.checked, moves=True)
+    ready(session, taped.checked, allowed=True).require_self_check()
     ((what, more),) = said
     assert what == "warning"
     assert "--allow-differing-self-check" in more["text"]
@@ -417,8 +437,8 @@ def test_a_self_check_that_differs_moves_no_robot(taped):
 def test_a_self_check_without_readings_moves_no_robot(taped):
     """Nothing was read: nothing is known."""
     session = Mock(spec=Session, gathered=Gathered(), rings=Mock(counts=[Counts(), Counts()]))
-    with refused("self check", by=EndedError):
-        moving()._require_self_check(session, taped.checked, moves=True)
+    with refused("self check", error=EndedError):
+        ready(session, taped.checked).require_self_check()
 
 
 def test_nothing_moves_before_the_self_check_is_judged(taped):
@@ -457,18 +477,45 @@ class Starting:
 @pytest.mark.parametrize(("after", "told"), [(0, 0), (5, 1), (10**9, 1)])
 def test_a_ring_that_starts_is_waited_for_and_told(monkeypatch, after, told):
     """As boards that load their sensors' firmware for seconds; SparkFun VL53L5CX PR 9."""
-    monkeypatch.setattr(live, "_STARTING", live._FIRST + 0.2)
+    monkeypatch.setattr(readiness, "_STARTING", readiness._FIRST + 0.2)
+    monkeypatch.setattr(readiness, "_HELLO", 0.0)
     rings, notes, said = Starting(after), [], []
     session = Mock(
         spec=Session, rings=rings, patience=1.0, say=lambda what, **more: said.append((what, more))
     )
-    attendant, rig = Mock(note=notes.append), Mock(simulated=None)
-    began = time.monotonic()
-    moving()._await_rings(session, rig, attendant)
+    began, check = time.monotonic(), Mock(setup=SETUP, ports=[])
+    ready(session, check, attendant=Mock(note=notes.append)).await_rings()
     assert len(notes) == len(said) == told
     assert all("tool" in line for line in notes)
     assert said in ([], [("starting", {"rings": [1]})])
     assert time.monotonic() - began < 5
+
+
+def test_an_interrupt_before_the_first_step_is_assessed_and_names_the_recording(
+    tmp_path, monkeypatch
+):
+    """As while a ring is waited for: what arrived until then is recorded."""
+    said = []
+    session = Mock(
+        spec=Session,
+        gathered=Gathered(counts=[Counts(), Counts()]),
+        say=lambda what, **more: said.append((what, more)),
+        link=Mock(wait=Mock(side_effect=KeyboardInterrupt("ended by SIGTERM"))),
+        patience=1.0,
+    )
+    monkeypatch.setattr(live, "Session", lambda *words, **more: session)
+    checked = live.LiveCheck("small.toml", SETUP, SCENE, MOVING, "192.0.2.7")
+    ports = [
+        PortModel(name=f"/dev/{i}", count=r.count, baud=9600) for i, r in enumerate(SETUP.rings)
+    ]
+    record = checked.record(Plans(1.0, None), ports, tmp_path, Mock())
+    assert said == [("ended", {"why": "ended by SIGTERM"})]
+    assert session.close.called
+    record.gathered.note(0.0, {"what": "ended", "why": "ended by SIGTERM"})
+    assessment = assess(record.check, record.gathered, 0.0)
+    assert assessment.result.verdict == "unfinished"
+    assert any("SIGTERM" in reason for reason in assessment.result.reasons)
+    assert "check.json" in write_files(record.check, assessment, tmp_path)
 
 
 def test_a_recording_from_before_the_robot_mode_was_asked_for_gives_the_same_report(tmp_path):

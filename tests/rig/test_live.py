@@ -42,8 +42,9 @@ from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command
 from place_rings.rig.simulated_cell.cell import simulated_rig
 
+from ..support.refusals import refused
 from .cell import SCENE, SETUP, SHELLS
-from .commands import call, refused
+from .commands import call
 from .moving import FAULTS, RINGS, MovingCheck
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
@@ -317,8 +318,8 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
     monkeypatch.setattr(
         check_runs,
         "plan_check",
-        lambda setup, scene, options, moved: (
-            Plans(1.0, None) if options.parts == ("self",) else Plans(None, few)
+        lambda setup, scene, options, moved: Plans(
+            1.0, None if options.parts == ("self",) else few
         ),
     )
     monkeypatch.setattr("builtins.input", lambda *_: answers.pop(0))
