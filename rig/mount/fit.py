@@ -8,7 +8,7 @@ readings of the known cell, and the assignment of wires to seats.
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +33,24 @@ _SEATINGS = 3  # rounds of fitting errors and assigning seats
 _STILL = 6.0  # standard deviations; a sensor that varies less always reads the same
 _OFTEN = 3  # stops with an expected target, after which a sensor without readings is dead
 _ASTRAY = 4.0  # mean cost of a stop, above which the readings do not fit the seat
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """What the n wires of a ring read at P stops."""
+
+    joints: Float[np.ndarray, "P J"]
+    """Joint angles, rad."""
+    distance: Float[np.ndarray, "P n"]
+    """Median, m; nan without a target."""
+    valid: Int[np.ndarray, "P n"]
+    """Number of readings of each median."""
+    mute: Bool[np.ndarray, " n"]
+    """Which wires never answered."""
+    noise: Noise
+    """Noise of the sensors."""
+    zones: ZoneStops | None
+    """The same of the zones; None for sensors of one zone."""
 
 
 def fit_mount(
@@ -62,36 +80,23 @@ def fit_mount(
         try:
             mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
             here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
-            if (mine := (zones or {}).get(i)) is None:
-                fits.append(_fit(scene, ring, *here, mute, noise, None))
-            else:
-                fits.append(_fit_zones(scene, ring, *here, mute, noise, mine))
+            measured = _Measured(*here, mute, noise, (zones or {}).get(i))
+            fits.append((_fit if measured.zones is None else _fit_zones)(scene, ring, measured))
         except MountError as error:
             raise MountError(f"ring {i} ({ring.link}): {error}") from error
     return tuple(fits)
 
 
-def _fit_zones(
-    scene: CoreScene,
-    ring: Ring,
-    joints: Float[np.ndarray, "P J"],
-    measured: Float[np.ndarray, "P n"],
-    valid: Int[np.ndarray, "P n"],
-    mute: Bool[np.ndarray, " n"],
-    noise: Noise,
-    zones: ZoneStops,
-) -> RingFit:
+def _fit_zones(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
     """Fit a ring of sensors with zones; without values if their grids fit no turn.
 
     The first returns, which do not depend on the order of the zones, then show where the ring sits
     and which sensor is which, so that the order can be named.
     """
-    read = (joints, measured, valid, mute, noise)
-    alone = _fit(scene, ring, *read, None)
-    misfits = _misfits(scene, alone, zones, joints)
-    if not misfits:
-        fit = _fit(scene, ring, *read, zones)
-        if not (misfits := _misfits(scene, fit, zones, joints)):
+    fit = alone = _fit(scene, ring, replace(measured, zones=None))
+    if not (misfits := _misfits(scene, fit, measured)):
+        fit = _fit(scene, ring, measured)
+        if not (misfits := _misfits(scene, fit, measured)):
             return fit
     return replace(
         alone,
@@ -103,11 +108,11 @@ def _fit_zones(
     )
 
 
-def _misfits(
-    scene: CoreScene, fit: RingFit, zones: ZoneStops, joints: Float[np.ndarray, "P J"]
-) -> dict[int, str]:
+def _misfits(scene: CoreScene, fit: RingFit, measured: _Measured) -> dict[int, str]:
     """Return what is mixed in a fitted ring's grids that fit no turn and no mirror, by wire."""
-    wanted = expected_zones(scene, Setup((fit.ring,)), 0, joints)[..., 0]
+    zones = measured.zones
+    assert zones is not None
+    wanted = expected_zones(scene, Setup((fit.ring,)), 0, measured.joints)[..., 0]
     wanted = wanted + fit.values[fit.names.index("offset")]
     found = dict[int, str]()
     for wire in np.setdiff1d(np.arange(fit.ring.count), fit.dead):
@@ -117,22 +122,14 @@ def _misfits(
     return found
 
 
-def _fit(
-    scene: CoreScene,
-    ring: Ring,
-    joints: Float[np.ndarray, "P J"],
-    measured: Float[np.ndarray, "P n"],
-    valid: Int[np.ndarray, "P n"],
-    mute: Bool[np.ndarray, " n"],
-    noise: Noise,
-    zones: ZoneStops | None,
-) -> RingFit:
-    """Fit a ring of n sensors; ``mute`` sensors never answered."""
-    sigma = noise.at(np.nan_to_num(measured)) * median_error(valid)
-    none, turned = ~np.isfinite(measured).any(axis=0), replace(ring, tilt=-ring.tilt)
+def _fit(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
+    """Fit a ring, with the readings of its zones if there are some."""
+    joints, distance, zones = measured.joints, measured.distance, measured.zones
+    sigma = measured.noise.at(np.nan_to_num(distance)) * median_error(measured.valid)
+    none, turned = ~np.isfinite(distance).any(axis=0), replace(ring, tilt=-ring.tilt)
     tables = {
         f: costs(
-            measured, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE
+            distance, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE
         )
         for f in (False, True)
     }
@@ -144,18 +141,18 @@ def _fit(
     order = best_order(by_zone or tables, np.flatnonzero(none))
     start, seat = turned if order.flipped else ring, order.seat(ring.count)
     each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
-    same = _still(measured, sigma)
+    same = _still(distance, sigma)
     silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
 
     def seated(read: Read, seat: Int[np.ndarray, " n"]) -> _Seated:
-        return _seated(scene, start, read, _count(valid), seat, silent, noise, zones)
+        return _seated(scene, start, measured, read, seat, silent)
 
-    found, turns = seated(Read(joints, measured, sigma), seat), None
+    found, turns = seated(Read(joints, distance, sigma), seat), None
     if zones is not None:
-        lost = np.flatnonzero(none | mute)
+        lost = np.flatnonzero(none | measured.mute)
         turns = _turns(scene, found, zones, joints, order, lost)
         least, nearest = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
-        least = np.where(np.isfinite(measured), least, np.nan)
+        least = np.where(np.isfinite(distance), least, np.nan)
         # a zone's nearest ray is farther than the whole beam's nearest point, most at an edge
         whole = found.wanted[:, found.seat] - found.solved.values[3]
         both = np.isfinite(nearest) & np.isfinite(whole)
@@ -169,7 +166,7 @@ def _fit(
     some = free(scene, ring)
     often = (np.isfinite(wanted) & (wanted >= near)).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
-    dead = mute | (none & often) | (same & astray)
+    dead = measured.mute | (none & often) | (same & astray)
     return RingFit(
         ring,
         found.built if turns is None else turns.stated_in(found.built),
@@ -217,12 +214,10 @@ def _turns(
 def _seated(
     scene: CoreScene,
     start: Ring,
+    measured: _Measured,
     read: Read,
-    readings: float,
     seat: Int[np.ndarray, " n"],
     silent: Int[np.ndarray, " s"],
-    noise: Noise,
-    zones: ZoneStops | None,
 ) -> _Seated:
     """Alternate between the errors of a ring and the seats of its wires until the seats stay the
     same.
@@ -230,14 +225,14 @@ def _seated(
     Args:
         scene: with the known cell.
         start: the ring without errors.
-        read: its readings, by wire.
-        readings: number of readings of a median.
+        measured: its readings, by wire.
+        read: those from which its errors are estimated.
         seat: (n,) initial seat of each wire.
         silent: wires (s,) without information.
-        noise: of the sensors.
-        zones: readings of the sensors' zones, by wire, if they have some.
     """
-    values, wires = np.zeros(4), np.arange(start.count)
+    values, wires, zones = np.zeros(4), np.arange(start.count), measured.zones
+    count = measured.valid[measured.valid > 0]
+    number = float(np.median(count)) if len(count) else 1.0  # typical, of a median's readings
     by_wire = np.where(np.isin(wires, silent), np.nan, read.distance)
     for _ in range(_SEATINGS):
         back = np.argsort(seat)
@@ -248,7 +243,7 @@ def _seated(
         built = moved(scene, start, values)
         wanted = expected(scene, Setup((built,)), read.joints).distance + values[3]
         spread = np.sqrt(
-            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(readings, 1)
+            (scale * measured.noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / number
             + _FINE**2
         )
         table = costs(read.distance, wanted, spread)
@@ -273,11 +268,6 @@ def median_error(count: Int[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
     more = np.where(n % 2, math.pi / 2 - 1, math.pi - 2)
     error: np.ndarray = np.sqrt(math.pi / 2 / (n + more))
     return error
-
-
-def _count(valid: np.ndarray) -> float:
-    """Return the typical number of readings of a median."""
-    return float(np.median(valid[valid > 0])) if (valid > 0).any() else 0.0
 
 
 def _still(
