@@ -53,6 +53,8 @@ def differences(
         " the resolution in the firmware, or name the sensor's mode in the proposal"
         for i, (found, wanted) in done.grids.items()
     ]
+    if done.frozen:
+        lines.append(f"sensors with zones that read the same everywhere: {', '.join(done.frozen)}")
     lines += code_findings(setup, ports)[0]
     if looks is not None:
         if len(looks.silent):

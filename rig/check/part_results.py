@@ -18,12 +18,13 @@ from ..mount.stop_plan import require_cell
 from ..rod.coverage_estimate import RodCheck, check_rod
 from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_at_stops
 from ..sensing.zone_grid import zone_grid, zoned
+from ..sensing.zone_state import frozen_zones
 from ..session.gathering import Gathered
 from .doubt import Doubt, doubt
 from .planned_check import PlannedCheck
 from .port_matching import Ports, by_lines, by_pattern, by_waving, exchanged
 from .procedure import Span, skipped, spans, unfinished
-from .self_check import SelfCheck, self_check
+from .self_check import SelfCheck, self_check, sensor_names
 
 _Result = TypeVar("_Result")
 
@@ -50,6 +51,8 @@ class PartResults:
     grids: Mapping[int, tuple[int, int]] = field(default_factory=dict)
     """Numbers of zones of each sensor, in the frames and as proposed, of rings where they differ.
     """
+    frozen: Sequence[str] = ()
+    """Sensors of which too many zones read the same distance at all poses, and how many."""
     cut_short: float | None = None
     """Duration of a self check that was cut off, s; None if it was completed, or never began."""
     read: Stops | None = None
@@ -75,6 +78,7 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
         ports=parts.ports,
         cell_turned=parts.cell_turned,
         grids=parts.grids(),
+        frozen=parts.frozen(),
         cut_short=parts.cut_short,
     )
 
@@ -191,6 +195,17 @@ class _Parts:
         if not each:
             return None
         return joined(each), np.array([np.median(some.joints, axis=0) for some in each])
+
+    def frozen(self) -> list[str]:
+        """Name the sensors of which too many zones read the same at the stops and poses."""
+        parts = [some for some in (self._stops(), self._stood("before")) if some is not None]
+        if not parts:
+            return []
+        readings = joined([some for some, _ in parts])
+        share = frozen_zones(readings, self._check.setup, np.concatenate([q for _, q in parts]))
+        which = np.flatnonzero(share > self._check.scene.motion.failed_share)
+        names = sensor_names(self._check.setup, which)
+        return [f"{name} ({100 * share[k]:.0f} %)" for name, k in zip(names, which, strict=True)]
 
     def waving(self, ring: int) -> Waving:
         return waved(self._of("wave", ring), self._check.setup, ring)

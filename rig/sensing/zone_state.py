@@ -1,5 +1,6 @@
 """State of the zones of sensors that stand still: which never answer, which are blocked."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,10 +8,11 @@ from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
-from .readings import BLOCKED, Readings, zones_at_stops
+from .readings import BLOCKED, VALID, Readings, stop_of, zones_at_stops
 from .zone_grid import zone_grid
 from .zone_targets import expected_zones
 
+_FROZEN = 3  # stops at which a zone reads the same; alive, it differs by its noise alone
 _FREE = 0.1  # m; a sensor that should see something nearer has no blocked zones
 
 
@@ -54,3 +56,24 @@ def zone_state(
     with np.errstate(invalid="ignore"):
         near = (stops.distance[0] < BLOCKED).reshape(shape)
     return ZoneState(ring, silent, near & free[:, None, None])
+
+
+def frozen_zones(
+    readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"]
+) -> Float[np.ndarray, " K"]:
+    """Return the share of the zones of each of K sensors, as wired, that always read the same
+    distance, at several of P stops (P, J) rad; 0 for sensors of one zone.
+    """
+    share, wire, stop = np.zeros(setup.sensors), readings.wire(setup), stop_of(readings, joints)
+    distance, status = readings.by_zone()
+    known = (status == VALID) & np.isfinite(distance)
+    low, high = np.where(known, distance, np.inf), np.where(known, distance, -np.inf)
+    for sensor, (group, _) in enumerate(setup.labels):
+        zones = math.prod(zone_grid(setup.groups[group].sensor))
+        each = [np.flatnonzero((wire == sensor) & (stop == p)) for p in range(len(joints))]
+        here = np.concatenate(each)
+        if zones > 1 and len(here):
+            stops = sum(known[some].any(axis=0).astype(int) for some in each)
+            same = low[here].min(axis=0) == high[here].max(axis=0)
+            share[sensor] = np.count_nonzero(same & (stops >= _FROZEN)) / zones
+    return share

@@ -16,7 +16,9 @@ from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import paper_scene
+from place_rings.rig.check import part_results as parts
 from place_rings.rig.check.bag_log import write_bag
+from place_rings.rig.check.findings import differences
 from place_rings.rig.check.part_results import part_results
 from place_rings.rig.check.plans import Plans
 from place_rings.rig.check.records import fit_of
@@ -329,6 +331,29 @@ def test_frames_of_another_number_of_zones_are_said(zoned):
     recorded = RecordingReader(file)
     done = part_results(other, replay(recorded, checked.ports, checked.about.stale_s))
     assert done.grids == {0: (16, 64)}
+
+
+@pytest.mark.parametrize(("stuck", "found"), [(4, False), (5, True), (15, True)])
+def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
+    zoned, monkeypatch, stuck, found
+):
+    """More than the stated share of a sensor's zones; the others of it are alive."""
+    file, checked = zoned
+    monkeypatch.setattr(parts, "fit_mount", Mock(side_effect=ValueError("not fitted here")))
+    gathered = replay(RecordingReader(file), checked.ports, checked.about.stale_s)
+    assert part_results(checked, gathered).frozen == []
+
+    def held(zones):
+        mm, status = zones.mm.copy(), zones.status.copy()
+        mm[3].reshape(-1, mm.shape[-1])[:stuck, 0] = np.arange(700, 700 + stuck)
+        status[3].reshape(-1, mm.shape[-1])[:stuck, 0] = Status.VALID
+        return Zones(mm, status)
+
+    gathered.frames = [(ring, replace(f, zones=held(f.zones))) for ring, f in gathered.frames]
+    done = part_results(checked, gathered)
+    assert [name.split()[0] for name in done.frozen] == ["0:3"] * found
+    told = differences(checked.setup, done, None, (), [])
+    assert any("0:3" in line and "zones" in line for line in told) == found
 
 
 def test_the_log_of_a_check_holds_every_zone(zoned, tmp_path):
