@@ -98,6 +98,7 @@ def export(
     from ...formats.firmware.wiring import plan_setup
     from ...formats.loader import resolve
     from ...formats.schema.written_models import ExportResult
+    from ...formats.writing import made_folder
     from ...reporting.terminal import say, say_json
     from ..options.scenes import scene_for, urdf_of
 
@@ -106,19 +107,20 @@ def export(
     where = scene_for(subject, scene, robot, paper, reading, urdf)
     setup, place = resolve(subject, where, frames=mounted.resolve())
     setup = mounted.lifted(setup, place)
-    files = write(
-        ResolvedSetup(subject, setup, place),
-        to=kinds,
-        folder=out,
-        pose=pose,
-        urdf=urdf,
-        packages=reading.packages,
-        package=reading.resolve().package,
-        points=points,
-        board=board,
-        wiring=wiring,
-        keep=[path for path in (subject, scene, robot) if path is not None],
-    )
+    with made_folder(out):
+        files = write(
+            ResolvedSetup(subject, setup, place),
+            to=kinds,
+            folder=out,
+            pose=pose,
+            urdf=urdf,
+            packages=reading.packages,
+            package=reading.resolve().package,
+            points=points,
+            board=board,
+            wiring=wiring,
+            keep=[path for path in (subject, scene, robot) if path is not None],
+        )
     if "firmware" in kinds:
         for ring in plan_setup(setup, controller(board), wiring):
             if ring.note:

@@ -6,6 +6,7 @@ from pathlib import Path
 from ..._report import PDF, ReportOptions, write_report
 from ..._validation import ResolvedSetup
 from ...formats.schema.written_models import ReportResult, RequirementModel
+from ...formats.writing import made_folder
 from ...reporting.setup_report.coverage_section import answer
 from ...reporting.tables import count_error_line
 from ...reporting.terminal import Terminal, say, say_json
@@ -16,7 +17,8 @@ def report(
 ) -> None:
     """Write the report of a setup."""
     console = Terminal(stderr=True)
-    page, facts = write_report(subject, None, out, options, sys.argv[1:], console)
+    with made_folder(out):
+        page, facts = write_report(subject, None, out, options, sys.argv[1:], console)
     pdf = page.with_name(PDF) if options.pdf else None
     if as_json:
         record = ReportResult(

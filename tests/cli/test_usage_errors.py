@@ -1,5 +1,8 @@
 """Errors of the command line: each is one line that names what was found, and the way out."""
 
+import fcntl
+import os
+
 import pytest
 
 ERRORS = {  # words of a command: what the line names
@@ -33,4 +36,15 @@ def test_a_wrong_command_is_one_line_that_helps(run, tmp_path, words, parts):
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("place-rings: ")
     assert [part for part in parts if part not in err] == [], err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("words", ["report n1_8_0", "export n1_8_0 --to csv"])
+def test_a_folder_that_another_run_holds_is_named_by_its_option(run, tmp_path, words):
+    held = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    code, out, err = run(*words.split(), "--out", tmp_path)
+    os.close(held)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert f"--out {tmp_path}" in err
     assert not list(tmp_path.iterdir())
