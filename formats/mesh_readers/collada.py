@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from .collada_geometry import Points, Triangles, geometry_triangles
+from .collada_geometry import SURFACES, Points, Triangles, geometry_triangles
 from .mesh_numbers import (
     AGAIN,
     MOST_PARTS,
@@ -37,6 +37,8 @@ class _Scene:
     def __init__(self, root: ET.Element) -> None:
         for element in root.iter():
             element.tag = element.tag.rpartition(":")[2]
+        surfaces = sum(element.tag in SURFACES for element in root.iter())
+        bounded(surfaces, MOST_PARTS, "surfaces")
         self._root = root
         self._ids = {(e.tag, e.get("id", "")): e for e in root.iter() if e.get("id")}
         self._geometries: dict[ET.Element, Triangles] = {}

@@ -2,25 +2,24 @@
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from .mesh_numbers import (
     AGAIN,
-    MOST_PARTS,
     MOST_TRIANGLES,
     MeshError,
     bounded,
     fans,
     numbers,
     picked,
+    strips,
 )
 
 Triangles = Float[np.ndarray, "T 3 3"]
 Named = Callable[[ET.Element, str, str], ET.Element]
-_SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 
 
 class Points:
@@ -33,16 +32,13 @@ class Points:
     def __init__(self, named: Named) -> None:
         self._named = named
         self._read: dict[ET.Element, Float[np.ndarray, "V 3"]] = {}
-        self._parts = 0
 
     def of(self, vertex: ET.Element) -> Float[np.ndarray, "V 3"]:
         """Return the points (V, 3) that an input VERTEX names.
 
         Raises:
-            MeshError: if there are none, or too many surfaces name points.
+            MeshError: if there are none.
         """
-        self._parts += 1
-        bounded(self._parts, MOST_PARTS, "surfaces")
         vertices = self._named(vertex, "source", "vertices")
         inputs = vertices.findall("input")
         position = next((i for i in inputs if i.get("semantic") == "POSITION"), None)
@@ -83,7 +79,7 @@ def geometry_triangles(geometry: ET.Element, points: Points) -> Triangles:
     mesh = geometry.find("mesh")
     if mesh is None:
         raise MeshError(f"geometries with a mesh ({geometry.get('id', '')[:60]} has none); {AGAIN}")
-    found = [_triangles(part, points) for part in mesh if part.tag in _SURFACES]
+    found = [_triangles(part, points) for part in mesh if part.tag in SURFACES]
     bounded(sum(len(t) for t in found), MOST_TRIANGLES, "triangles")
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
@@ -123,25 +119,13 @@ def _order(part: ET.Element, rows: list[int]) -> Int[np.ndarray, "T 3"]:
         return np.arange(total).reshape(-1, 3)
     if part.tag == "tristrips":
         bounded(total, MOST_TRIANGLES, "triangles")
-        return np.concatenate([_strip(begin, end) for begin, end in _ranges(rows)])
+        return strips(np.array(rows))
     if part.tag == "polylist":
         counts: np.ndarray = numbers(part.findtext("vcount") or "", np.int64, "vcount")
         if counts.sum() != total:
             raise MeshError(f"{counts.sum()} corners, as it states (it has {total}); {AGAIN}")
         return fans(counts)
     return fans(np.array(rows))
-
-
-def _ranges(rows: list[int]) -> list[tuple[int, int]]:
-    return list(pairwise(np.concatenate([[0], np.cumsum(rows)]).tolist()))
-
-
-def _strip(begin: int, end: int) -> Int[np.ndarray, "T 3"]:
-    """Return the triangles of a strip; every second one is turned, so that all face one way."""
-    first = np.arange(begin, max(end - 2, begin))
-    odd = (first - begin) % 2
-    triangles: np.ndarray = np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)
-    return triangles
 
 
 def _corners(text: str, width: int, place: int) -> Int[np.ndarray, " C"]:

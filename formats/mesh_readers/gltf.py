@@ -16,7 +16,16 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
 from ..errors import shown
-from .mesh_numbers import AGAIN, MOST_PARTS, MOST_TRIANGLES, MeshError, bounded, picked, placed
+from .mesh_numbers import (
+    AGAIN,
+    MOST_PARTS,
+    MOST_TRIANGLES,
+    MeshError,
+    bounded,
+    picked,
+    placed,
+    strips,
+)
 
 _TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTH = {"SCALAR": 1, "VEC3": 3}
@@ -195,10 +204,10 @@ def _order(mode: int, count: int) -> Int[np.ndarray, "T 3"]:
     """Return the numbers (T, 3) of the corners of each triangle of a primitive."""
     if mode == _TRIANGLES:
         return np.arange(3 * count).reshape(-1, 3)
+    if mode == _STRIP:
+        return strips(np.array([count + 2]))
     i = np.arange(count)
-    if mode == _FAN:
-        return np.stack([np.zeros_like(i), i + 1, i + 2], axis=1)
-    return np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)
+    return np.stack([np.zeros_like(i), i + 1, i + 2], axis=1)
 
 
 def _pose(node: dict[str, Any]) -> Float[np.ndarray, "4 4"]:

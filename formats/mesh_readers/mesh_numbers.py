@@ -65,11 +65,29 @@ def fans(corners: Int[np.ndarray, " P"]) -> Int[np.ndarray, "T 3"]:
         raise MeshError(f"polygons of 3 corners or more (one has {least}); {AGAIN}")
     bounded(int(corners.max()), MOST_CORNERS, "corners of a polygon")
     bounded(int(corners.sum()) - 2 * len(corners), MOST_TRIANGLES, "triangles")
-    first = np.repeat(np.cumsum(corners) - corners, corners - 2)
-    begin = np.cumsum(corners - 2) - (corners - 2)
-    step = np.arange(len(first)) - np.repeat(begin, corners - 2)
+    first, step = _steps(corners)
     triangles: np.ndarray = np.stack([first, first + step + 1, first + step + 2], axis=1)
     return triangles
+
+
+def strips(corners: Int[np.ndarray, " P"]) -> Int[np.ndarray, "T 3"]:
+    """Return the triangles (T, 3) of strips, as numbers of corners. Every second one of a strip is
+    turned, so that all face one way.
+
+    Args:
+        corners: number (P,) of corners of each strip; fewer than 3 make no triangle.
+    """
+    first, step = _steps(corners)
+    first, odd = first + step, step % 2
+    triangles: np.ndarray = np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)
+    return triangles
+
+
+def _steps(corners: Int[np.ndarray, " P"]) -> tuple[Int[np.ndarray, " T"], Int[np.ndarray, " T"]]:
+    """Return the first corner of the fan or strip of each triangle, and its number there."""
+    count = np.maximum(corners - 2, 0)
+    first = np.repeat(np.cumsum(corners) - corners, count)
+    return first, np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def picked(

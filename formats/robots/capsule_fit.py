@@ -21,6 +21,7 @@ from .enclosing_circle import across, circle_centre
 SLABS = 8  # slabs along an axis, between which capsules begin and end
 WORTH = 0.05  # share of the volume that an additional capsule must save
 _MOST = 2000  # most corners for which a capsule is optimised; it then grows to contain all
+_FEW = 500  # of a slab with more than these, for which cuts are compared
 _PRODUCTS = 2**22  # most distances at once, 32 MB
 _AXES = 4  # most axes along which a link is cut
 _GROW = 1 + 1e-7  # factor on a radius, against rounding
@@ -30,6 +31,7 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
     """Return the corners of the convex hull, or all points if they lie in a plane."""
     if len(points) < 8:
         return points
+    points = np.unique(points, axis=0)  # a point is a corner of many triangles
     try:
         corners: np.ndarray = points[ConvexHull(points).vertices]
         return corners
@@ -37,16 +39,16 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
         return points
 
 
-def _thinned(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
-    """Return the points that lie farthest in evenly spread directions, at most ``_MOST``; few
+def _thinned(points: Float[np.ndarray, "N 3"], few: int = _MOST) -> Float[np.ndarray, "M 3"]:
+    """Return the points that lie farthest in ``few`` evenly spread directions; at most ``_MOST``
     points as they are."""
     if len(points) <= _MOST:
         return points
-    i = np.arange(_MOST) + 0.5
-    z, turn = 1 - 2 * i / _MOST, math.pi * (1 + math.sqrt(5)) * i
+    i = np.arange(few) + 0.5
+    z, turn = 1 - 2 * i / few, math.pi * (1 + math.sqrt(5)) * i
     around = np.sqrt(1 - z**2)
     towards = np.stack([around * np.cos(turn), around * np.sin(turn), z])
-    parts = np.array_split(towards, 1 + _MOST * len(points) // _PRODUCTS, axis=1)
+    parts = np.array_split(towards, 1 + few * len(points) // _PRODUCTS, axis=1)
     farthest = np.concatenate([(points @ part).argmax(axis=0) for part in parts])
     thinned: np.ndarray = points[np.unique(farthest)]
     return thinned
@@ -211,14 +213,15 @@ def fit_capsules(
         if all(abs(float(axis @ other)) < 0.99 for other in candidates):
             candidates.append(axis)
     best: list[Float[np.ndarray, "N 3"]] = [_corners(points)]
-    least = enclosing(best[0], candidates).volume
+    one = enclosing(best[0], candidates)
+    least = one.volume
     for axis in candidates[:_AXES] if most > 1 else ():
         if float(np.ptp(triangles @ axis)) < 1e-6:
             continue
         for value, parts in _cut_best(triangles, axis, candidates, most, slabs):
             if value < least * (1 - WORTH) ** (len(parts) - len(best)):
                 least, best = value, parts
-    return [enclosing(part, candidates) for part in best]
+    return [enclosing(part, candidates) for part in best] if len(best) > 1 else [one]
 
 
 def _cut_best(
@@ -231,7 +234,7 @@ def _cut_best(
     """Return, for 2 to ``most`` capsules, the least sum of volumes, m^3, of cuts across ``axis``,
     and the corners of the surface's parts."""
     whole = _cells(triangles, axis, slabs)
-    cells, many = [_thinned(cell) for cell in whole], any(len(cell) > _MOST for cell in whole)
+    cells, many = [_thinned(cell, _FEW) for cell in whole], any(len(cell) > _MOST for cell in whole)
     parts: dict[tuple[int, int], Float[np.ndarray, "N 3"]] = {}
     cost: dict[tuple[int, int], float] = {}
     for i, j in itertools.combinations(range(slabs + 1), 2):
@@ -239,7 +242,7 @@ def _cut_best(
         part = np.concatenate([parts[i, j - 1], cells[j - 1]]) if j > i + 1 else cells[i]
         corners = _corners(part) if len(part) else part
         many |= len(corners) > _MOST
-        parts[i, j] = _thinned(corners)
+        parts[i, j] = _thinned(corners, _FEW)
         cost[i, j] = _enclosing(parts[i, j], candidates, False).volume if len(part) else 0.0
     path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
     for k in range(1, most + 1):

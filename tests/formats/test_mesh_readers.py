@@ -17,9 +17,11 @@ from place_rings.formats.mesh_readers.collada import read_collada
 from place_rings.formats.mesh_readers.gltf import read_gltf
 from place_rings.formats.mesh_readers.mesh_numbers import (
     MOST_CORNERS,
+    MOST_PARTS,
     MOST_TRIANGLES,
     MeshError,
     placed,
+    strips,
 )
 from place_rings.formats.mesh_readers.obj import read_obj
 from place_rings.formats.mesh_readers.scene_mesh import read_scene_mesh
@@ -171,6 +173,16 @@ def test_polygons_strips_and_fans_are_the_same_solid(tag, inside):
     assert abs(volume(found)) == pytest.approx(1 / 6)
 
 
+@given(st.lists(st.integers(0, 7), min_size=1, max_size=6))
+def test_every_second_triangle_of_a_strip_is_turned(corners):
+    wanted, begin = [], 0
+    for count in corners:
+        at = range(begin, begin + max(count - 2, 0))
+        wanted += [[i, i + 1 + (i - begin) % 2, i + 2 - (i - begin) % 2] for i in at]
+        begin += count
+    assert strips(np.array(corners)).tolist() == wanted
+
+
 def gltf(points, index, **more):
     """A glTF file of one mesh with its buffer within."""
     data = np.asarray(points, "<f4").tobytes() + np.asarray(index, "<u2").tobytes()
@@ -231,7 +243,7 @@ def test_gltf_needs_no_compression_no_loops_and_only_files_beside_it(tmp_path):
     }
     for parts, change in odd.items():
         content = data if parts[0] != "4" else data.replace(b"\x03\x00", b"\x09\x00")
-        with refused(parts, MeshError):
+        with refused(parts, error=MeshError):
             read_gltf(json.dumps({**file, **change}).encode(), lambda uri, data=content: data)
 
 
@@ -258,12 +270,12 @@ def test_a_binary_stl_may_begin_with_solid_and_a_cut_one_says_what_it_wants():
     named = b"solid made by a CAD program".ljust(80) + box[80:]
     assert np.array_equal(read_stl(named), read_stl(box))
     for whole in (box, named):
-        with refused(f"cut short {len(whole)} {len(whole) - 130} export", MeshError):
+        with refused(f"cut short {len(whole)} {len(whole) - 130} export", error=MeshError):
             read_stl(whole[:-130])
-    with refused(f"{len(box)} 12 {len(box) + 1}", MeshError):
+    with refused(f"{len(box)} 12 {len(box) + 1}", error=MeshError):
         read_stl(box + b"\0")
     text = trimesh.creation.box().export(file_type="stl_ascii").encode()
-    with refused("cut short endsolid", MeshError):
+    with refused("cut short endsolid", error=MeshError):
         read_stl(text[: len(text) // 2])
 
 
@@ -278,7 +290,7 @@ def test_a_coordinate_that_is_not_finite_is_refused(kind, value):
         mesh.vertices[3] = float(value)
         with np.errstate(all="ignore"):
             data, beside = written(kind, mesh)
-    with refused("finite" if kind != "stl_ascii" else "", MeshError):
+    with refused("finite" if kind != "stl_ascii" else "", error=MeshError):
         read(kind, data, beside)
 
 
@@ -325,6 +337,7 @@ HOSTILE = {
     "12 11": ("dae", lambda: dae(points=POINTS[:-2])),
     "geometry #h": ("dae", lambda: dae(scene='<node><instance_geometry url="#h"/></node>')),
     "levels": ("dae", lambda: b"<a>" * 5000),
+    f"{MOST_PARTS} 100000": ("dae", lambda: dae(faces='<triangles count="0"/>' * 100_000)),
     "attributes": ("dae", lambda: b"<a " + b"b='' " * 3_000_000 + b"/>"),
     "values": ("gltf", lambda: b"[" + b"[]," * 1_500_000 + b"0]"),
 }
@@ -338,7 +351,7 @@ def test_a_hostile_file_is_refused_before_the_work(parts, case):
     tracemalloc.start()
     begin = time.process_time()
     try:
-        with refused(parts, Exception):
+        with refused(parts, error=Exception):
             read(kind, data)
         assert tracemalloc.get_traced_memory()[1] < 100e6
         assert time.process_time() - begin < 5
@@ -359,7 +372,7 @@ def test_a_hull_of_many_faces_takes_little_memory_and_may_be_refused():
     points = sphere(16_000)
     tracemalloc.start()
     try:
-        with refused(f"faces {MOST_FACES}", ValueError):
+        with refused(f"faces {MOST_FACES}", error=ValueError):
             hull(points, MOST_FACES)
         body = hull(points[::8])
         assert tracemalloc.get_traced_memory()[1] < 400e6
