@@ -21,9 +21,11 @@ from jaxtyping import Float, Int
 from ...coverage.rings.ring_kinematics import RingArrays
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW, TILTS
 from ...objectives.parameterization import decode, encode
-from ...objectives.soft_coverage import Sample, SoftCoverage
+from ...objectives.soft_coverage import SoftCoverage
+from ...objectives.soft_terms import Sample
 from .design import Candidate, Space
-from .moves import fresh, vary
+from .feasible_set import Rng
+from .starts import fresh
 from .stop_token import StopToken
 
 _PAIRS = 1 << 24  # of a candidate's ring and a point, whose gradients fit in 16 GB of memory
@@ -108,8 +110,34 @@ def gradient_stage(
         kept = some[: max(size // _KEPT, 1)]
         rank = np.arange(len(kept), 0, -1.0)
         drawn = rng.choice(len(kept), size - len(kept), p=rank / rank.sum())
-        some = [*kept, *(vary(space, kept[i], rng) for i in drawn)]
+        some = [*kept, *(_child(space, kept[i], kept[rng.integers(len(kept))], rng) for i in drawn)]
     return some
+
+
+def _child(space: Space, a: Candidate, b: Candidate, rng: Rng) -> Candidate:
+    """Return a candidate with the rings of ``a`` on some links and those of ``b`` on the others,
+    where the search chooses the rings, and with one ring redrawn."""
+    c, number = a, np.array([space.scene.robot.links.index(s.link) for s in space.segments])
+    if space.layout is None:
+        of_a = rng.uniform(size=number.max() + 1) < 0.5
+        kept = [(a, i) for i in a.rings if of_a[number[a.segment[i]]]]
+        kept += [(b, i) for i in b.rings if not of_a[number[b.segment[i]]]]
+        if kept and len(kept) <= space.places:
+            parts = [np.zeros_like(a.segment) - 1, np.zeros_like(a.count), np.zeros_like(a.values)]
+            for k, (one, i) in enumerate(kept):
+                parts[0][k], parts[1][k], parts[2][:, k] = (
+                    one.segment[i],
+                    one.count[i],
+                    one.values[:, i],
+                )
+            mixed = Candidate(*parts, a.sign)
+            most = [space.most_on(space.segments[i].link) for i in mixed.segment[mixed.rings]]
+            if space.least * len(kept) <= space.free <= sum(most):
+                c = replace(mixed, count=_divided(space, mixed, np.log(np.maximum(parts[1], 1))))
+    values, i = c.values.copy(), rng.choice(c.rings)
+    low, high = space.box(c)
+    values[:, i] = rng.uniform(low[:, i], high[:, i])
+    return replace(c, values=values)
 
 
 def _most(space: Space, soft: SoftCoverage) -> int:
@@ -150,9 +178,9 @@ def _divided(space: Space, c: Candidate, logits: Float[np.ndarray, " R"]) -> Int
     count, rings = c.count.copy(), c.rings
     most = np.array([space.most_on(space.segments[s].link) for s in c.segment[rings]])
     share = np.exp(logits[rings] - logits[rings].max())
-    wanted = c.count.sum() * share / share.sum()
+    wanted = space.free * share / share.sum()
     count[rings] = np.clip(np.round(wanted), space.least, most)
-    while (lack := int(c.count.sum() - count.sum())) != 0:
+    while (lack := int(space.free - count.sum())) != 0:
         off = wanted - count[rings]
         can = count[rings] < most if lack > 0 else count[rings] > space.least
         i = rings[np.argmax(np.where(can, math.copysign(1, lack) * off, -np.inf))]

@@ -15,7 +15,8 @@ from scipy.optimize import nnls
 from ...coverage.rings.ring_kinematics import RingArrays
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import Interval, at_tilt, tilt_slope
-from ...objectives.soft_coverage import Sample, SoftCoverage
+from ...objectives.soft_coverage import SoftCoverage
+from ...objectives.soft_terms import Sample
 from .stop_token import StopToken
 
 Values = Float[np.ndarray, "3 R"]

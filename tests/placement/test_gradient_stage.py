@@ -8,7 +8,7 @@ from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.gradient_stage import gradient_stage, suits
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
 SCENES = {
