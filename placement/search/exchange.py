@@ -111,9 +111,10 @@ class Exchange:
         self._criterion, self._softness = criterion, 0.0
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
-    def look(self, field: Field, softness: float = 0.0) -> None:
-        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss."""
-        self._field, self._softness = field, softness
+    def look(self, field: Field, softness: float = 0.0, guess: bool = False) -> None:
+        """Evaluate on the points of ``field`` from now on, with a soft worst pose or loss, and with
+        guessed lines of sight if ``guess``; else guesses only rank places."""
+        self._field, self._softness, self._guess = field, softness, guess
         held, most, n = field.held, self._criterion.most, len(field.part)
         nothing, none = np.zeros(n, np.uint8), np.zeros(n, np.uint16)
         free = self._space.places
@@ -141,7 +142,7 @@ class Exchange:
         position, tilt, phase = places
         field, criterion = self._field, self._criterion
         height = position * self._space.scene.robot.mount(ring.link).length
-        outlook = None if index is None else field.outlook.get(ring.link)
+        outlook = field.outlook.get(ring.link) if self._guess or index is not None else None
         views = ring_views(
             ring,
             points or field.points[ring.link],
@@ -215,7 +216,7 @@ class Exchange:
         rest = self._criterion.rest(field, self._tally, i, self._softness)
         (own,) = rest.values(self._tally.views(i, rest.index))
         batches = self._batches(i, trials, rest)
-        guessed = any(batch.ring.link in field.outlook for batch in batches)
+        guessed = not self._guess and any(batch.ring.link in field.outlook for batch in batches)
         value = np.full(len(trials.segment), -np.inf)
         for batch in batches:
             views = self._see(batch.ring, i, batch.places, batch.points, rest.index)
@@ -306,9 +307,9 @@ class Exchange:
                 self.put_pair(reach)
 
 
-def share_of(fields: Fields, c: Candidate) -> float:
+def share_of(space: Space, fields: Fields, c: Candidate) -> float:
     """Return the criterion of a candidate on all points, reduced for missed floors."""
     criterion = criterion_by_counts(fields.scene, fields.aim)
-    here = Exchange(fields.space, c, np.random.default_rng(0), criterion)
+    here = Exchange(space, c, np.random.default_rng(0), criterion)
     here.look(fields.all)
     return here.value

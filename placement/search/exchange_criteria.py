@@ -275,7 +275,7 @@ class AfterLoss(ExchangeCriterion):
 
 def _numbered(values: Int[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
     """Return small numbers that are equal where the values are."""
-    return np.unique(values, return_inverse=True)[1]  # type: ignore[no-any-return]
+    return np.unique(values, return_inverse=True)[1]
 
 
 def _sums(

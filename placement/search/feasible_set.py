@@ -269,7 +269,7 @@ def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     asked, least = _counted(space.sensors, "sensor"), space.least
     beside = f" besides the {held} of the fixed rings" if held else ""
-    size = "of any size" if not each else f"of {least} to {each[0]}, as boards fit"
+    size = "of any size" if not each else f"of {least} to {each[0]} sensors, as boards fit"
     reason = None
     if space.free < 0:
         reason = f"are fewer than the {held} of the fixed rings; request more"

@@ -47,6 +47,8 @@ class Round:
     """Places tried anywhere in the feasible set."""
     pairs: int = 0
     """Pairs of rings that each sweep moves together."""
+    guess: bool = False
+    """Whether guessed lines of sight decide, too; else they only rank places."""
     trials: int = 0
     """Trials of ruin and recreate for each candidate before the sweeps, where counts are free."""
     library: int = 0
@@ -84,7 +86,7 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
         cost *= 2
     if active_poses(scene):
         cost *= 2
-    start, rings = round(32 / cost), len(space.layout.rings) if space.layout else 0
+    start, rings = round(24 / cost), len(space.layout.rings) if space.layout else 0
     others = 48 if space.square else 16
     rounds = 6 if _clear(scene) and aim.plain else 5
     last = rounds - 1
@@ -92,11 +94,12 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
         Round(
             points=4096 << k,
             keep=max(start >> k, 2),
-            sweeps=2 if k in (0, last) else 4,
+            sweeps=4 if 0 < k < last else 2 - k // last,
             near=16 + 2 * k,
             scale=0.3 * 0.5**k,
             anywhere=others >> k,
             pairs=0 if k == last else max(rings // 3, 1),
+            guess=k < 3 and not space.square,
         )
         for k in range(rounds)
     )
@@ -116,6 +119,7 @@ def any_rings(scene: CoreScene, space: Space) -> Schedule:
             near=16,
             scale=0.3 * 0.5**k,
             anywhere=16 >> k,
+            guess=k < 3,
             trials=0 if k == rounds - 1 else 400,
             library=3000 >> k,
             beside=40,
@@ -136,8 +140,8 @@ class Record:
     that a shorter one has.
     """
 
-    def __init__(self, fields: Fields) -> None:
-        self._fields, self._seen = fields, set[bytes]()
+    def __init__(self, space: Space, fields: Fields) -> None:
+        self._space, self._fields, self._seen = space, fields, set[bytes]()
         self.some = list[tuple[float, Candidate]]()
 
     def take(self, c: Candidate) -> None:
@@ -145,7 +149,7 @@ class Record:
         key = b"".join(a.tobytes() for a in (c.values, c.segment, c.count, c.sign))
         if key not in self._seen:
             self._seen.add(key)
-            self.some.append((share_of(self._fields, c), c))
+            self.some.append((share_of(self._space, self._fields, c), c))
 
     @property
     def best(self) -> tuple[float, Candidate]:
@@ -169,8 +173,10 @@ Tell = Callable[[int, float], None]
 class GlobalStage:
     """Improves candidates round by round."""
 
+    space: Space
+    """The setups to choose from."""
     fields: Fields
-    """Points of the question, with its space and its criterion."""
+    """Points, with the criterion; their own space may have another number of rings."""
     seed: int
     """Random seed."""
     brake: StopToken
@@ -183,10 +189,8 @@ class GlobalStage:
     def run(self, rounds: Schedule, known: Sequence[Candidate]) -> None:
         """Run the rounds, from ``known`` candidates and from random ones; the record takes what
         they come to."""
-        space, criterion = (
-            self.fields.space,
-            criterion_by_counts(self.fields.scene, self.fields.aim),
-        )
+        space, fields = self.space, self.fields
+        criterion = criterion_by_counts(fields.scene, fields.aim)
         rngs = [
             np.random.default_rng((self.seed, _STREAM, k))
             for k in range(max(rounds[0].keep, len(known)))
@@ -211,9 +215,10 @@ class GlobalStage:
 
     def _look(self, r: Round, some: Sequence[Exchange]) -> None:
         """Evaluate candidates on the points of a round."""
-        field = self.fields.wide or self.fields.first(r.points)
+        wide = self.fields.wide
+        field = wide or self.fields.first(r.points)
         for one in some:
-            one.look(field, r.softness)
+            one.look(field, r.softness, r.guess and wide is None)
 
     def _combine(
         self, number: int, r: Round, some: Sequence[Exchange], known: Sequence[Candidate]
@@ -222,7 +227,7 @@ class GlobalStage:
         poses, wide, aim = None, self.fields.wide, self.fields.aim
         if wide is not None:
             poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in some]))
-        field, space = self.fields.first(r.points, poses), self.fields.space
+        field, space = self.fields.first(r.points, poses), self.space
         rng = np.random.default_rng((self.seed, _LIBRARY, number))
         wanted = Wanted(r.library, known, r.beside, r.scale)
         library = ring_library(space, field, aim.seen, rng, self.brake, wanted)
@@ -236,21 +241,20 @@ class GlobalStage:
         self.record.take(_best(some)[0].candidate)
 
     def _sweep(self, number: int, r: Round, some: Sequence[Exchange]) -> None:
-        """Run the sweeps of a round; the record takes each candidate that is the best so far."""
-        best, reach, wide = -math.inf, Reach(r.near, r.scale, r.anywhere), self.fields.wide
+        """Run the sweeps of a round; the record takes the best of each, and soon a first one."""
+        reach, wide = Reach(r.near, r.scale, r.anywhere), self.fields.wide
         for done in range(r.sweeps * len(some)):
             one = some[done % len(some)]
             if wide is not None:
                 poses = one.worst_poses(wide, ACTIVE)
-                one.look(self.fields.first(r.points, poses), r.softness)
+                one.look(self.fields.first(r.points, poses), r.softness, r.guess)
             one.sweep(reach, r.pairs, self.brake)
             if self.brake.on():
                 return
             if wide is not None:
                 one.look(wide, r.softness)
-            if one.value > best:
-                best = one.value
-                self.record.take(one.candidate)
+            if (done + 1) % len(some) == 0 or number == done == 0:
+                self.record.take(_best(some)[0].candidate)
             self.tell(number, (done + 1) / (r.sweeps * len(some)))
 
 

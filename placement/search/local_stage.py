@@ -12,7 +12,7 @@ from ...objectives.parameterization import decode, encode
 from ...objectives.robustness import RingSensitivity
 from ...objectives.sensitivity import ring_sensitivity
 from ...objectives.soft_coverage import SoftCoverage
-from .design import Candidate
+from .design import Candidate, Space
 from .exchange_points import Fields
 from .global_stage import Record
 from .local_search import Climb, Rules, climb
@@ -30,9 +30,9 @@ _FEW = 64  # of each goal at each pose
 class LocalStage:
     """Improves candidates; what it needs is compiled in a thread while the global stage runs."""
 
-    def __init__(self, fields: Fields) -> None:
-        """Start to compile for the candidates of the fields' space."""
-        self._space, self._soft = fields.space, Future[SoftCoverage]()
+    def __init__(self, space: Space, fields: Fields) -> None:
+        """Start to compile for the candidates of a space."""
+        self._space, self._soft = space, Future[SoftCoverage]()
         first = fresh(self._space, np.random.default_rng(0))
         Thread(target=self._prepare, args=(fields, first)).start()
 

@@ -48,7 +48,8 @@ class Spans(NamedTuple):
         apart: np.ndarray = off >= np.maximum(above + self.below, self.least)
         apart |= off <= -np.maximum(self.above + below, self.least)
         apart |= self.link != link
-        return apart.all(axis=0)  # type: ignore[no-any-return]
+        from_all: np.ndarray = np.logical_and.reduce(apart, axis=0)
+        return from_all
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,8 @@ class RingLibrary:
     @cached_property
     def link(self) -> Int[np.ndarray, " K"]:
         """Number of the link of each place."""
-        return self.space.link_of[self.places.segment]
+        link: np.ndarray = self.space.link_of[self.places.segment]
+        return link
 
     @cached_property
     def spans(self) -> Spans:

@@ -81,7 +81,7 @@ def search(
     made = (feasible(space, c, rng) for c in asked if c is not None)
     starts = [c for c in made if c is not None]
     fields = points or Fields.drawn(space, aim, max(r.points for r in schedule), seed)
-    ready, record = time.monotonic(), Record(fields)
+    ready, record = time.monotonic(), Record(space, fields)
     progress = Progress(stages=len(schedule), stage=1)
 
     def told(number: int, over: float) -> None:
@@ -91,10 +91,10 @@ def search(
         progress.best, progress.setup = max(best, 0.0), space.setup(c)
         tell(progress)
 
-    tell(progress)
-    stage = LocalStage(fields) if local else None
+    stage = LocalStage(space, fields) if local else None
     try:
-        GlobalStage(fields, seed, brake, record, told).run(schedule, starts)
+        tell(progress)
+        GlobalStage(space, fields, seed, brake, record, told).run(schedule, starts)
     except KeyboardInterrupt:
         brake.pulled.set()
     if not record.some:

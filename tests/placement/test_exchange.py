@@ -123,7 +123,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
         assert not faults(scene, space.setup(here.candidate).rings)
         assert space.setup(here.candidate).sensors == space.sensors
     assert here.value > (0.1 if scene is not FLOOR else -5)
-    assert share_of(fields, here.candidate) == pytest.approx(
+    assert share_of(space, fields, here.candidate) == pytest.approx(
         _share(scene, space.setup(here.candidate), points, 128), abs=0.005
     )
 
@@ -139,7 +139,7 @@ def test_rings_moved_in_pairs_are_worth_what_a_new_look_finds(seed):
     for _ in range(3):
         here.put_pair(Reach(4, 0.2, 8))
     assert here.value >= before
-    assert here.value == share_of(fields, here.candidate)
+    assert here.value == share_of(space, fields, here.candidate)
     assert not faults(TWO, space.setup(here.candidate).rings)
 
 
@@ -191,8 +191,10 @@ def _fields(name):
 def _explored(name, seed=0, ticks=10**9, known=()):
     """The record of a global stage that a clock ends, and the parts of rounds it told."""
     fields, now, told = _fields(name), count(), []
-    brake, record = StopToken(ticks, clock=lambda: next(now)), Record(fields)
-    stage = GlobalStage(fields, seed, brake, record, lambda *part: told.append(sum(part)))
+    brake, record = StopToken(ticks, clock=lambda: next(now)), Record(SPACES[name], fields)
+    stage = GlobalStage(
+        SPACES[name], fields, seed, brake, record, lambda *part: told.append(sum(part))
+    )
     stage.run(ROUNDS, known)
     return record, told, next(now)
 
@@ -211,11 +213,11 @@ def test_a_global_stage_is_the_same_for_the_same_seed_and_beats_its_starts(name)
     assert first.best[0] == again.best[0]
     assert _same(first.best[1], again.best[1])
     assert not _same(first.best[1], other.best[1])
-    assert first.best[0] > share_of(_fields(name), known[0]) + 0.02
+    assert first.best[0] > share_of(SPACES[name], _fields(name), known[0]) + 0.02
     assert told == sorted(told)
     assert told[-1] == len(ROUNDS)
     for share, c in first.some:
-        assert share == share_of(_fields(name), c)
+        assert share == share_of(SPACES[name], _fields(name), c)
         assert not faults(space.scene, space.setup(c).rings)
         assert space.setup(c).sensors == space.sensors
     assert first.rivals(3)[0][1] is first.best[1]
