@@ -31,8 +31,7 @@ from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.progress import Outcome, Statistics
-from .placement.search.result import SearchResult
-from .placement.search.several_searches import FewestRings, Reach, RepeatedSearch
+from .placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
 
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
 again:

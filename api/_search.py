@@ -22,15 +22,10 @@ from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching
 from .placement.search.design import Space
 from .placement.search.feasible_set import InfeasibleError
+from .placement.search.gradient_stage import Device, accelerated
 from .placement.search.progress import Progress
-from .placement.search.result import SearchResult
-from .placement.search.several_searches import (
-    FewestRings,
-    Reach,
-    fewest_rings,
-    fewest_sensors,
-    repeated_search,
-)
+from .placement.search.result import FewestRings, Reach, SearchResult
+from .placement.search.several_searches import fewest_rings, fewest_sensors, repeated_search
 
 __all__ = ["InfeasibleError", "search"]
 
@@ -105,6 +100,7 @@ def search(
     voxel: float = VOXEL,
     start: Sequence[Setup] = (),
     gap: bool = False,
+    device: Device = "auto",
     progress: Callable[[Progress], None] | None = None,
 ) -> Proposal:
     """Search for the setup with the highest coverage of a scene's targets, and count it exactly.
@@ -143,6 +139,9 @@ def search(
         gap: also compute an upper bound on every layout of the same budget; ``gap`` and ``bound``
             of the result have it. It takes about a minute for each target at each pose, at most
             four of them.
+        device: ``auto`` uses an accelerator where JAX finds one, ``gpu`` demands it, ``cpu`` does
+            without. On an accelerator gradients lead the global stage of a single search, with many
+            candidates at once.
         progress: receives the progress from time to time, in the calling thread; the first call
             comes before any points are drawn.
 
@@ -187,6 +186,8 @@ def search(
         )
     check_scene(core, voxel)
     check_search_sight(core)
+    with input_errors("device"):
+        accelerated(device)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
     reach = fewest = repeated = None
@@ -196,7 +197,15 @@ def search(
 
             def run(seed: int, cap: float, tell: Callable[[Progress], None]) -> SearchResult:
                 return searching.search(
-                    core, wanted, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
+                    core,
+                    wanted,
+                    seed,
+                    cap,
+                    tell=tell,
+                    known=known,
+                    aim=aim,
+                    verifier=verifier,
+                    device=device,
                 )
 
             repeated = repeated_search(run, searches, seed, cap, tell)

@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -149,6 +149,15 @@ def place(
             ),
         ),
     ] = False,
+    device: Annotated[
+        Literal["auto", "cpu", "gpu"],
+        Parameter(
+            help=(
+                "Use an accelerator where JAX finds one (auto), demand one (gpu), or do without"
+                " (cpu)."
+            )
+        ),
+    ] = "auto",
     seed: Seed = 0,
     searches: Annotated[
         int,
@@ -204,6 +213,7 @@ def place(
         time_cap=time,
         voxel=voxel,
         gap=gap,
+        device=device,
         **errors,
     )
     any_rings = rings is None and not fewest_rings and (sensors is not None or reach is not None)

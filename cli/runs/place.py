@@ -12,9 +12,8 @@ from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import CoreScene
-from ...placement.search.progress import Outcome, Progress
+from ...placement.search.progress import Outcome, Progress, RepeatedProgress
 from ...placement.search.result import SearchResult
-from ...placement.search.several_searches import RepeatedProgress
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.gap import gap_line

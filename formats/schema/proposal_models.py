@@ -24,8 +24,7 @@ from .versions import VersionedFile
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
     from ...objectives.criterion import Criterion
     from ...objectives.robustness import RingSensitivity
-    from ...placement.search.result import SearchResult
-    from ...placement.search.several_searches import FewestRings, Reach, RepeatedSearch
+    from ...placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
 
 
 class StageModel(StrictModel):

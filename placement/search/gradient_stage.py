@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -44,6 +44,9 @@ _KEPT = 8  # one candidate of so many stays
 _STEP = float(TILTS[1] - TILTS[0])
 
 
+Device = Literal["auto", "cpu", "gpu"]
+
+
 class _Batch(NamedTuple):
     """S candidates as arrays."""
 
@@ -61,6 +64,20 @@ class _Batch(NamedTuple):
     """Least spacing by the rules."""
     segment: Int[np.ndarray, "S R"]
     """Number of the segment; below 0 for what does not move."""
+
+
+def accelerated(device: Device) -> bool:
+    """Return whether gradients lead the global stage: on ``auto`` where JAX finds an accelerator.
+
+    Raises:
+        ValueError: for ``gpu`` where JAX finds none.
+    """
+    if device == "cpu":
+        return False
+    found = jax.default_backend()
+    if device == "gpu" and found == "cpu":
+        raise ValueError("found gpu, but JAX finds none here, allowed: auto or cpu")
+    return found != "cpu"
 
 
 def suits(space: Space, soft: SoftCoverage) -> bool:

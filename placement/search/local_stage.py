@@ -49,6 +49,11 @@ class LocalStage:
         except BaseException as error:
             self._soft.set_exception(error)
 
+    @property
+    def soft(self) -> SoftCoverage:
+        """The soft coverage, once it is compiled."""
+        return self._soft.result()
+
     def improve(self, record: Record, brake: StopToken) -> list[tuple[Candidate, Climb]]:
         """Let the best candidates of a record climb, and add those that keep all rules to it.
 
@@ -74,7 +79,7 @@ class LocalStage:
         Only the points count that small moves may cover or uncover, and the climb stays near its
         start.
         """
-        soft, (arrays, where) = self._soft.result(), self._space.arrays(c)
+        soft, (arrays, where) = self.soft, self._space.arrays(c)
         start = decode(where, self._space.values(c))
         rules = Rules.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
@@ -99,7 +104,7 @@ class LocalStage:
         arrays, where = self._space.arrays(c)
         values = decode(where, self._space.values(c))
         rings = [ring for ring in setup.rings if ring not in self._space.fixed]
-        return ring_sensitivity(self._soft.result(), arrays, values, rings)
+        return ring_sensitivity(self.soft, arrays, values, rings)
 
 
 def _count(soft: SoftCoverage) -> int:

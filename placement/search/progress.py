@@ -75,3 +75,13 @@ class Progress:
         """Number of finished stages, with the finished part of the current one; 0 before
         the first."""
         return max(self.stage - 1, 0) + self.done / max(self.climbs, 1)
+
+
+@dataclass
+class RepeatedProgress(Progress):
+    """Progress of one search of several."""
+
+    search: int = 1
+    """Number of the search, from 1."""
+    searches: int = 1
+    """Number of all searches."""

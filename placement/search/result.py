@@ -41,3 +41,55 @@ class SearchResult:
     shares of the target by mm along the links and degrees; None without a local stage."""
     sensitivity: tuple[RingSensitivity, ...] = ()
     """What small errors of each ring cost; empty where ζ is not the criterion."""
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Sort key, greater is better: missed floors first, then the exact value."""
+        return -self.short, self.exact
+
+
+@dataclass(frozen=True)
+class RepeatedSearch:
+    """The results of several searches."""
+
+    result: SearchResult
+    """The best result. Its outcome is that of the last search."""
+    seed: int
+    """Random seed of the best result."""
+    tried: dict[int, SearchResult]
+    """Result of each search by its seed."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Result of a search for the fewest sensors."""
+
+    result: SearchResult
+    """The result with the fewest sensors that reaches the coverage; if none does, the best one."""
+    reached: bool
+    """Whether the coverage and all floors are reached."""
+    tried: dict[int, tuple[float, bool]]
+    """For each sensor count tried: the exact value in [0, 1], and whether it reaches the coverage
+    and all floors."""
+
+
+@dataclass(frozen=True)
+class FewestRings:
+    """Result of a search for the fewest rings."""
+
+    result: SearchResult
+    """The result with the fewest rings among those within the margin."""
+    within: float
+    """The margin: the largest loss of exact value against the best, in [0, 1]."""
+    tried: dict[int, SearchResult]
+    """The result with each number of rings, ascending; fixed rings count too."""
+
+    @property
+    def best(self) -> SearchResult:
+        """The result with the highest exact value."""
+        return max(self.tried.values(), key=lambda one: one.rank)
+
+    def suffices(self, result: SearchResult) -> bool:
+        """Return whether a result is within the margin of the best, and misses floors no more."""
+        best = self.best
+        return result.short <= best.short and result.exact >= best.exact - self.within

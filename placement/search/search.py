@@ -15,6 +15,7 @@ from ...objectives.verify import Verifier
 from .design import Space
 from .exchange_points import Fields
 from .global_stage import GlobalStage, Record, Schedule, usual
+from .gradient_stage import Device, accelerated, gradient_stage, suits
 from .local_stage import LocalStage
 from .progress import Outcome, Progress, StageResult, Statistics
 from .result import SearchResult
@@ -23,6 +24,7 @@ from .stop_token import StopToken
 from .verdict import choose
 
 FINALISTS = 3  # candidates that the exact count compares
+_TAKEN = 16  # best candidates of the gradients that are compared on all points
 
 
 def search(
@@ -39,6 +41,7 @@ def search(
     clock: Callable[[], float] = time.monotonic,
     points: Fields | None = None,
     local: bool = True,
+    device: Device = "auto",
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals.
 
@@ -68,6 +71,8 @@ def search(
         points: sample points of an earlier search of the same scene, criterion and seed, whose
             space differed only in its number of rings; by default new ones.
         local: whether the local stage follows the global one.
+        device: ``auto`` and ``gpu`` let gradients lead the global stage where JAX finds an
+            accelerator and the question suits them.
 
     Raises:
         InfeasibleError: if rings of different links collide in every candidate that was tried.
@@ -94,7 +99,13 @@ def search(
     stage = LocalStage(space, fields) if local else None
     try:
         tell(progress)
-        GlobalStage(space, fields, seed, brake, record, told).run(schedule, starts)
+        if stage is not None and accelerated(device) and suits(space, stage.soft):
+            for c in gradient_stage(space, stage.soft, starts, seed, brake)[:_TAKEN]:
+                if space.apart(c):
+                    record.take(c)
+            told(len(schedule) - 1, 1.0)
+        else:
+            GlobalStage(space, fields, seed, brake, record, told).run(schedule, starts)
     except KeyboardInterrupt:
         brake.pulled.set()
     if not record.some:

@@ -5,7 +5,7 @@ import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ...coverage.rings.ring import Setup
 from ...objectives.criterion import Criterion
@@ -15,8 +15,8 @@ from .design import Space
 from .exchange_points import Fields
 from .feasible_set import InfeasibleError
 from .global_stage import Schedule, usual
-from .progress import Outcome, Progress
-from .result import SearchResult
+from .progress import Outcome, Progress, RepeatedProgress
+from .result import FewestRings, Reach, RepeatedSearch, SearchResult
 from .search import search
 
 WITHIN = 0.01  # default margin of the fewest rings, share of a target
@@ -27,28 +27,6 @@ _MOST = 2000  # sensors
 _FIRST, _EACH = 0.5, 0.4
 # runs one search: its seed, its limit in seconds, and what receives its progress
 Run = Callable[[int, float, Callable[[Progress], None]], SearchResult]
-
-
-@dataclass
-class RepeatedProgress(Progress):
-    """Progress of one search of several."""
-
-    search: int = 1
-    """Number of the search, from 1."""
-    searches: int = 1
-    """Number of all searches."""
-
-
-@dataclass(frozen=True)
-class RepeatedSearch:
-    """The results of several searches."""
-
-    result: SearchResult
-    """The best result. Its outcome is that of the last search."""
-    seed: int
-    """Random seed of the best result."""
-    tried: dict[int, SearchResult]
-    """Result of each search by its seed."""
 
 
 def repeated_search(
@@ -105,19 +83,6 @@ def repeated_search(
     finest = min(one.voxel for one in tried.values())
     best = max(tried, key=lambda s: (tried[s].voxel == finest, *_rank(tried[s])))
     return RepeatedSearch(replace(tried[best], outcome=outcome), best, tried)
-
-
-@dataclass(frozen=True)
-class Reach:
-    """Result of a search for the fewest sensors."""
-
-    result: SearchResult
-    """The result with the fewest sensors that reaches the coverage; if none does, the best one."""
-    reached: bool
-    """Whether the coverage and all floors are reached."""
-    tried: dict[int, tuple[float, bool]]
-    """For each sensor count tried: the exact value in [0, 1], and whether it reaches the coverage
-    and all floors."""
 
 
 def fewest_sensors(
@@ -192,7 +157,7 @@ def fewest_sensors(
             grown = bisect_left(allowed, math.ceil(allowed[short] * _GROWTH))
             at = min(max(grown, short + 1), enough - 1)
     reached = enough < len(allowed)
-    best = results[allowed[enough]] if reached else max(results.values(), key=_rank)
+    best = results[allowed[enough]] if reached else max(results.values(), key=lambda one: one.rank)
     return Reach(
         replace(best, outcome=outcome),
         reached,
@@ -212,28 +177,6 @@ def _allowed(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
     if not totals:
         Space(scene, sensors=held + least)  # raises with the reason
     return [n for n in totals if n <= _MOST] or totals[:1]
-
-
-@dataclass(frozen=True)
-class FewestRings:
-    """Result of a search for the fewest rings."""
-
-    result: SearchResult
-    """The result with the fewest rings among those within the margin."""
-    within: float
-    """The margin: the largest loss of exact value against the best, in [0, 1]."""
-    tried: dict[int, SearchResult]
-    """The result with each number of rings, ascending; fixed rings count too."""
-
-    @property
-    def best(self) -> SearchResult:
-        """The result with the highest exact value."""
-        return max(self.tried.values(), key=_rank)
-
-    def suffices(self, result: SearchResult) -> bool:
-        """Return whether a result is within the margin of the best, and misses floors no more."""
-        best = self.best
-        return result.short <= best.short and result.exact >= best.exact - self.within
 
 
 def fewest_rings(
@@ -311,7 +254,3 @@ def fewest_rings(
             break
     answer = next(one for one in so_far.tried.values() if so_far.suffices(one))
     return replace(so_far, result=replace(answer, outcome=outcome))
-
-
-def _rank(result: SearchResult) -> tuple[float, float]:
-    return -result.short, result.exact
