@@ -81,7 +81,7 @@ def repeated_search(
         if (outcome := one.outcome) is not Outcome.FINISHED:
             break
     finest = min(one.voxel for one in tried.values())
-    best = max(tried, key=lambda s: (tried[s].voxel == finest, *_rank(tried[s])))
+    best = max(tried, key=lambda s: (tried[s].voxel == finest, *tried[s].rank))
     return RepeatedSearch(replace(tried[best], outcome=outcome), best, tried)
 
 
