@@ -31,25 +31,26 @@ Coordinates = tuple[Any, Any, Any]
 @tree
 @dataclass(frozen=True)
 class RingsAt:
-    """G rings, or single sensors as rings of one, at one pose in one mounting, base frame."""
+    """G rings, or single sensors as rings of one, at one pose in one mounting, or several; base
+    frame."""
 
-    centre: Float[Array, "G 3"]
+    centre: Float[Array, "*batch G 3"]
     """Centre of each ring, m."""
-    axis: Float[Array, "G 3"]
+    axis: Float[Array, "*batch G 3"]
     """Unit axis of each ring."""
-    zero: Float[Array, "G 3"]
+    zero: Float[Array, "*batch G 3"]
     """Unit vector of phase 0."""
-    side: Float[Array, "G 3"]
+    side: Float[Array, "*batch G 3"]
     """Unit vector ``axis x zero``."""
-    tilt: Float[Array, " G"]
+    tilt: Float[Array, "*batch G"]
     """Tilts, rad."""
-    phase: Float[Array, " G"]
+    phase: Float[Array, "*batch G"]
     """Phases, rad."""
-    count: Float[Array, " G"]
+    count: Float[Array, "*batch G"]
     """Number of sensors, which may be a real number; 0 for no ring."""
-    first: Int[Array, " G"]
+    first: Int[Array, "*batch G"]
     """Number of each ring's first sensor."""
-    radius: Float[Array, " G"]
+    radius: Float[Array, "*batch G"]
     """Radii, m."""
     shapes: BeamShapes
     """Shapes (G,) of the beams."""

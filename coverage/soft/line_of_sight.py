@@ -53,7 +53,7 @@ class Occluding:
     """Bodies that cast shadows, one axis of capsules; None: there are none."""
     planes: tuple[tuple[Array, Array], ...] = ()
     """Normals (K, F, 3) and offsets (K, F) m of the shadow of each obstacle."""
-    stop: Float[Array, " K"] | None = None
+    stop: Float[Array, "*batch K"] | None = None
     """First return, m, at which the beams of blinded sensors end, infinity for the others; None:
     no sensor is blinded."""
 

@@ -13,7 +13,7 @@ from place_rings.placement.search.stop_token import StopToken
 
 SCENES = {
     "paper": pr.Scene.paper(targets=[pr.Shell(0.5)]),
-    "real mounts": pr.Scene(targets=[pr.Shell(0.5, 0.6), pr.Shell(1.0, 0.4)]),
+    "real mounts": pr.Scene(targets=[pr.Shell(0.5, weight=0.6), pr.Shell(1.0, weight=0.4)]),
 }
 
 
