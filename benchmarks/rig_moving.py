@@ -13,22 +13,16 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-import psutil
 from common import say, table
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE
-from place_rings.rig.robot.vetting import Ended
 from place_rings.rig.simulated.process import SimulatedRig, command
 
-from tests.rig.moving import FAULTS, RINGS, MovingCheck
+from tests.rig.moving import FAULTS, LIMITS, RINGS, TRIES, MovingCheck, Stood, running, standstill
 
 # s, bounds of the time to standstill, and of the end of all processes after the check
 STILL, LEFT = 1.0, LEAVE + 0.5
 _SIDE_BY_SIDE = 2  # rigs at once, as runs mostly wait
-_TRIES = 6  # attempts at a run on a machine that is too busy for a real rig's limits
-_LIMITS = "|".join(
-    [Ended.STALE.value, Ended.LATE.value, "silent", "held up", "no sign of life", "process ended"]
-)
 _LATE = "only after"  # in the report of a robot that was seen to stand still too late
 
 
@@ -36,8 +30,8 @@ _LATE = "only after"  # in the report of a robot that was seen to stand still to
 class Stillness:
     """Results of a fault's runs."""
 
-    still: list[float] = field(default_factory=list)
-    """Times until the robot stood still, s."""
+    still: list[Stood] = field(default_factory=list)
+    """Times and angles until the robot stood still."""
     left: list[float] = field(default_factory=list)
     """Times from the end of the check to that of its last process, s."""
     reports: int = 0
@@ -60,15 +54,15 @@ def strike(rig: SimulatedRig, check: Any, name: str, moment: float, found: Still
         found.again += 1
         return
     time.sleep(moment)
-    family, struck = check.children(), time.monotonic()
+    family, start, struck = check.children(), rig.do("state")["q"], time.monotonic()
     fault.strike(rig, check)
-    still = standstill(rig, struck)
+    still = standstill(rig, struck, start)
     if fault.moves:
         check.wait("arrived")
         check.answer("s")
     said = check.wait("ended")
     ended, why = time.monotonic(), said["why"]
-    remaining = psutil.wait_procs(family, 10 * LEFT)[1]
+    remaining = running(family, 10 * LEFT)
     found.left.append(time.monotonic() - ended)
     if said["what"] == "gone":
         check.process.wait()
@@ -76,28 +70,14 @@ def strike(rig: SimulatedRig, check: Any, name: str, moment: float, found: Still
     found.reports, found.unseen = found.reports + 1, found.unseen + admitted
     if fault.stops and not fault.moves and still is not None:
         found.still.append(still)
-    if not (fault.moves or admitted or (still is not None and still <= STILL)):
-        found.wrong.append(f"stood still after {still} s: {why}")
+    if not (fault.moves or admitted or (still is not None and still.seconds <= STILL)):
+        found.wrong.append(f"stood still after {still}: {why}")
     if fault.reported and not re.search(fault.reported, why):
-        limit = re.search(_LIMITS, why)
+        limit = re.search(LIMITS, why)
         found.other += bool(limit)
         found.wrong += [] if limit else [f"reported: {why}"]
     if remaining or found.left[-1] > LEFT:
         found.wrong.append(f"processes remained for {found.left[-1]:.1f} s")
-
-
-def standstill(rig: SimulatedRig, struck: float) -> float | None:
-    """Return the time after ``struck`` at which the robot stood still, s, as the simulated rig
-    itself reports it; None if it did not within 10 s.
-    """
-    before = rig.do("state")["q"]
-    while time.monotonic() < struck + 10:
-        time.sleep(0.02)
-        state = rig.do("state")
-        if np.abs(np.subtract(state["q"], before)).max() < 1e-5:
-            return float(state["time"] - struck)
-        before = state["q"]
-    return None
 
 
 def runs_of(names: list[str], runs: int) -> dict[str, Stillness]:
@@ -107,7 +87,7 @@ def runs_of(names: list[str], runs: int) -> dict[str, Stillness]:
         check = MovingCheck(rig)
         for name, found in every.items():
             rng = np.random.default_rng([*name.encode()])
-            while found.reports < runs and found.reports + found.again < _TRIES * runs:
+            while found.reports < runs and found.reports + found.again < TRIES * runs:
                 if check.process.poll() is not None or check.process.stdin.closed:
                     check.close()
                     check = MovingCheck(rig)
@@ -122,9 +102,12 @@ def runs_of(names: list[str], runs: int) -> dict[str, Stillness]:
 
 def row(name: str, found: Stillness) -> list[Any]:
     """Return the row of a fault."""
-    still, left = ([1000 * s for s in some] for some in (found.still, found.left))
-    times = [f"{median(still):.0f}", f"{max(still):.0f}"] if still else ["-", "-"]
-    ends = f"{max(left):.0f}" if left else "-"
+    times = ["-"] * 3
+    if found.still:
+        still = [1000 * one.seconds for one in found.still]
+        turned = max(one.degrees for one in found.still)
+        times = [f"{median(still):.0f}", f"{max(still):.0f}", f"{turned:.1f}"]
+    ends = f"{1000 * max(found.left):.0f}" if found.left else "-"
     return [name, found.reports, *times, found.unseen, ends, found.other, len(found.wrong)]
 
 
@@ -138,15 +121,16 @@ def report(runs: int) -> list[str]:
             for found in part.items()
         ]
     found = dict(every)
-    heads = ("fault", "runs", "standstill, median, ms", "largest", "not seen to stand still")
-    more = ("processes left, largest, ms", "another limit first", "wrong")
+    heads = ("fault", "runs", "standstill, median, ms", "largest", "largest angle, °")
+    more = ("not seen to stand still", "processes left, largest, ms", "another limit first")
     again = sum(one.again for one in found.values())
     return [
         f"Standstill: time from the fault, as the rig reports it; bound {1000 * STILL:.0f} ms."
-        " Not seen: the report says so, and the bound may be exceeded. Processes left: time from"
-        f" the end of the check to the end of its last process; bound {1000 * LEFT:.0f} ms. Another"
+        " The angle is that of the joint that turned farthest meanwhile; it turns at up to 15°/s."
+        " Not seen: the report says so, and the bound may be exceeded. Processes left: time"
+        f" from the end of the check to the end of its last process; bound {1000 * LEFT:.0f} ms. Another"
         " limit first: a time limit fired, and was reported, before the fault was detected. Wrong:"
         " a bound was exceeded without a report, or the report names something else."
         f" {_SIDE_BY_SIDE} rigs run at once. Repeated, as the machine was too busy: {again}.",
-        table((*heads, *more), [row(name, found[name]) for name in FAULTS]),
+        table((*heads, *more, "wrong"), [row(name, found[name]) for name in FAULTS]),
     ]

@@ -13,13 +13,18 @@ from queue import Queue
 from threading import Thread
 from typing import NamedTuple
 
+import numpy as np
 import psutil
 from place_rings.rig.rings.line_monitor import Happened
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.vetting import Ended
 
 RINGS = 2
+TRIES = 6  # attempts at a run on a machine that is too busy for a real rig's limits
 _PAUSE = 1.5  # s, pause of a stopped process before it resumes
+
+_LIMITS = ("silent", "held up", "no sign of life", "process ended")
+LIMITS = "|".join([Ended.STALE.value, Ended.LATE.value, *_LIMITS])  # of a real rig, in reports
 
 
 class MovingCheck:
@@ -73,6 +78,43 @@ class MovingCheck:
         self.process.wait()
         self._reader.join()
         self.process.stdout.close()
+
+
+class Stood(NamedTuple):
+    """How a robot came to a standstill."""
+
+    seconds: float
+    """Time, s."""
+    degrees: float
+    """Angle of the joint that turned farthest meanwhile."""
+
+
+def standstill(rig, since, start):
+    """When after ``since``, and how far from joint angles ``start``, the rig itself says that it
+    stands; None if it does not within 10 s."""
+    before = start
+    while time.monotonic() < since + 10:
+        time.sleep(0.02)
+        state = rig.do("state")
+        if np.abs(np.subtract(state["q"], before)).max() < 1e-5:
+            turned = np.degrees(np.abs(np.subtract(state["q"], start)).max())
+            return Stood(state["time"] - since, float(turned))
+        before = state["q"]
+    return None
+
+
+def running(family, seconds):
+    """The processes that still run after ``seconds``."""
+    until = time.monotonic() + seconds
+    while (some := [p for p in family if _runs(p)]) and time.monotonic() < until:
+        time.sleep(0.02)
+    return some
+
+
+def _runs(process):
+    with suppress(psutil.NoSuchProcess):
+        return process.status() != psutil.STATUS_ZOMBIE  # nobody asks how an orphan ended
+    return False
 
 
 def later(do):

@@ -45,39 +45,17 @@ from place_rings.rig.simulated_cell.cell import simulated_rig
 from ..support.refusals import refused
 from .cell import SCENE, SETUP, SHELLS
 from .commands import call
-from .moving import FAULTS, RINGS, MovingCheck
+from .moving import FAULTS, LIMITS, RINGS, TRIES, MovingCheck, running, standstill
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 PATIENCE = 6.0  # a busy machine keeps processes waiting
 WAKE = 0.5  # s that a thread may take to wake on a busy machine
 STILL, LEFT = 1.0, LEAVE + 0.5  # s until the robot stands, and until no process is left
-TRIES = 5  # a busy machine may exceed a limit of a real rig before the fault strikes
-LIMITS = "|".join(
-    [Ended.STALE.value, Ended.LATE.value, "silent", "held up", "no sign of life", "process ended"]
-)
 
 
 def rig(rings=1, sensors=4, seed=0):
     words = command(rings, sensors, seed=seed)
     return SimulatedRig((("-m", "place_rings.rig.simulated"), words))
-
-
-def standstill(simulated, since):
-    """Seconds after ``since`` at which the rig itself says that it stands; None: after 10 s."""
-    before = None
-    while time.monotonic() < since + 10:
-        state = simulated.do("state")
-        if before is not None and np.abs(np.subtract(state["q"], before)).max() < 1e-5:
-            return state["time"] - since
-        before = state["q"]
-        time.sleep(0.02)
-    return None
-
-
-def runs(process):
-    with suppress(psutil.NoSuchProcess):
-        return process.status() != psutil.STATUS_ZOMBIE  # nobody asks how an orphan ended
-    return False
 
 
 def struck(simulated, check, name):
@@ -87,15 +65,15 @@ def struck(simulated, check, name):
     if check.wait("moving")["what"] != "moving":
         return None
     time.sleep(random.Random(name).uniform(0.1, 0.6))
-    family, since = check.children(), time.monotonic()
+    family, start, since = check.children(), simulated.do("state")["q"], time.monotonic()
     strike(simulated, check)
-    still, wrong = standstill(simulated, since), []
+    still, wrong = standstill(simulated, since, start), []
     said = check.wait("arrived" if moves else "ended")
     arrived = said["what"] == "arrived"
     if arrived:
         check.answer("s")
         said = check.wait("ended")
-    why, left = said["why"], psutil.wait_procs(family, LEFT)[1]
+    why, left = said["why"], running(family, LEFT)
     if said["what"] == "gone":
         check.process.wait()
     if arrived != moves or not re.search(reported, why):
@@ -105,9 +83,9 @@ def struck(simulated, check, name):
     admitted = UNSEEN in why or "only after" in why
     if still is None and stops and not moves:
         wrong.append("still moves")
-    if not (moves or admitted or (still is not None and still <= STILL)):
-        wrong.append(f"stood still after {still} s, and reported: {why}")
-    return wrong + [f"left: {process}" for process in left if runs(process)]
+    if not (moves or admitted or (still is not None and still.seconds <= STILL)):
+        wrong.append(f"stood still after {still}, and reported: {why}")
+    return wrong + [f"left: {process}" for process in left]
 
 
 def results(names):
