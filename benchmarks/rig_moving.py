@@ -128,9 +128,9 @@ def report(runs: int) -> list[str]:
         f"Standstill: time from the fault, as the rig reports it; bound {1000 * STILL:.0f} ms."
         " The angle is that of the joint that turned farthest meanwhile; it turns at up to 15°/s."
         " Not seen: the report says so, and the bound may be exceeded. Processes left: time"
-        f" from the end of the check to the end of its last process; bound {1000 * LEFT:.0f} ms. Another"
-        " limit first: a time limit fired, and was reported, before the fault was detected. Wrong:"
-        " a bound was exceeded without a report, or the report names something else."
+        f" from the end of the check to the end of its last process; bound {1000 * LEFT:.0f} ms."
+        " Another limit first: a time limit fired, and was reported, before the fault was detected."
+        " Wrong: a bound was exceeded without a report, or the report names something else."
         f" {_SIDE_BY_SIDE} rigs run at once. Repeated, as the machine was too busy: {again}.",
         table((*heads, *more, "wrong"), [row(name, found[name]) for name in FAULTS]),
     ]

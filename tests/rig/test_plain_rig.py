@@ -1,0 +1,76 @@
+"""A check that moves a controller and rings which share no code with the package: plain_rig.py."""
+
+import os
+import re
+import subprocess
+import sys
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.writing import to_toml
+from place_rings.objectives.motion_limits import Motion
+from place_rings.rig.check.models import CheckResult
+
+from .cell import SCENE, SETUP
+from .moving import LIMITS, TRIES
+
+STOPS, TRIALS = 8, 2
+
+
+@contextmanager
+def plain_rig(folder):
+    """The controller's address; the rings are links in ``folder``."""
+    address = f"127.88.{os.getpid() >> 8 & 255}.{os.getpid() & 255 or 1}"
+    joints = ",".join(map(str, SCENE.poses[0].q))
+    counts = ",".join(str(r.count) for r in SETUP.rings)
+    words = [Path(__file__).with_name("plain_rig.py"), address, folder, counts, joints]
+    with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True) as rig:
+        assert rig.stdout.readline() == "open\n"
+        try:
+            yield address
+        finally:
+            rig.kill()
+
+
+def checked(folder, out):
+    """The exit code and the result of a check that answers every question."""
+    with plain_rig(folder) as address:
+        rings = [f"--ring={ring.link}={folder / f'ring{i}'}" for i, ring in enumerate(SETUP.rings)]
+        numbers = ["--seconds", "1", "--stops", str(STOPS), "--trials", str(TRIALS)]
+        done = subprocess.run(
+            [
+                *(sys.executable, "-m", "place_rings.cli.entry"),
+                *("check", folder / "moving.toml", "--robot-host", address, *rings, "--move"),
+                *("--allow-differing-self-check", *numbers, "--voxel", "0.1", "--out", out),
+            ],
+            input="yes\n" + "\n" * 50,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+    assert "Traceback" not in done.stderr
+    return done, CheckResult.model_validate_json((out / "check.json").read_text())
+
+
+@pytest.mark.slow
+def test_a_check_of_an_independent_controller_moves_and_ends_by_itself(tmp_path):
+    """Its distances are made up, so that they differ from the proposal; all else must hold."""
+    pytest.importorskip("rtde_control")
+    motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
+    proposal = ProposalFile.of(SETUP, replace(SCENE, motion=motion))
+    (tmp_path / "moving.toml").write_text(to_toml(proposal))
+    for attempt in range(TRIES):
+        done, result = checked(tmp_path, tmp_path / str(attempt))
+        if not re.search(LIMITS, " ".join(result.reasons)):  # a busy machine
+            break
+    assert done.returncode in (1, 3), done.stderr
+    assert not any("ended early" in reason for reason in result.reasons), result.reasons
+    assert result.mount.stops == result.mount.planned == STOPS
+    assert [c.trials == c.planned for c in result.coverage] == [True]
+    assert result.robot.ended is None
+    assert [(line.lost, line.corrupt, line.restarts) for line in result.lines] == [(0, 0, 0)] * 2
+    assert any("reads" in r or "differ" in r for r in result.reasons)
