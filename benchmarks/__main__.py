@@ -53,8 +53,8 @@ PARTS = {
         *(1, 2, "all widths of the sigmoid"),
     ),
     "search": Part(
-        "Search: comparison with other optimisers, spread over seeds, modes and scale",
-        *(9, 150, "18 questions, five seeds, differential evolution, all modes and sizes"),
+        "Search: answers and time against an earlier search, spread over seeds, other optimisers",
+        *(10, 12, "1,000 sensors, checked by random points"),
     ),
     "start_up": Part(
         "Start-up time of commands", 1, 10, "more rounds, and the questions of the docs"

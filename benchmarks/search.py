@@ -1,152 +1,179 @@
-"""Search: comparison with other optimisers, spread over seeds, modes and scale.
+"""Search: answers and processor time against those of an earlier search, spread over seeds, the
+default command, and other optimisers.
 
 Each search runs in a process of its own on a core of its own, while the other cores run others.
 """
 
-import math
+import csv
+import json
+import os
 import statistics
+import subprocess
+import sys
+import time
+from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
-from common import absent, exponent, installed, on_each_core, own_process, table
-from search_peers import FREE, OURS, PEERS, Run, ours, theirs
-from search_questions import FULL, MODES, PLAIN, QUESTIONS, SCALE, SHORT, Plan, Question
+from common import absent, installed, on_each_core, own_process, say, table
+from search_peers import PEERS, theirs
+from search_questions import QUESTIONS, SIZES
+from start_up import PLACE, run
 
-LIMITS = {OURS: 0.3, FREE: 0.5}  # points, largest spread wanted over the seeds
-_NOISE = 0.1  # tolerance of a fitted exponent
+SEEDS = 3
+_LOWER = {False: 0.1, True: 0.3}  # points, by which a median may be lower; True: any rings
+_LONGER = 1.5  # times the earlier processor time that a search may take
+_COMMANDS = 3  # runs of the default command once all is compiled
+_WALL = 8.0  # s, wanted of the default command
+_COMPARED = ("near", "far", "paper_near", "paper_far")  # questions that the peers answer, too
+_HERE = Path(__file__).parent
+_BASELINE = _HERE / "search_baseline.csv"
+
+Answers = dict[str, list[dict[str, Any]]]
+"""What the searches of each question returned, by seed."""
 
 
 def report(full: bool) -> list[str]:
-    """Run the searches of a plan and return blocks of Markdown."""
-    plan = FULL if full else SHORT
-    peers = [name for name in plan.peers if installed(PEERS[name][0])]
-    questions = [QUESTIONS[name] for name in plan.questions]
-    sizes = {name: SCALE[name][::step] for name, step in plan.scale.items()}
-    tasks = [  # the longest first
-        *((own_process, ours, q, 0) for series in sizes.values() for _, q in series),
-        *((compared, q, seed, peers, plan.longer) for q in questions for seed in range(plan.seeds)),
-        *((beside_plain, mode) for mode in MODES[: plan.modes]),
-    ]
-    results = iter(on_each_core(tasks))
-    grown = {n: [(size, next(results)) for size, _ in series] for n, series in sizes.items()}
-    runs = [run for _ in range(len(questions) * plan.seeds) for run in next(results)]
-    modes = list(results)
-    blocks = [*_comparison(plan, peers, runs), *_spread(plan, runs), *_modes(modes)]
-    return [*blocks, *_scale(grown)]
+    """Run the searches and return blocks of Markdown."""
+    before, source = baseline()
+    spent = {name: sum(_column(before[name], "processor_s")) for name in QUESTIONS}
+    minutes = sum(spent.values()) / len(os.sched_getaffinity(0)) / 60
+    say(f"the searches took {minutes:.0f} minutes before; the peers take about 4, the rest 2")
+    blocks, now = [command()], defaultdict(list)
+    asked = [(name, 0) for name in SIZES if full]
+    asked += [(n, s) for n in sorted(spent, key=spent.get, reverse=True) for s in range(SEEDS)]
+    answers = on_each_core([(searched, *one) for one in asked])  # the longest first
+    for (name, _), answer in zip(asked, answers, strict=True):
+        now[name].append(answer)
+    blocks += [*against(before, now, source), *stages(now), *peers(now)]
+    return [*blocks, *(sizes(now) if full else ())]
 
 
-def compared(question: Question, seed: int, peers: Sequence[str], longer: float) -> list[Run]:
-    """Return the runs of ours with the given and with any rings, and of the peers."""
-    mine = own_process(ours, question, seed, True)
-    free = own_process(ours, replace(question, rings=None), seed)
-    seconds = longer * mine.seconds
-    return [mine, free, *(own_process(theirs, question, seed, peer, seconds) for peer in peers)]
+def baseline() -> tuple[Answers, str]:
+    """Return the stored answers of the earlier search, and the comment that tells their source."""
+    lines = _BASELINE.read_text("utf-8").splitlines()
+    before: Answers = defaultdict(list)
+    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        value, seconds = float(row["exact_percent"]), float(row["processor_s"])
+        before[row["question"]].append({"value": value, "processor_s": seconds})
+    return before, " ".join(line[1:].strip() for line in lines if line.startswith("#"))
 
 
-def beside_plain(mode: Question) -> tuple[Run, float]:
-    """Return the run of a mode, and the mean time of a plain search before and after it, s."""
-    before, run, after = (own_process(ours, q, 0) for q in (PLAIN, mode, PLAIN))
-    return run, (before.seconds + after.seconds) / 2
+def searched(name: str, seed: int) -> dict[str, Any]:
+    """Return what ``search_run`` prints for a question and a seed."""
+    words = [sys.executable, str(_HERE / "search_run.py"), name, str(seed)]
+    answer: dict[str, Any] = json.loads(subprocess.check_output(words, text=True))
+    return answer
 
 
-def _median(runs: Sequence[Run], question: str, method: str, of: str, *arguments: float) -> float:
-    some = [r for r in runs if (r.question, r.method) == (question, method)]
-    found = [getattr(r, of)(*arguments) if arguments else getattr(r, of) for r in some]
-    return statistics.median(found)
+def _column(answers: Sequence[dict[str, Any]], name: str) -> list[float]:
+    """Return the values of a column; that of an answer that breaks a rule is 0."""
+    return [answer[name] or 0.0 for answer in answers]
 
 
-def _seconds(value: float) -> str:
-    return f"{value:.1f}" if math.isfinite(value) else "not reached"
-
-
-def _comparison(plan: Plan, peers: Sequence[str], runs: Sequence[Run]) -> list[str]:
-    """Compare ours with the peers on the same rings, as medians over the seeds."""
-    heads = ["question, sensors", "ours, %", "s", *(f"{peer}, %" for peer in peers)]
-    heads += ["ahead", "s to the best peer's value: peer", "ours", "peer / ours", f"{FREE}, %", "s"]
-    rows, wrong = [], sum(run.rejected for run in runs)
-    for name in plan.questions if peers else ():
-        ends = {peer: _median(runs, name, peer, "exact") for peer in peers}
-        rival = max(peers, key=lambda peer: ends[peer])
-        mine, level = _median(runs, name, OURS, "exact"), ends[rival]
-        slow, fast = (_median(runs, name, m, "reached", level) for m in (rival, OURS))
-        spent = _median(runs, name, OURS, "seconds")
-        row = [name, f"{mine:.2f}", f"{spent:.1f}"]
-        row += [f"{_median(runs, name, p, 'best', spent):.2f} / {ends[p]:.2f}" for p in peers]
-        row += [f"{mine - level:+.2f}", f"{rival}: {_seconds(slow)}", _seconds(fast)]
-        row.append(f"{slow / fast:.1f}" if math.isfinite(fast) and math.isfinite(slow) else "-")
-        free = (_median(runs, name, FREE, of) for of in ("exact", "seconds"))
-        rows.append([*row, *(f"{value:.{2 - i}f}" for i, value in enumerate(free))])
-    missing = [absent(PEERS[p][0], len(heads)) for p in plan.peers if p not in peers]
+def against(before: Answers, now: Answers, source: str) -> list[str]:
+    """Compare answers and processor time with the stored ones."""
+    rows, ahead, marked = [], 0, 0
+    for name, question in QUESTIONS.items():
+        values = [_column(some[name], "value") for some in (before, now)]
+        seconds = [statistics.median(_column(some[name], "processor_s")) for some in (before, now)]
+        medians = [statistics.median(each) for each in values]
+        gain, ratio = round(medians[1] - medians[0], 4), seconds[1] / seconds[0]
+        marks = ["lower"] * (gain < -_LOWER[question.sensors is not None])
+        marks += ["slower"] * (ratio > _LONGER)
+        ahead, marked = ahead + (gain > 0), marked + bool(marks)
+        spreads = [max(each) - min(each) for each in values]
+        row = [name, *(f"{value:.2f}" for value in medians), f"{round(gain, 2) + 0.0:+.2f}"]
+        row += [*(f"{spread:.2f}" for spread in spreads), *(f"{each:.1f}" for each in seconds)]
+        rows.append([*row, f"{ratio:.2f}", ", ".join(marks) or "-"])
+    broken = sum(answer["value"] is None for name in QUESTIONS for answer in now[name])
+    heads = ["question", "before, %", "now, %", "gain, points", "spread before", "spread now"]
+    heads += ["processor s before", "now", "ratio", "mark"]
     return [
-        "The first questions have real mounts and self-occlusion on V_S(0.5); the others, named by"
-        " their targets, are of the paper's world on a UR10. All methods choose position, tilt and"
-        f" phase of the same rings; only `{FREE}` also chooses links, rings and counts. Peers"
-        " evaluate 8,192 points by the package's compiled estimator, with their own defaults, in"
-        " the feasible set of our search; cells state their values in our processor time and in"
-        f" {plan.longer:g} times as much, which the other columns compare with. Their clock starts"
-        " after compilation, ours includes drawing points. Every answer that was a method's best is"
-        " counted exactly (voxels of 1 cm) and checked against all rules."
-        f" Medians of {plan.seeds} seeds; {wrong} answers broke a rule and do not count.",
-        table(heads, [*rows, *missing]),
+        f"Before: {source} Medians of {SEEDS} seeds, of exact values (voxels of 1 cm) of the"
+        " criterion; a spread is the largest less the smallest, in points. Marked: a median lower"
+        f" by more than {_LOWER[False]:g} points ({_LOWER[True]:g} with any rings), and processor"
+        f" time of more than {_LONGER:g} times. {ahead} of {len(QUESTIONS)} medians are higher,"
+        f" {marked} questions are marked. All answers are judged against all rules; {broken} broke"
+        " one and count as 0.",
+        table(heads, rows),
     ]
 
 
-def _spread(plan: Plan, runs: Sequence[Run]) -> list[str]:
-    """Show how far the answers of the seeds differ."""
+def stages(now: Answers) -> list[str]:
+    """Show what each stage of the search reached and took, where the search says so."""
     rows = []
-    for name in plan.questions:
-        for method, limit in LIMITS.items():
-            zetas = [r.exact for r in runs if (r.question, r.method) == (name, method)]
-            points = max(zetas) - min(zetas)
-            row = [
-                name,
-                method,
-                len(zetas),
-                *(f"{f(zetas):.2f}" for f in (max, min)),
-                f"{points:.2f}",
-            ]
-            rows.append([*row, f"{limit:g}", "yes" if points <= limit else "no"])
-    heads = ("question, sensors", "method", "seeds", "best, %", "worst, %", "spread, points")
-    return ["Spread over the seeds:", table((*heads, "wanted at most", "holds"), rows)]
+    for name in QUESTIONS:
+        stages = now[name][0]["stages"]
+        rows += [[name, *(_shown(value) for value in stage.values())] for stage in stages]
+    if not rows:
+        return []
+    heads = next(list(some[0]["stages"][0]) for some in now.values() if some[0]["stages"])
+    return ["Stages of the searches with seed 0:", table(["question", *heads], rows)]
 
 
-def _modes(modes: Sequence[tuple[Run, float]]) -> list[str]:
-    """Compare modes with a plain search."""
-    rows = [
-        (
-            *(run.question, f"{run.seconds:.1f}", f"{run.seconds / plain:.2f}"),
-            *(f"{run.exact:.2f}", run.rings, f"{run.peak:.0f}"),
-        )
-        for run, plain in modes
-    ]
+def _shown(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def command() -> str:
+    """Time the default command from its start to its end, alone on the machine."""
+    seconds = []
+    with TemporaryDirectory() as compiled:
+        for _ in range(1 + _COMMANDS):
+            began = time.perf_counter()
+            run(PLACE, compiled)
+            seconds.append(time.perf_counter() - began)
+    first, *later = seconds
+    return (
+        f"`place-rings --target V_S --radius 0.5` takes {statistics.median(later):.1f} s from start"
+        f" to end (median of {_COMMANDS} runs, wanted at most {_WALL:g} s), and {first:.1f} s for"
+        " the first time, when Python and JAX compile."
+    )
+
+
+def peers(now: Answers) -> list[str]:
+    """Compare with other optimisers in the median processor time of our search."""
+    kept = [name for name, (package, _) in PEERS.items() if installed(package)]
+    spent = {name: statistics.median(_column(now[name], "processor_s")) for name in _COMPARED}
+    tasks = [(peer, name, seed) for name in _COMPARED for peer in kept for seed in range(SEEDS)]
+    found = on_each_core([(own_process, theirs, *task, spent[task[1]]) for task in tasks])
+    values: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for (peer, name, _), answers in zip(tasks, found, strict=True):
+        values[name, peer].append(max((v for v in answers if v is not None), default=0.0))
+    rows = []
+    for name in _COMPARED:
+        ours = statistics.median(_column(now[name], "value"))
+        each = [statistics.median(values[name, peer]) for peer in kept]
+        row = [name, f"{spent[name]:.1f}", f"{ours:.2f}", *(f"{value:.2f}" for value in each)]
+        rows.append([*row, f"{ours - max(each):+.2f}" if each else "-"])
+    broken = sum(value is None for answers in found for value in answers)
+    heads = ["question", "processor s", "ours, %", *(f"{peer}, %" for peer in kept), "ahead"]
+    missing = [absent(PEERS[peer][0], len(heads)) for peer in PEERS if peer not in kept]
     return [
-        "Modes: 80 sensors for V_S(0.5) on a UR10 in five rings unless a row says otherwise; seed"
-        " 0. Ratios are to a plain search in the paper's world, before and after each. The value is"
-        " that of the criterion.",
-        table(("mode", "processor s", "ratio", "exact value, %", "rings", "peak, MB"), rows),
+        "Other optimisers choose position, tilt and phase of the same rings. They have the median"
+        " processor time of our search, theirs without start-up and compilation. They evaluate"
+        " 8,192 points by the package's compiled estimator, with their own defaults, in the"
+        " feasible set of our search. The last three answers that were a peer's best are counted"
+        " and judged as ours are, and the best of them counts; medians of the seeds."
+        f" {broken} answers broke a rule.",
+        table(heads, rows + missing),
     ]
 
 
-def _scale(grown: dict[str, list[tuple[float, Run]]]) -> list[str]:
+def sizes(now: Answers) -> list[str]:
     """Show how time and memory grow."""
     rows = []
-    for name, each in grown.items():
-        sizes, runs = zip(*each, strict=True)
-        slopes = ["-", "-", "-"]
-        if len(sizes) > 1:
-            values = ([r.seconds for r in runs], [r.peak for r in runs])
-            found = [exponent(sizes, some) for some in values]
-            verdict = "yes" if max(found) <= 1 + _NOISE else "no"
-            slopes = [*(f"{slope:.2f}" for slope in found), verdict]
-        checks = (f"{r.check[0]:.2f} ± {r.check[1]:.2f}" if r.check else "-" for r in runs)
-        columns = ([f"{s:g}" for s in sizes], [f"{r.seconds:.0f}" for r in runs])
-        columns += ([f"{r.peak:.0f}" for r in runs], [f"{r.exact:.2f}" for r in runs])
-        rows.append([name, *(" / ".join(some) for some in (*columns, checks)), *slopes])
-    heads = ("what grows", "values", "processor s", "peak, MB", "exact value, %")
-    more = ("random points, %", "exponent of time", "of memory", f"linear, within {_NOISE:g}")
+    for name in SIZES:
+        (answer,) = now[name]
+        zeta, half = answer["random"]
+        row = [name, f"{answer['processor_s']:.0f}", f"{answer['peak_mb']:.0f}"]
+        rows.append([*row, f"{answer['value'] or 0:.2f}", f"{zeta:.2f} ± {half:.2f}"])
+    heads = ("size", "processor s", "peak, MB", "exact value, %", "random points, %")
     return [
-        "Scale: any rings on a UR10 under `shadow`, for V_S(1.5) with 250 sensors unless they grow,"
-        " for V_S(0.5) with 96 where poses grow. Points are those of the search's rounds. Random"
-        " points check some answers in plain NumPy, with their 95 % interval.",
-        table((*heads, *more), rows),
+        "Growth: any rings on a UR10 under `shadow`, for V_S(1.5). Random points check the answers"
+        " in plain NumPy, with their 95 % interval.",
+        table(heads, rows),
     ]

@@ -1,104 +1,155 @@
-"""The compared searches: ours, and optimisers with their defaults on the same objective.
+"""Other optimisers with their defaults, on the given rings of a question.
 
-Each peer evaluates candidates until its processor time is over, in batches if it can. Each search
-runs in a process of its own.
+Each evaluates candidates until its processor time is over, in batches if it can. Candidates are
+numbers in a unit box.
 """
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
-from common import peak_memory
-from monte_carlo import estimate
-from place_rings.placement.search.global_stage import usual
-from place_rings.placement.search.progress import Progress
-from place_rings.placement.search.search import search
-from search_questions import Question
-from search_task import Judge, OverError, PeerObjective, Watch
+from jaxtyping import Float
+from place_rings.coverage.rings.ring import Setup
+from place_rings.objectives.criterion import Criterion
+from place_rings.objectives.feasibility.mounting import meeting
+from place_rings.objectives.scene import CoreScene
+from place_rings.placement.search.design import Candidate, Space
+from place_rings.placement.search.exchange import share_of
+from place_rings.placement.search.exchange_points import Fields
+from search_questions import QUESTIONS
+from search_run import exact
 
-DRAWN = 100_000  # random points that check an answer
-OURS, FREE = "ours", "ours, any rings"
+POINTS = 8192  # points of all goals and poses, on which candidates are evaluated
+_BATCH = 16  # candidates between two checks of the clock
+_COUNTED = 3  # last best answers of a peer that are counted exactly
 
 
-@dataclass(repr=False)
-class Run:
-    """One run of a method."""
+class OverError(Exception):
+    """The time is over."""
 
-    question: str
-    """Name of the question."""
-    method: str
-    """Name of the method."""
+
+@dataclass
+class Watch:
+    """A peer's clock of processor time, and the setups that were its best."""
+
     seconds: float
-    """Processor time, s."""
-    exact: float
-    """Exact value of the answer, percent; 0 without one."""
-    rings: int
-    """Rings of the answer."""
-    peak: float
-    """Peak memory of its process, MB."""
-    curve: list[tuple[float, float]] = field(default_factory=list)
-    """Processor time, s, and exact ζ in percent of each answer that was its best."""
-    rejected: int = 0
-    """Answers that break a rule."""
-    check: tuple[float, float] | None = None
-    """ζ in percent by random points, and half its 95 % interval."""
+    """Processor time after which it is over, s."""
+    began: float = field(default_factory=time.process_time)
+    """Processor time of the start, s."""
+    shown: list[tuple[float, Setup]] = field(default_factory=list)
+    """Shares of the points that the setups cover, and the setups."""
 
-    def __repr__(self) -> str:
-        return f"{self.method}: {self.exact:.2f} % in {self.seconds:.1f} s"
+    @property
+    def spent(self) -> float:
+        """Processor time since the start, s."""
+        return time.process_time() - self.began
 
-    def best(self, seconds: float) -> float:
-        """Return the best value until then, percent; 0 before the first answer."""
-        return max((value for at, value in self.curve if at <= seconds), default=0.0)
-
-    def reached(self, level: float) -> float:
-        """Return the processor seconds to a level; infinite if it was not reached."""
-        return next((seconds for seconds, value in self.curve if value >= level), math.inf)
+    @property
+    def best(self) -> float:
+        """Best share so far; 0 before the first setup."""
+        return self.shown[-1][0] if self.shown else 0.0
 
 
-def counted(question: Question, watch: Watch, run: Run) -> Run:
-    """Return a run with its answers counted exactly."""
-    judge = Judge(question.made())
-    values = [(s.seconds, judge.value(s.setup)) for s in watch.lasting()]
-    run.curve = [(seconds, 100 * value) for seconds, value in values if value is not None]
-    run.rejected = len(values) - len(run.curve)
-    return run
+class PeerObjective:
+    """The objective of the peers.
+
+    Candidates are ``size`` numbers in [0, 1]: position along the whole link, tilt and phase of each
+    ring of a layout. Each ring is moved to the nearest place that the rules leave free, so peers
+    search the feasible set of our search. The value is the share of sample points that a candidate
+    covers, as the global stage of our search counts it. low, high (3, R): values at 0 and 1.
+    """
+
+    def __init__(
+        self, scene: CoreScene, layout: Setup, seed: int, watch: Watch, points: int = POINTS
+    ) -> None:
+        """Draw the points."""
+        self.watch, self.space, self._rings = watch, Space(scene, layout), layout.rings
+        self._fields = Fields.drawn(self.space, Criterion(), points, seed)
+        self.low, self.high = self._bounds(scene)
+        self._free = self.high > self.low
+        self.size = int(self._free.sum())
+
+    def _bounds(self, scene: CoreScene) -> tuple[Float[np.ndarray, "3 R"], ...]:
+        edges = []
+        for ring in self._rings:
+            position = scene.limits_of(ring.link).position
+            fixed = scene.robot.mount(ring.link).length == 0
+            tilt = self.space.tilts(ring.link, ring.count) or (0.0, 0.0)
+            edges.append(((0.0, 0.0) if fixed else position, tilt, (0.0, 2 * math.pi / ring.count)))
+        low, high = np.array(edges).transpose(2, 1, 0)
+        return low, high
+
+    def candidate(self, x: Float[np.ndarray, " n"]) -> Candidate:
+        """Return the nearest candidate that the rules of each link allow.
+
+        Raises:
+            RuntimeError: if the rules leave no place.
+        """
+        values = self.low.copy()
+        values[self._free] += np.clip(x, 0, 1) * (self.high - self.low)[self._free]
+        rings = [
+            replace(ring, position=p, tilt=t, phase=f)
+            for ring, p, t, f in zip(self._rings, *values.tolist(), strict=True)
+        ]
+        found = self.space.candidate(Setup(tuple(rings)))
+        if found is None:
+            raise RuntimeError("the rules leave no place for the layout")
+        return found
+
+    def shares(self, x: Float[np.ndarray, "S n"]) -> Float[np.ndarray, " S"]:
+        """Return shares (S,) in [0, 1] of candidates (S, n); each new best one is shown.
+
+        A candidate that would be the best but whose rings of different links collide is rejected:
+        its share is 0.
+
+        Raises:
+            OverError: if the time is over.
+        """
+        found = []
+        for low, high in pairwise([*range(0, len(x), _BATCH), len(x)]):
+            if self.watch.spent >= self.watch.seconds:
+                raise OverError
+            some = [self.candidate(one) for one in np.asarray(x[low:high], float)]
+            share = np.array([share_of(self._fields, c) for c in some])
+            found.append(self._checked(share, some))
+        return np.concatenate(found)
+
+    def _checked(
+        self, share: Float[np.ndarray, " S"], some: Sequence[Candidate]
+    ) -> Float[np.ndarray, " S"]:
+        """Show the best candidate if it is a new best, and reject those that collide."""
+        while share.max() > self.watch.best:
+            best = int(np.argmax(share))
+            setup, clear = self.space.setup(some[best]), self.space.clear
+            if clear is None or not meeting(clear, setup.rings):
+                self.watch.shown.append((float(share[best]), setup))
+                break
+            share[best] = 0.0
+        return share
 
 
-def ours(question: Question, seed: int, curve: bool = False) -> Run:
-    """Run our search by its own schedule; with ``curve`` count the answers that were its best."""
-    scene, watch = question.made(), Watch(math.inf)
+def theirs(peer: str, name: str, seed: int, seconds: float) -> list[float | None]:
+    """Return the exact values of a peer's last best answers to a question, percent; None for one
+    that breaks a rule.
 
-    def tell(progress: Progress) -> None:
-        if progress.setup is not None:
-            watch.show(progress.best, lambda: progress.setup)
-
-    space = question.space(scene)
-    rounds = usual(scene, space, question.aim)
-    schedule = tuple(replace(r, points=int(r.points * question.points)) for r in rounds)
-    found = search(
-        scene, space, seed, schedule=schedule, tell=tell, aim=question.aim, clock=time.process_time
-    )
-    watch.show(found.exact, lambda: found.setup, always=True)
-    spent, exact, rings = watch.spent, 100 * found.exact, len(found.setup.rings)
-    method = OURS if question.rings else FREE
-    run = Run(question.name, method, spent, exact, rings, peak_memory())
-    if question.checked:
-        zeta, half = estimate(scene, found.setup, DRAWN, 0)
-        run.check = 100 * zeta, 100 * half
-    return counted(question, watch, run) if curve else run
-
-
-def theirs(question: Question, seed: int, method: str, seconds: float) -> Run:
-    """Run a peer for some processor seconds after compilation, and count its answers."""
+    Args:
+        peer: name of the peer.
+        name: name of the question.
+        seed: random seed.
+        seconds: processor time after compilation, s.
+    """
+    question = QUESTIONS[name]
     scene = question.made()
-    task = PeerObjective(scene, question.layout(scene), seed, Watch(math.inf))
+    layout = question.space(scene).layout
+    if layout is None:
+        raise ValueError(f"{name} gives no rings")
+    task = PeerObjective(scene, layout, seed, Watch(math.inf))
     watch = task.watch = Watch(seconds)
-    until_over(PEERS[method][1], task, seed)
-    run = counted(question, watch, Run(question.name, method, watch.spent, 0.0, 0, peak_memory()))
-    run.exact = run.best(math.inf)
-    return run
+    until_over(PEERS[peer][1], task, seed)
+    return [exact(scene, setup, question.aim) for _, setup in watch.shown[-_COUNTED:]]
 
 
 def until_over(peer: Callable[[PeerObjective, int], None], task: PeerObjective, seed: int) -> None:
@@ -125,16 +176,6 @@ def cma_es(task: PeerObjective, seed: int) -> None:
         population *= 2
 
 
-def differential_evolution(task: PeerObjective, seed: int) -> None:
-    """Run SciPy's, vectorised; after convergence restart from other candidates."""
-    from scipy.optimize import differential_evolution as solve
-
-    rng, bounds = np.random.default_rng(seed), [(0, 1)] * task.size
-    more = {"maxiter": 10**6, "polish": False, "vectorized": True, "updating": "deferred"}
-    while True:
-        solve(lambda x: -task.shares(x.T), bounds, rng=rng, **more)
-
-
 def crs2(task: PeerObjective, seed: int) -> None:
     """Run nlopt's GN_CRS2_LM, one candidate at a time."""
     import nlopt
@@ -150,6 +191,5 @@ def crs2(task: PeerObjective, seed: int) -> None:
 PEERS: dict[str, tuple[str, Callable[[PeerObjective, int], None]]] = {
     "CMA-ES": ("cma", cma_es),
     "CRS2": ("nlopt", crs2),
-    "differential evolution": ("scipy", differential_evolution),
 }
 """Distribution and function of each peer."""

@@ -34,6 +34,8 @@ COMMANDS: dict[tuple[str, ...], float] = {
 PAGE = Path(__file__).parent.parent / "docs" / "tutorials" / "place.md"
 _QUESTION = re.compile(r"^\| ([^|`]+) \| `(--target [^`]+)` \| .+ \| \d+ \|$", re.MULTILINE)
 _RUN = ("-m", "place_rings.cli.entry")
+PLACE = (*_RUN, *_SHELL)
+"""Arguments of Python for the default command."""
 
 
 def run(arguments: Sequence[str], compiled: str) -> tuple[float, str]:
@@ -41,10 +43,10 @@ def run(arguments: Sequence[str], compiled: str) -> tuple[float, str]:
 
     Args:
         arguments: the arguments of Python.
-        compiled: folder of the compiled files.
+        compiled: folder of the files that Python and, on Linux, JAX compile.
     """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    environment["PYTHONPYCACHEPREFIX"] = compiled
+    environment |= {"PYTHONPYCACHEPREFIX": compiled, "XDG_CACHE_HOME": compiled}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with TemporaryDirectory() as folder:
         done = subprocess.run(

@@ -1,5 +1,5 @@
-"""The peers in the benchmark of searches: judged by the same count, in the same budget, on the same
-feasible set as our search.
+"""The benchmark of searches: its stored answers and its marks; and its peers, judged by the same
+count, in the same budget, on the same feasible set as our search.
 """
 
 import sys
@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
+from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
@@ -22,8 +23,10 @@ from ..support.rooms import ROOT
 
 with pytest.MonkeyPatch.context() as path:
     path.setattr(sys, "path", [str(ROOT / "benchmarks"), *sys.path])
+    import search as benchmark
     import search_peers as peers
-    import search_task
+    import search_questions
+    import search_run
 
 SCENE = paper_scene(
     goals=(Goal(Target("V_S", 0.5), 0.6), Goal(Target("V_S", 1.2), 0.4)),
@@ -33,7 +36,7 @@ SCENE = paper_scene(
 BUDGET = 150  # evaluations
 
 
-class Counted(search_task.Watch):
+class Counted(peers.Watch):
     """A clock that counts evaluations, as seconds depend on who else is at work."""
 
     spent = 0
@@ -41,8 +44,8 @@ class Counted(search_task.Watch):
 
 @pytest.fixture(scope="module")
 def asked():
-    watch = search_task.Watch(60.0)
-    return search_task.PeerObjective(SCENE, ring_layout(SCENE, 1, 4), 0, watch, points=400)
+    watch = peers.Watch(60.0)
+    return peers.PeerObjective(SCENE, ring_layout(SCENE, 1, 4), 0, watch, points=400)
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
@@ -61,25 +64,26 @@ def test_a_peer_stays_in_bounds_and_budget_and_gets_better_only(asked, name, mon
     monkeypatch.setattr(asked, "candidate", counting)
     peers.until_over(peer, asked, 3)
     assert BUDGET <= watch.spent < BUDGET + 16
-    values = [shown.value for shown in watch.shown]
+    values = [value for value, _ in watch.shown]
     assert values == sorted(values) != []
-    best = watch.shown[-1].setup
+    best = watch.shown[-1][1]
     for ring in best.rings:
         limits = SCENE.limits_of(ring.link)
         if ring.link != "tool":
             assert limits.position[0] - 1e-6 <= ring.position <= limits.position[1] + 1e-6
         assert limits.tilt[0] - 1e-6 <= ring.tilt <= limits.tilt[1] + 1e-6
     # 400 points against all voxels of 4 cm, so some points apart
-    assert search_task.Judge(SCENE, 0.04).value(best) == pytest.approx(values[-1], abs=0.08)
+    exact = search_run.exact(SCENE, best, Criterion(), voxel=0.04)
+    assert exact == pytest.approx(100 * values[-1], abs=8)
 
 
 @pytest.fixture(scope="module")
 def mounted():
     """The objective with real mounts, without its points."""
-    scene, watch = CoreScene(), search_task.Watch(60.0)
+    scene, watch = CoreScene(), peers.Watch(60.0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(search_task, "CoverageObjective", Mock(spec=CoverageObjective))
-        return search_task.PeerObjective(scene, ring_layout(scene, 2, 8), 0, watch, points=64)
+        patch.setattr(peers, "CoverageObjective", Mock(spec=CoverageObjective))
+        return peers.PeerObjective(scene, ring_layout(scene, 2, 8), 0, watch, points=64)
 
 
 @given(st.data())
@@ -93,14 +97,45 @@ def test_peers_see_the_feasible_set_of_the_search(mounted, data):
 
 
 def test_colliding_and_forbidden_answers_have_no_value(asked, monkeypatch):
-    monkeypatch.setattr(asked, "watch", search_task.Watch(60.0))
-    monkeypatch.setattr(search_task, "meeting", lambda clear, rings: ["they meet"])
+    monkeypatch.setattr(asked, "watch", peers.Watch(60.0))
+    monkeypatch.setattr(peers, "meeting", lambda clear, rings: ["they meet"])
     monkeypatch.setattr(asked.space, "clear", object())
     share = asked.shares(np.random.default_rng(2).uniform(size=(3, asked.size)))
     assert share.tolist() == [0, 0, 0]
     assert not asked.watch.shown
     setup = ring_layout(SCENE, 1, 4)
     wrong = replace(setup, rings=(replace(setup.rings[0], tilt=1.5), *setup.rings[1:]))
-    judge = search_task.Judge(SCENE, 0.1)
-    assert 0 < judge.value(setup) < 1
-    assert judge.value(wrong) is None
+    assert 0 < search_run.exact(SCENE, setup, Criterion(), voxel=0.1) < 100
+    assert search_run.exact(SCENE, wrong, Criterion(), voxel=0.1) is None
+
+
+QUESTIONS = search_questions.QUESTIONS
+
+
+def test_the_stored_answers_are_those_of_all_questions_and_seeds():
+    before, source = benchmark.baseline()
+    assert list(before) == list(QUESTIONS)
+    assert {len(answers) for answers in before.values()} == {benchmark.SEEDS}
+    for answers in before.values():
+        assert all(0 < a["value"] < 100 and a["processor_s"] > 0 for a in answers)
+    assert "9792071d" in source
+
+
+@given(st.sampled_from(list(QUESTIONS)), st.integers(-400, 400), st.floats(0.5, 3), st.booleans())
+def test_a_median_that_is_lower_or_later_than_allowed_is_marked(name, thousandths, ratio, broken):
+    def answers(value, seconds):
+        return [{"value": value + x, "processor_s": seconds + x, "stages": ()} for x in (-1, 0, 1)]
+
+    before = {each: answers(50.0, 4.0) for each in QUESTIONS}
+    gain = thousandths / 1000
+    now = before | {name: answers(50.0 + gain, 4.0 * ratio)}
+    if broken:
+        now[name][2]["value"] = None  # was the highest, so the median is the lowest
+        gain -= 1
+    _, text = benchmark.against(before, now, "")
+    (row,) = (line for line in text.splitlines() if line.startswith(f"| {name} |"))
+    marks = row.strip("| ").rsplit("| ", 1)[1].split(", ")
+    allowed = 0.3 if QUESTIONS[name].sensors else 0.1
+    assert ("lower" in marks) == (gain < -allowed)
+    assert ("slower" in marks) == (ratio > 1.5)
+    assert benchmark.stages(now) == []
