@@ -113,7 +113,7 @@ class PeerObjective:
             if self.watch.spent >= self.watch.seconds:
                 raise OverError
             some = [self.candidate(one) for one in np.asarray(x[low:high], float)]
-            share = np.array([share_of(self._fields, c) for c in some])
+            share = np.array([share_of(self.space, self._fields, c) for c in some])
             found.append(self._checked(share, some))
         return np.concatenate(found)
 
