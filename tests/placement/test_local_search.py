@@ -1,0 +1,125 @@
+"""Local search keeps the rules, is never below its start, and ends where no allowed step helps."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.mount_rules import Rules as MountRules
+from place_rings.objectives.parameterization import decode
+from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.soft_coverage import Sample
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.local_search import Effort, Rules, climb
+from place_rings.placement.search.local_stage import LocalStage
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.stop_token import StopToken
+
+from ..support import drawing
+from .test_design import drawn_scene
+
+KEPT = 2e-7  # of a link, by which a climb's values may break a rule
+REAL = [
+    Space(CoreScene(rules=MountRules(shared_tilt=shared)), sensors=48) for shared in (False, True)
+]
+
+
+@dataclass
+class Bowl:
+    """A soft coverage that falls with the square of the distance from some values."""
+
+    best: np.ndarray
+
+    def value_and_slope(self, arrays, values, width, sample):
+        off = values - self.best
+        return 1 - 0.5 * float((off * off).sum()), -off
+
+
+def running(on: bool = True) -> StopToken:
+    return StopToken(math.inf if on else -math.inf)
+
+
+@st.composite
+def starts(draw):
+    """A space, a candidate in it, and the rules about its values."""
+    rng = np.random.default_rng(draw(drawing.seeds))
+    try:
+        space = draw(st.sampled_from([*REAL, None])) or Space(drawn_scene(rng), sensors=30)
+        c = fresh(space, rng)
+    except InfeasibleError:
+        assume(False)
+    arrays, where = space.arrays(c)
+    return space, c, arrays, Rules.of(where, *space.box(c), decode(where, space.values(c))), rng
+
+
+@settings(max_examples=60)
+@given(starts(), st.sampled_from([0.01, 0.2, math.inf]))
+def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
+    """Towards any values; what is not free stays, and the setup breaks no rule of the scene."""
+    space, c, arrays, rules, rng = start
+    bowl = Bowl(rules.start + rng.normal(size=rules.start.shape) * rng.choice([0.003, 0.1, 1.0]))
+    effort = Effort(steps=int(rng.integers(1, 40)), far=far)
+    found = climb(bowl, arrays, rules, Sample(None), running(), effort)
+    assert found.start == bowl.value_and_slope(None, rules.start, 0, None)[0]
+    assert found.soft == bowl.value_and_slope(None, found.values, 0, None)[0] >= found.start
+    assert found.evaluations <= 2 + 2 * (effort.steps + 1)
+    assert rules.excess(rules.start)[0].max(initial=0.0) <= 1e-9
+    assert rules.excess(found.values)[0].max(initial=0.0) <= KEPT
+    step = found.values - rules.start
+    assert np.abs(step).max(initial=0.0) <= far + 1e-9
+    assert not step[~np.any(rules.basis, axis=0)].any() if len(rules.basis) else not step.any()
+    low, high = space.box(c)
+    tilt = (rules.where.sign * found.values[1])[c.rings]
+    own = c.rings if not space.scene.rules.shared_tilt else [0] * len(c.rings)
+    assert np.all((low[1, own] - 1e-9 <= tilt) & (tilt <= high[1, own] + 1e-9))
+    moved = LocalStage(space, None)._moved(c, found.values)
+    where = space.arrays(moved)[1]
+    np.testing.assert_allclose(decode(where, space.values(moved)), found.values, atol=1e-6)
+    broken = faults(space.scene, space.setup(moved).rings, space.clear)
+    assert [f for f in broken if len(f.rings) == 1 or f.rule != "clearance"] == []
+
+
+@settings(max_examples=30)
+@given(starts())
+def test_a_long_climb_ends_where_no_allowed_step_helps(start):
+    """At best values that the rules allow; else the slope is what the rules leave of it."""
+    _, _, arrays, rules, rng = start
+    assume(len(rules.basis))
+    within = rng.uniform(-0.02, 0.02, len(rules.basis))
+    best = rules.values(np.clip(within, rules.low, rules.high))
+    effort = Effort(steps=200, far=math.inf)
+    found = climb(Bowl(best), arrays, rules, Sample(None), running(), effort)
+    if rules.excess(best)[0].max(initial=-1.0) < 0:
+        np.testing.assert_allclose(found.values, best, atol=2e-3)
+    at_start = climb(Bowl(best), arrays, rules, Sample(None), running(False), effort)
+    assert np.array_equal(at_start.values, rules.start)
+    assert found.slope <= 0.05 * at_start.slope + 5e-5
+
+
+@given(starts())
+def test_where_nothing_is_free_a_climb_is_its_start(start):
+    space, c, arrays, rules, _ = start
+    low, _ = space.box(c)
+    still = Rules.of(rules.where, low, low, rules.start)
+    found = climb(Bowl(rules.start + 1), arrays, still, Sample(None), running())
+    assert np.array_equal(found.values, rules.start)
+    assert (found.slope, found.evaluations) == (0.0, 1)
+
+
+@given(starts())
+def test_slopes_of_the_rules_are_finite_differences(start):
+    *_, rules, rng = start
+    assume(len(rules.basis))
+    values = rules.values(rng.uniform(-0.01, 0.01, len(rules.basis)))
+    # the tables bend at some tilts
+    assume(
+        np.abs((np.degrees(values[1][rules.where.loose]) + 1.25) % 2.5 - 1.25).min(initial=1) > 1e-3
+    )
+    (_, by), step = rules.excess(values), 1e-7
+    d = rng.normal(size=len(rules.basis))
+    move = np.tensordot(d, rules.basis, 1)
+    up, down = (rules.excess(values + s * move)[0] for s in (step, -step))
+    np.testing.assert_allclose((up - down) / (2 * step), rules.along(by) @ d, atol=1e-6)
