@@ -27,6 +27,7 @@ _chosen = jax.jit(SoftTerms.choose, static_argnames="most")
 _value = jax.jit(SoftTerms.criterion)
 _slope = jax.jit(jax.value_and_grad(SoftTerms.criterion, argnums=2, has_aux=True))
 _mean = jax.jit(SoftTerms.mean, static_argnames="most")
+_PAIRS = 1 << 21  # of sensors and points that are processed at once, in some 200 MB
 
 
 class SoftCoverage:
@@ -59,10 +60,8 @@ class SoftCoverage:
         self, arrays: RingArrays, values: Any, width: float = SHARP, sample: Sample | None = None
     ) -> float:
         """Return the soft coverage; by default the share of all points that are in a beam."""
-        values, width = jnp.asarray(values, jnp.float32), jnp.float32(width)
-        sample = sample or self.all
-        chosen = _chosen(self.terms, arrays, values, sample.points, width, most=self.near(arrays))
-        return float(_value(self.terms, arrays, values, sample, width, chosen)[0])
+        piece, *_ = self._pieces(arrays, values, width, sample or self.all)
+        return float(self._applied(_value, arrays, values, width, piece)[0])
 
     def value_and_slope(
         self, arrays: RingArrays, values: Any, width: float, sample: Sample | None = None
@@ -75,8 +74,10 @@ class SoftCoverage:
             width: width of the sigmoid, m.
             sample: the points; by default all.
         """
-        (value, _), slope = self._both(arrays, values, width, sample or self.all)
-        return float(value), np.asarray(slope, float)
+        pieces = self._pieces(arrays, values, width, sample or self.all)
+        each = [self._applied(_slope, arrays, values, width, piece) for piece in pieces]
+        slopes = [np.asarray(slope, float) for _, slope in each]
+        return float(each[0][0][0]), np.sum(slopes, axis=0)
 
     def first(self, count: int) -> Sample:
         """Return the first ``count`` points of each term, or somewhat fewer, as ``undecided``
@@ -96,7 +97,9 @@ class SoftCoverage:
             return self.all
         padded = np.concatenate([points, points[:, : -n % count]], axis=1)
         parts = [
-            np.asarray(self._both(arrays, values, width, Sample(jnp.asarray(some)))[0][1])
+            np.asarray(
+                self._applied(_slope, arrays, values, width, Sample(jnp.asarray(some)))[0][1]
+            )
             for some in np.split(padded, padded.shape[1] // count, axis=1)
         ]
         covered = np.concatenate(parts, axis=2)[:, :, :n]  # (T, U, N)
@@ -107,13 +110,38 @@ class SoftCoverage:
         rest = jnp.asarray(others.sum(axis=2, dtype=float) / n, jnp.float32)
         return Sample(jnp.asarray(some), jnp.float32(count / n), rest)
 
-    def _both(self, arrays: RingArrays, values: Any, width: float, sample: Sample) -> Any:
+    def _pieces(
+        self, arrays: RingArrays, values: Any, width: float, sample: Sample
+    ) -> list[Sample]:
+        """Return the points in pieces that fit in memory, each with what the others contribute.
+
+        The sum of the gradients of all pieces is the gradient.
+        """
+        terms, n, _ = sample.points.shape
+        pairs = terms * n * len(arrays.length) * self.near(arrays)
+        if pairs <= _PAIRS:
+            return [sample]
+        pieces = [
+            Sample(points, sample.share * points.shape[1] / n)
+            for points in np.array_split(np.asarray(sample.points), -(-pairs // _PAIRS), axis=1)
+        ]
+        each = [
+            piece.share * self._applied(_value, arrays, values, width, piece)[1].mean(axis=-1)
+            for piece in pieces
+        ]
+        whole = sample.rest + sum(each)
+        return [piece._replace(rest=whole - mine) for piece, mine in zip(pieces, each, strict=True)]
+
+    def _applied(
+        self, function: Any, arrays: RingArrays, values: Any, width: float, sample: Sample
+    ) -> Any:
+        """Return the result of ``_value`` or ``_slope``."""
         values, width = jnp.asarray(values, jnp.float32), jnp.float32(width)
         most, shape = self.near(arrays), (len(self.terms.pose), self.terms.units(arrays))
         chosen = _chosen(self.terms, arrays, values, sample.points, width, most=most)
         rest = jnp.broadcast_to(jnp.asarray(sample.rest, jnp.float32), shape)
         whole = Sample(sample.points, jnp.float32(sample.share), rest)
-        return _slope(self.terms, arrays, values, whole, width, chosen)
+        return function(self.terms, arrays, values, whole, width, chosen)
 
     def mean(
         self, arrays: RingArrays, values: Float[Array, "3 R"], width: Float[Array, ""] | float

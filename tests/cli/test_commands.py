@@ -8,6 +8,7 @@ import sys
 from inspect import getdoc
 from pathlib import Path
 
+import pytest
 from place_rings.cli import commands
 from place_rings.cli.app import app
 
@@ -62,27 +63,50 @@ def test_a_command_loads_no_other_and_declaring_loads_nothing_heavy():
     assert not HEAVY & every
 
 
-def test_what_computes_no_gradient_loads_no_jax_and_neither_does_a_search():
-    """JAX takes longer to load than the first rounds of a search take to run."""
+def test_what_computes_no_gradient_loads_no_jax():
     words = "robots, sensors, schema scene, cones n1_4_0, verify n1_4_0 --target V_S:0.5 --voxel .1"
-    shown, searched = loaded(
+    shown, _ = loaded(
         "from place_rings.cli.app import main\n"
         f"for words in {words.split(', ')}:\n"
         "    sys.argv = ['place-rings', *words.split()]\n"
         "    try:\n        main()\n"
         "    except SystemExit as stop:\n        assert not stop.code, words\n"
-        "loaded()\n"
-        "from place_rings.objectives.scene import CoreScene\n"
-        "from place_rings.placement.search.design import Space\n"
-        "from place_rings.placement.search.global_stage import Round\n"
-        "from place_rings.placement.search.search import search\n"
-        "scene = CoreScene()\n"
-        "search(scene, Space(scene, sensors=24), schedule=(Round(256, 2, 1, 2, 0.1),), voxel=0.1)"
+        "loaded()"
     )
     assert "place_rings.cli.app" in shown
     assert not {"jax", "scipy.stats", "matplotlib", "trimesh", "viser"} & shown
-    assert "place_rings.placement.search.search" in searched
-    assert not {"jax", "nlopt"} & searched
+
+
+FOLLOWED = """
+import sys, nlopt
+from place_rings.objectives.soft_coverage import SoftCoverage
+values, ended, real, optimize = [], [], SoftCoverage.value_and_slope, nlopt.opt.optimize
+def counted(*args):
+    values.append(real(*args))
+    return values[-1]
+def finished(*args):
+    ended.append(optimize(*args))
+    return ended[-1]
+SoftCoverage.value_and_slope, nlopt.opt.optimize = counted, finished
+from place_rings.cli.app import main
+sys.argv = ["place-rings", "--sensors", "24", "--voxel", "0.05"]
+try:
+    main()
+except SystemExit as stop:
+    assert not stop.code
+assert "jax" in sys.modules
+print(sum(bool(slope.any()) for _, slope in values), len(ended))
+"""
+
+
+@pytest.mark.slow
+def test_a_search_follows_jaxs_gradient_and_ends_in_nlopt():
+    """In the process of a command: nlopt evaluates values with gradients that are not 0."""
+    done = subprocess.run([sys.executable, "-c", FOLLOWED], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    followed, ended = map(int, done.stdout.split()[-2:])
+    assert followed >= 3
+    assert ended >= 1
 
 
 def test_help_lists_each_command_by_its_first_sentence(run):

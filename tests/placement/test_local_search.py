@@ -1,7 +1,7 @@
 """Local search keeps the rules, is never below its start, and ends where no allowed step helps."""
 
 import math
-from dataclasses import dataclass
+from concurrent.futures import Future
 
 import numpy as np
 from hypothesis import assume, given, settings
@@ -10,7 +10,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules as MountRules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene
-from place_rings.objectives.soft_coverage import Sample
+from place_rings.objectives.soft_coverage import Sample, SoftCoverage
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import Effort, Rules, climb
@@ -21,17 +21,18 @@ from place_rings.placement.search.stop_token import StopToken
 from ..support import drawing
 from .test_design import drawn_scene
 
+NO_POINTS = Sample(np.zeros((1, 0, 3)))
 KEPT = 2e-7  # of a link, by which a climb's values may break a rule
 REAL = [
     Space(CoreScene(rules=MountRules(shared_tilt=shared)), sensors=48) for shared in (False, True)
 ]
 
 
-@dataclass
-class Bowl:
+class Bowl(SoftCoverage):
     """A soft coverage that falls with the square of the distance from some values."""
 
-    best: np.ndarray
+    def __init__(self, best):
+        self.best = best
 
     def value_and_slope(self, arrays, values, width, sample):
         off = values - self.best
@@ -62,7 +63,7 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     space, c, arrays, rules, rng = start
     bowl = Bowl(rules.start + rng.normal(size=rules.start.shape) * rng.choice([0.003, 0.1, 1.0]))
     effort = Effort(steps=int(rng.integers(1, 40)), far=far)
-    found = climb(bowl, arrays, rules, Sample(None), running(), effort)
+    found = climb(bowl, arrays, rules, NO_POINTS, running(), effort)
     assert found.start == bowl.value_and_slope(None, rules.start, 0, None)[0]
     assert found.soft == bowl.value_and_slope(None, found.values, 0, None)[0] >= found.start
     assert found.evaluations <= 2 + 2 * (effort.steps + 1)
@@ -75,7 +76,7 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     tilt = (rules.where.sign * found.values[1])[c.rings]
     own = c.rings if not space.scene.rules.shared_tilt else [0] * len(c.rings)
     assert np.all((low[1, own] - 1e-9 <= tilt) & (tilt <= high[1, own] + 1e-9))
-    moved = LocalStage(space, None)._moved(c, found.values)
+    moved = LocalStage(space, Future())._moved(c, found.values)
     where = space.arrays(moved)[1]
     np.testing.assert_allclose(decode(where, space.values(moved)), found.values, atol=1e-6)
     broken = faults(space.scene, space.setup(moved).rings, space.clear)
@@ -91,10 +92,10 @@ def test_a_long_climb_ends_where_no_allowed_step_helps(start):
     within = rng.uniform(-0.02, 0.02, len(rules.basis))
     best = rules.values(np.clip(within, rules.low, rules.high))
     effort = Effort(steps=200, far=math.inf)
-    found = climb(Bowl(best), arrays, rules, Sample(None), running(), effort)
+    found = climb(Bowl(best), arrays, rules, NO_POINTS, running(), effort)
     if rules.excess(best)[0].max(initial=-1.0) < 0:
         np.testing.assert_allclose(found.values, best, atol=2e-3)
-    at_start = climb(Bowl(best), arrays, rules, Sample(None), running(False), effort)
+    at_start = climb(Bowl(best), arrays, rules, NO_POINTS, running(False), effort)
     assert np.array_equal(at_start.values, rules.start)
     assert found.slope <= 0.05 * at_start.slope + 5e-5
 
@@ -104,7 +105,7 @@ def test_where_nothing_is_free_a_climb_is_its_start(start):
     space, c, arrays, rules, _ = start
     low, _ = space.box(c)
     still = Rules.of(rules.where, low, low, rules.start)
-    found = climb(Bowl(rules.start + 1), arrays, still, Sample(None), running())
+    found = climb(Bowl(rules.start + 1), arrays, still, NO_POINTS, running())
     assert np.array_equal(found.values, rules.start)
     assert (found.slope, found.evaluations) == (0.0, 1)
 
