@@ -27,36 +27,35 @@ SERIES: dict[str, tuple[float, list[tuple[int, ...]]]] = {
 }
 
 
-def soft(sensors: int, poses: int, points: int) -> tuple[float, float]:
-    """Return the time in seconds of one value and gradient, and the process's memory in MB.
-
-    Five rings are on the reference scene's links, with ``points`` points at each pose.
-    """
-    import jax
-    import jax.numpy as jnp
-    from place_rings.coverage.rings.ring import Ring, Setup
-    from place_rings.coverage.rings.ring_kinematics import sensor_cones
-    from place_rings.coverage.soft.estimator import soft_zeta
-    from place_rings.coverage.soft.sampling import cloud, sample
+def soft_task(sensors: int, poses: int, points: int) -> tuple[Any, Any, Any]:
+    """Return the soft coverage of five rings on the reference scene's links, with ``points`` points
+    at each pose, their arrays and their values."""
+    from place_rings.coverage.rings.ring import Ring, ring_values
+    from place_rings.coverage.rings.ring_kinematics import ring_arrays
+    from place_rings.coverage.soft.sampling import sample
+    from place_rings.objectives.poses import Pose
     from place_rings.objectives.scene import paper_scene
+    from place_rings.objectives.soft_coverage import SoftCoverage
 
-    scene = paper_scene()
+    here = paper_scene()
+    swing = [here.poses[0].q + np.array([0.03 * i, 0, 0, 0, 0, 0]) for i in range(poses)]
+    scene = paper_scene(poses=tuple(map(Pose, swing)))
     counts = np.bincount(np.arange(sensors) % 5, minlength=5).tolist()
-    setup = Setup(
-        tuple(Ring(link, at, n, 0.5) for (link, at), n in zip(_PLACES, counts, strict=True))
-    )
-    swing = [scene.poses[0].q + np.array([0.03 * i, 0, 0, 0, 0, 0]) for i in range(poses)]
-    base, clouds = sample(scene.solid(scene.goals[0].target, 0), points, 0), []
+    rings = [Ring(link, at, n, 0.5) for (link, at), n in zip(_PLACES, counts, strict=True)]
+    base, each = sample(here.solid(here.goals[0].target, 0), points, 0), []
     for i in range(poses):
         c, s = np.cos(0.03 * i), np.sin(0.03 * i)
-        clouds.append(cloud(base @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T))
-    cones = [sensor_cones(scene.robot, setup, q) for q in swing]
-    held = [
-        jax.tree.map(lambda *a: jnp.asarray(np.stack(a), jnp.float32), *each)
-        for each in (cones, clouds)
-    ]
-    each: Any = jax.jit(lambda c, p: jax.lax.map(lambda cp: soft_zeta(*cp, WIDTH), (c, p)))
-    return medians({"": lambda: jax.block_until_ready(each(*held))})[""][1], peak_memory()
+        each.append(base @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T)
+    v = ring_values(tuple(rings))
+    coverage = SoftCoverage(scene, [(0, p) for p in range(poses)], each)
+    arrays = ring_arrays(scene.robot, tuple(rings))
+    return coverage, arrays, np.stack([v.position, v.tilt, v.phase])
+
+
+def soft(sensors: int, poses: int, points: int) -> tuple[float, float]:
+    """Return the time in seconds of one value and gradient, and the process's memory in MB."""
+    coverage, *setup = soft_task(sensors, poses, points)
+    return medians({"": lambda: coverage.value_and_slope(*setup, WIDTH)})[""][1], peak_memory()
 
 
 def octree(voxels_per_metre: int) -> tuple[float, float]:

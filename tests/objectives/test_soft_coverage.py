@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounting_errors import MountingErrors, misplaced_cones
-from place_rings.coverage.rings.ring import Setup, ring_values
+from place_rings.coverage.rings.ring import Setup, named_setup, ring_values
 from place_rings.coverage.rings.ring_kinematics import ring_arrays, sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.soft.estimator import SHARP
 from place_rings.coverage.solids.polyhedra import hull
 from place_rings.coverage.targets import Target
+from place_rings.objectives import soft_coverage
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.floors import worth
 from place_rings.objectives.mount_rules import Rules
@@ -232,3 +233,67 @@ def test_slopes_are_central_differences(case, setup, rng):
         up, down = (soft.share(arrays, values + s * d, 0.1, sample) for s in (step, -step))
         off.append(abs((slope * d).sum() - (up - down) / (2 * step)) / (1 + abs(value)))
     assert np.median(off) < 3e-3
+
+
+BARE = {"occlusion": "ignore", "obstacles": ()}
+NEEDLES = st.builds(beam, st.tuples(st.integers(3, 20), st.just(0)), RANGES_MM, st.just(0))
+THREE_NEEDLES = st.lists(NEEDLES, min_size=3, max_size=3)
+
+
+@pytest.fixture(scope="module")
+def bare() -> tuple[CoreScene, SoftCoverage, np.ndarray]:
+    """A scene in which nothing occludes, its soft coverage, and the points of two poses."""
+    scene = scene_of(1, **BARE, goals=(Goal(Target("V_S", 0.5)),))
+    points = np.random.default_rng(0).uniform(-0.8, 0.8, (2, 1000, 3))
+    return scene, SoftCoverage(scene, [(0, 0), (0, 1)], list(points)), points
+
+
+@pytest.mark.slow
+@settings(max_examples=8)
+@given(setups(THREE_NEEDLES, 6), st.sampled_from([0.1, 0.05, 0.02]))
+def test_the_mean_is_the_definition(bare, setup, width):
+    """1 - prod(1 - sigmoid(-f / width)) of all sensors in NumPy; less what sensors beyond the two
+    that have a point deepest add."""
+    scene, soft, points = bare
+    found = float(soft.mean(*arrays_of(scene, setup), width))
+    ring, wanted, beyond = np.array(scene.with_cell(setup).ring_of_sensor), [], []
+    for pose, here in zip(scene.poses, points, strict=True):
+        cones = sensor_cones(scene.robot, scene.with_cell(setup), pose.q)
+        f = np.stack([cones.part(here, k) for k in range(len(cones))])
+        p = 1 / (1 + np.exp(np.minimum(f / width, 700)))
+        wanted.append((1 - np.prod(1 - p, axis=0)).mean())
+        rings = [np.sort(p[ring == i], axis=0)[:-2] for i in set(ring.tolist())]
+        beyond.append(sum(some.sum(axis=0) for some in rings).mean())
+    weights = scene.pose_weights
+    assert weights @ wanted - weights @ beyond - 1e-4 <= found <= weights @ wanted + 1e-5
+
+
+@pytest.mark.slow
+@settings(max_examples=8)
+@given(setups(THREE_NEEDLES, 6), st.sampled_from([0.02, 0.01]), GENERATORS)
+def test_the_undecided_points_stand_for_all(bare, setup, width, rng):
+    """Exactly at the start. What moves the points left out by up to 3 mm changes a degree as small
+    as theirs by its own size."""
+    scene, soft, _ = bare
+    arrays, values = arrays_of(scene, setup)
+    few = soft.undecided(arrays, values, width, 500)
+    assert few.points.shape == (2, 500, 3)
+    assert soft.share(arrays, values, width, few) == pytest.approx(
+        soft.share(arrays, values, width), abs=1e-5
+    )
+    move = rng.uniform(-0.002, 0.002, values.shape)
+    assert soft.share(arrays, values + move, width, few) == pytest.approx(
+        soft.share(arrays, values + move, width), abs=5e-4
+    )
+
+
+@pytest.mark.slow
+def test_points_in_pieces_give_the_same(bare, monkeypatch):
+    scene, soft, _ = bare
+    arrays, values = arrays_of(scene, named_setup("n1_4_25"))
+    value, slope = soft.value_and_slope(arrays, values, 0.05)
+    monkeypatch.setattr(soft_coverage, "_PAIRS", 4 * 2 * 2 * 500)
+    assert len(soft._pieces(arrays, values, 0.05, soft.all)) == 2
+    again, by = soft.value_and_slope(arrays, values, 0.05)
+    assert again == pytest.approx(value, abs=1e-6)
+    np.testing.assert_allclose(by, slope, atol=1e-5)

@@ -1,7 +1,7 @@
 """Local search keeps the rules, is never below its start, and ends where no allowed step helps."""
 
 import math
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 from hypothesis import assume, given, settings
@@ -124,3 +124,27 @@ def test_slopes_of_the_rules_are_finite_differences(start):
     move = np.tensordot(d, rules.basis, 1)
     up, down = (rules.excess(values + s * move)[0] for s in (step, -step))
     np.testing.assert_allclose((up - down) / (2 * step), rules.along(by) @ d, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_the_local_stage_returns_what_its_climb_found():
+    """Beside a fixed ring, a single sensor and one of the cell, which stay."""
+    space, points = Space(SCENE, sensors=12), TargetPoints(SCENE, 300, 0)
+    rng = np.random.default_rng(3)
+    with ThreadPoolExecutor(1) as pool:
+        stage = LocalStage.of(space, points, Criterion(), fresh(space, rng), pool)
+        soft = stage.soft.result()
+        for _ in range(3):
+            c = fresh(space, rng)
+            (arrays, where), width = space.arrays(c), Effort().widths[-1]
+            start = decode(where, space.values(c))
+            better, found = stage.improve(c, running())
+            values = decode(space.arrays(better)[1], space.values(better))
+            np.testing.assert_allclose(values, found.values, atol=1e-6)
+            np.testing.assert_array_equal(values[:, space.places :], start[:, space.places :])
+            assert found.soft >= found.start
+            assert found.soft == pytest.approx(soft.share(arrays, values, width), abs=1e-3)
+            setup = space.setup(better)
+            assert setup.singles == (SKIN,)
+            assert HELD in setup.rings
+            assert faults(SCENE, setup.rings) == []
