@@ -4,13 +4,16 @@ import math
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules as MountRules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.soft_coverage import Sample, SoftCoverage
+from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import Effort, Rules, climb
@@ -18,6 +21,7 @@ from place_rings.placement.search.local_stage import LocalStage
 from place_rings.placement.search.moves import fresh
 from place_rings.placement.search.stop_token import StopToken
 
+from ..objectives.test_single_sensors import HELD, SCENE, SKIN
 from ..support import drawing
 from .test_design import drawn_scene
 
