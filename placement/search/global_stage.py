@@ -77,18 +77,19 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     From round to round points double, and candidates, the distance of the near places and the
     number of others halve. The dearer the test of a place, the fewer candidates start.
     """
-    cost = 1.0
+    plain = _clear(scene) and aim.plain
+    cost = 0.75 if plain else 1.0
     if scene.occlusion == "blind":
-        cost *= 2  # the first return of each sensor
+        cost *= 1.5  # the first return of each sensor
+    if not aim.plain:
+        cost *= 1.5  # counts of sensors, losses, or mountings
     if space.square:
         cost *= 2  # a ring of few wide beams sees many points from aside: more places anywhere
-    if aim.losing or aim.mountings > 1 or aim.seen > 1:
-        cost *= 2
     if active_poses(scene):
         cost *= 2
     start, rings = round(24 / cost), len(space.layout.rings) if space.layout else 0
     others = 48 if space.square else 16
-    rounds = 6 if _clear(scene) and aim.plain else 5
+    rounds = 6 if plain else 5
     last = rounds - 1
     return tuple(
         Round(

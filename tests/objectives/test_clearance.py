@@ -489,7 +489,10 @@ def test_only_starts_without_collisions_are_drawn_and_others_moved_apart(seed):
 
 
 def test_rings_that_cannot_be_moved_apart_are_refused():
-    narrow = {"upper_arm": Limits((0.75, 0.8)), "forearm": Limits((0.38, 0.42))}
+    narrow = {
+        "upper_arm": Limits((0.75, 0.8), (0.0, 0.0)),
+        "forearm": Limits((0.38, 0.42), (0.0, 0.0)),
+    }
     space, rng = folded(narrow), np.random.default_rng(0)
     with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm.*ring 1 \(forearm.*pose 1"):
         fresh(space, rng)
