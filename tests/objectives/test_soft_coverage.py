@@ -178,7 +178,7 @@ def check_sharp(scene, soft, setup, aim, rng, blind=0.0):
     found = soft.share(arrays, values, SHARP, Sample(points.astype(np.float32)))
     ring = np.array(scene.with_cell(setup).ring_of_sensor)
     low, high = (
-        counted(scene, setup, aim, held) for held in seen(terms, points, ring, soft._most(arrays))
+        counted(scene, setup, aim, held) for held in seen(terms, points, ring, soft.near(arrays))
     )
     off = blind + 1e-5 * (1 + abs(low))
     assert low - off <= found <= high + off

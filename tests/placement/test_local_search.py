@@ -12,7 +12,8 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules as MountRules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene
-from place_rings.objectives.soft_coverage import Sample, SoftCoverage
+from place_rings.objectives.soft_coverage import SoftCoverage
+from place_rings.objectives.soft_terms import Sample
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
