@@ -118,10 +118,11 @@ class SoftTerms:
             bodies = robot_capsules(scene.robot, frames)
             carried = [carried_at(scene.robot, T) for T in frames]
             obstacles += [_stacked(one) for one in zip(*carried, strict=True)]
-        numbers = (scene.goal_weights, scene.pose_weights, floors(scene))
+        weights, of_pose, least = (
+            a.astype(np.float32) for a in (scene.goal_weights, scene.pose_weights, floors(scene))
+        )
         return SoftTerms(
-            *(goal, pose, mounting, frames, bodies, obstacles),
-            *(a.astype(np.float32) for a in numbers),
+            *(goal, pose, mounting, frames, bodies, obstacles, weights, of_pose, least),
             *(scene.occlusion, scene.over_poses, aim, len(scene.cell_sensors)),
         )
 
@@ -382,7 +383,7 @@ def _stacked(each: Sequence[Polyhedron]) -> tuple[Any, Any, Any, Any]:
     return normal, offset, edges, np.asarray(each[0].faces)
 
 
-def _soft_minimum(values: Float[jax.Array, " N"], some: Any = True) -> Float[jax.Array, ""]:
+def _soft_minimum(values: Float[Array, " N"], some: Any = True) -> Float[jax.Array, ""]:
     """Return -T log(mean(exp(-v / T))) of some values."""
     some = jnp.broadcast_to(some, values.shape)
     count = jnp.maximum(some.sum(), 1).astype(values.dtype)

@@ -110,15 +110,16 @@ def _gap(rings: RingsAt) -> Float[Array, " G"]:
 def _past(rings: RingsAt, rho: Any, z: Any, slack: Numbers) -> Any:
     """Return the azimuth from points (G, N), rad, within which sensors have them past their flat
     base, or past the side of a square beam that faces the ring's axis, by more than ``slack``."""
-    shapes, tilt = rings.shapes, rings.tilt[:, None]
-    cos, range_m = jnp.cos(tilt), jnp.asarray(shapes.range_m)
+    shapes, tilt = rings.shapes, jnp.asarray(rings.tilt)[:, None]
+    cos, size = jnp.cos(tilt), abs(tilt)
+    range_m: Any = jnp.asarray(shapes.range_m)
     if shapes.special is not None:
         range_m = jnp.where(shapes.special.dome, jnp.inf, range_m)
     furthest = (range_m[:, None] + slack - z * jnp.sin(tilt)) / jnp.maximum(abs(cos), _NIL)
     if shapes.half_up is not None:
         half_up, up = jnp.asarray(shapes.half_up)[:, None], jnp.where(tilt < 0, -1.0, 1.0)
-        steep = jnp.sin(abs(tilt) - half_up)
-        side = (slack + up * z * jnp.cos(abs(tilt) - half_up)) / jnp.maximum(steep, _NIL)
+        steep = jnp.sin(size - half_up)
+        side = (slack + up * z * jnp.cos(size - half_up)) / jnp.maximum(steep, _NIL)
         square = (half_up > 0) & (steep > 0) & (cos > 0)
         furthest = jnp.where(square, jnp.minimum(furthest, side), furthest)
     radius = rings.radius[:, None] * jnp.where(cos < 0, -1.0, 1.0)

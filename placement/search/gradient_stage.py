@@ -147,7 +147,7 @@ def _child(space: Space, a: Candidate, b: Candidate, rng: Rng) -> Candidate:
                     one.count[i],
                     one.values[:, i],
                 )
-            mixed = Candidate(*parts, a.sign)
+            mixed = Candidate(parts[0], parts[1], parts[2], a.sign)
             most = [space.most_on(space.segments[i].link) for i in mixed.segment[mixed.rings]]
             if space.least * len(kept) <= space.free <= sum(most):
                 c = replace(mixed, count=_divided(space, mixed, np.log(np.maximum(parts[1], 1))))
@@ -170,7 +170,7 @@ def _batch(space: Space, some: Sequence[Candidate]) -> _Batch:
         low, high = space.box(c)
         counts = np.log(np.maximum(np.pad(c.count, (0, len(space.held))), 1))
         values = np.concatenate([decode(where, space.values(c)), counts[None]])
-        rules = (where.by_tilt, where.least, where.segment)
+        rules = (np.asarray(a) for a in (where.by_tilt, where.least, where.segment))
         each.append(_Batch(arrays, values, low[1], high[1], *rules))
     batch: _Batch = jax.tree.map(lambda *a: np.stack(a), *each)
     return batch

@@ -5,6 +5,7 @@ with the rules as its constraints.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import nlopt
@@ -163,7 +164,7 @@ def climb(
 
     before, slope = after, by = evaluate(best, last)
     for width in effort.widths if len(rules.basis) else ():
-        best = _climbed(lambda v, w=width: evaluate(v, w), rules, best, effort, brake)
+        best = _climbed(partial(evaluate, width=width), rules, best, effort, brake)
         if brake.on():
             break
     if spent > 1:
