@@ -131,10 +131,13 @@ class Proposal(Placement):
         """How the search ended; None for a proposal from a file."""
         return None if self.search is None else self.search.outcome
 
-    @property
+    @cached_property
     def sensitivity(self) -> tuple[RingSensitivity, ...]:
-        """What small errors of each ring cost; empty for a proposal from a file."""
-        return () if self.search is None else self.search.sensitivity
+        """What small errors of each ring cost in coverage, by millimetre and degree."""
+        from .objectives.sensitivity import sensitivity  # loads JAX
+
+        with input_errors():
+            return sensitivity(self.scene.core, self.setup, self.seed) if self.setup.rings else ()
 
     @property
     def statistics(self) -> Statistics | None:
@@ -213,7 +216,7 @@ class Proposal(Placement):
                 "the proposal comes from a file; only a proposal of search has a result.json"
             )
         sampled = self.search.sampled
-        own = self.own_records(comparison)
+        own, stopped = self.own_records(comparison), self.outcome is Outcome.INTERRUPTED
         return SearchFile(
             proposal=self.file(own),
             soft_minus_exact_percent=(
@@ -222,7 +225,7 @@ class Proposal(Placement):
             comparison=comparison,
             asked_percent=criterion_percent,
             files=files,
-            sensitivity=SensitivityModel.of(self.sensitivity),
+            sensitivity=SensitivityModel.of(() if stopped else self.sensitivity),
             reach=self.reach_record(),
             fewest_rings=self.rings_record(),
             searches=RepeatedModel.of(self.repeated),

@@ -1,15 +1,13 @@
 """Sensitivity of a setup: what it costs in coverage that a ring is mounted a little off."""
 
 import math
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from jaxtyping import Float
 
 from ..coverage.processors import processors
-from ..coverage.rings.ring import Ring, Setup, ring_values
-from ..coverage.rings.ring_kinematics import RingArrays, ring_arrays
+from ..coverage.rings.ring import Setup, ring_values
+from ..coverage.rings.ring_kinematics import ring_arrays
 from .robustness import RingSensitivity
 from .scene import CoreScene
 from .soft_coverage import SoftCoverage
@@ -19,7 +17,7 @@ SHIFT = 0.002  # m, by which a ring is moved along its link
 TURN = math.radians(1.0)  # by which it is tilted, and turned about its link
 _WIDTH = 0.002  # m, of the sigmoid
 _NEAR = 0.02  # m, width by which the points are chosen that these moves may cover or uncover
-_POINTS, _NEAREST = 65536, 16384  # of all goals and poses together, and those of them
+_POINTS, _NEAREST = 65536, 8192  # of all goals and poses together, and those of them
 _FEWEST = 64  # of each goal at each pose
 
 
@@ -33,26 +31,9 @@ def sensitivity(scene: CoreScene, setup: Setup, seed: int = 0) -> tuple[RingSens
     terms = len(scene.goals) * len(scene.poses)
     points = TargetPoints(scene, max(_POINTS // terms, _FEWEST), seed)
     soft = SoftCoverage(scene, points.terms, points.points)
-    groups = scene.with_cell(setup).groups
-    v = ring_values(groups)
+    groups, rings = scene.with_cell(setup).groups, setup.rings
+    arrays, v = ring_arrays(scene.robot, groups), ring_values(groups)
     values = np.stack([v.position, v.tilt, v.phase])
-    return ring_sensitivity(soft, ring_arrays(scene.robot, groups), values, setup.rings)
-
-
-def ring_sensitivity(
-    soft: SoftCoverage,
-    arrays: RingArrays,
-    values: Float[np.ndarray, "3 R"],
-    rings: Sequence[Ring],
-) -> tuple[RingSensitivity, ...]:
-    """Return the sensitivity of the first of the R rings, which are ``rings``.
-
-    Args:
-        soft: the soft coverage.
-        arrays: R rings, or places for rings, and their sensors.
-        values: their positions, tilts and phases.
-        rings: the rings at the first places.
-    """
     count = max(_NEAREST // len(soft.all.points), _FEWEST)
     sample = soft.undecided(arrays, values, _NEAR, count)
     length = np.asarray(arrays.length)

@@ -7,10 +7,7 @@ from threading import Thread
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.ring import Setup
 from ...objectives.parameterization import decode, encode
-from ...objectives.robustness import RingSensitivity
-from ...objectives.sensitivity import ring_sensitivity
 from ...objectives.soft_coverage import SoftCoverage
 from .design import Candidate, Space
 from .exchange_points import Fields
@@ -23,7 +20,7 @@ _CLIMBED = 2  # best candidates that climb, side by side
 _POINTS = 65536  # of all goals and poses together, as far as they were drawn
 _FEWEST = 256  # of each goal at each pose
 _DECIDED = 0.01  # m, width by which points are chosen that small moves may cover or uncover
-_UNDECIDED = 16384  # of these, of all goals and poses together
+_UNDECIDED = 8192  # of these, of all goals and poses together
 _FEW = 64  # of each goal at each pose
 
 
@@ -95,16 +92,6 @@ class LocalStage:
         there = replace(c, values=new)
         along = encode(where, self._space.values(there), values[0])
         return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
-
-    def sensitivity(self, setup: Setup) -> tuple[RingSensitivity, ...]:
-        """Return what small errors of each ring cost that the search placed."""
-        c = self._space.candidate(setup)
-        if c is None:
-            return ()
-        arrays, where = self._space.arrays(c)
-        values = decode(where, self._space.values(c))
-        rings = [ring for ring in setup.rings if ring not in self._space.fixed]
-        return ring_sensitivity(self.soft, arrays, values, rings)
 
 
 def _count(soft: SoftCoverage) -> int:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from ...coverage.rings.ring import Setup
-from ...objectives.robustness import RingSensitivity
 from ...objectives.verified import Verified
 from .progress import Outcome, StageResult, Statistics
 
@@ -39,8 +38,6 @@ class SearchResult:
     slope: float | None = None
     """Norm of the gradient that the local stage left, less what the rules forbid to follow, in
     shares of the target by mm along the links and degrees; None without a local stage."""
-    sensitivity: tuple[RingSensitivity, ...] = ()
-    """What small errors of each ring cost; empty where ζ is not the criterion."""
 
     @property
     def rank(self) -> tuple[float, float]:

@@ -128,7 +128,6 @@ def search(
     stages.append(StageResult("verdict", chosen.exact, time.monotonic() - start))
     sampled, best = finalists[chosen.index]
     setup = setups[chosen.index]
-    sensitive = stage is not None and aim.plain and not brake.on()
     return SearchResult(
         setup,
         None if chosen.short > 0 else sampled,
@@ -146,7 +145,6 @@ def search(
         chosen.verified,
         tuple(stages),
         next((climb.slope for c, climb in climbs if c is best), None),
-        stage.sensitivity(setup) if stage is not None and sensitive else (),
     )
 
 
