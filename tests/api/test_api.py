@@ -31,7 +31,7 @@ HEAVY = ("numpy", "jax", "scipy", "matplotlib", "pydantic", "viser", "trimesh", 
 NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
 QUICK = (Round(512, 2, 2, 4, 0.2, 4, 4),)
-TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
 
 
 @pytest.fixture(scope="module", autouse=True)

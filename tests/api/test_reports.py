@@ -21,7 +21,7 @@ NEAR = pr.Scene(targets=[pr.Shell(0.5)])
 SWING = pr.Trajectory([0.0, 0.5], np.radians([[0.0] * 6, [10.0] * 6]))
 PAPER = pr.Scene.paper(targets=[pr.Shell(0.5)])  # compiles in an eighth of the time
 BRIEF = {"changes": 1, "voxel": 0.05}
-TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
 
 
 @pytest.fixture(scope="module", autouse=True)
