@@ -121,7 +121,7 @@ def any_rings(scene: CoreScene, space: Space) -> Schedule:
             scale=0.3 * 0.5**k,
             anywhere=16 >> k,
             guess=k < 3,
-            trials=0 if k == rounds - 1 else 400,
+            trials=0 if k == rounds - 1 else 400 >> k // 2,
             library=3000 >> k,
             beside=40,
         )
