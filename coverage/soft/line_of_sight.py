@@ -47,7 +47,7 @@ class Sight(NamedTuple):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Occluding:
-    """What occludes K sensors at one pose."""
+    """What occludes K sensors; batches are of mountings and poses."""
 
     bodies: Capsules | None = None
     """Bodies that cast shadows, one axis of capsules; None: there are none."""
