@@ -14,7 +14,7 @@ from ..coverage.rings.ring_kinematics import RingArrays
 from .link_segments import ABOVE, BELOW, HIGH, LOW, TILTS, Segment, occupied
 
 _STEP = float(TILTS[1] - TILTS[0])
-_TIE = 1e-9  # least difference of the values of two rings of a segment
+_APART = 1e-12  # least difference of the values of two rings of a segment
 
 
 @tree
@@ -243,10 +243,9 @@ def encode(
     chain = _chain(where, position, _tilts(where, values))
     free = chain.free
     along = (chain.sorted(position) - chain.offset - chain.low) / np.where(free > 0, free, 1.0)
-    along = _running(np.maximum, np.where(free > 0, along, 0.0), chain.parts)
-    # rings of a segment keep their order, also where several are at one end: no two are equal
-    low, high = np.zeros_like(along), np.ones_like(along)
-    for part in chain.parts:
-        above = _TIE * np.arange(part.stop - part.start)
-        low[..., part], high[..., part] = above, 1 - above[::-1]
-    return chain.back(np.clip(along, low, high))
+    along = np.clip(np.where(free > 0, along, 0.0), 0.0, 1.0)
+    along = _running(np.maximum, along, chain.parts)
+    for part in chain.parts:  # rings of a segment keep their order, also at its ends
+        rank = np.arange(part.stop - part.start)
+        along[..., part] = along[..., part] * (1 - len(rank) * _APART) + rank * _APART
+    return chain.back(along)
