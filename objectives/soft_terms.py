@@ -299,7 +299,7 @@ class SoftTerms:
         """Return which rings or sensors there are that may be lost."""
         seeing = jnp.asarray(arrays.beams.range_m) > -jnp.inf
         if self.aim.losing == "sensor":
-            return seeing & ~self._of_cell(arrays)
+            return seeing
         some = arrays.ring[None] == jnp.arange(self.units(arrays))[:, None]
         return (some & seeing[None]).any(axis=1)
 

@@ -19,7 +19,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import Effort, Rules, climb
 from place_rings.placement.search.local_stage import LocalStage
-from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
 from ..objectives.test_single_sensors import HELD, SCENE, SKIN
