@@ -122,13 +122,13 @@ def points_of(terms, rng) -> np.ndarray:
 
 
 def seen(terms, points, ring, most):
-    """By which sensors points are seen (T, K, N): surely, where ``most`` of each ring count; and
-    perhaps."""
+    """By which sensors points are seen (T, K, N): surely, where ``most`` of each ring count or
+    nothing hides points from the nearest; and perhaps."""
     sure, perhaps = [], []
     for (cones, visible), here in zip(terms, points, strict=True):
         f, g = (np.stack([s.part(here, k) for k in range(len(cones))]) for s in (cones, visible))
         around = np.stack([(f[ring == i] <= NEAR).sum(axis=0) for i in ring])
-        sure.append((g <= -NEAR) & (around <= most))
+        sure.append((g <= -NEAR) & ((around <= most) | (visible is cones)))
         perhaps.append(g <= NEAR)
     return np.stack(sure), np.stack(perhaps)
 
@@ -189,8 +189,8 @@ def check_sharp(scene, soft, setup, aim, rng, blind=0.0):
 @settings(max_examples=12)
 @given(st.integers(0, 1), setups(st.lists(NARROW, min_size=3, max_size=3), 12), GENERATORS)
 def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
-    """Exactly, where no more sensors of a ring have a point in their beams than are evaluated.
-    The first return of one zone reads bodies as rows of balls."""
+    """Exactly, where nothing occludes, or no more sensors of a ring have a point in their beams
+    than are evaluated. The first return of one zone reads bodies as rows of balls."""
     aim, fields = CASES[case]
     scene, soft = soft_of(number, aim, **fields)
     check_sharp(scene, soft, setup, aim, rng, 0.02 if scene.occlusion == "blind" else 0.0)
