@@ -297,7 +297,8 @@ class SoftTerms:
 
     def _may_be_lost(self, arrays: RingArrays) -> Bool[Array, " U"]:
         """Return which rings or sensors there are that may be lost."""
-        seeing = jnp.asarray(arrays.beams.range_m) > -jnp.inf
+        seeing: Array = jnp.asarray(arrays.beams.range_m) > -jnp.inf
+        seeing = seeing & ~self._of_cell(arrays)
         if self.aim.losing == "sensor":
             return seeing
         some = arrays.ring[None] == jnp.arange(self.units(arrays))[:, None]

@@ -61,7 +61,7 @@ class LocalStage:
         climbs = list[tuple[Candidate, Climb]]()
         with ThreadPoolExecutor(len(some)) as threads:
             try:
-                each = [threads.submit(self._climbed, c, brake) for c in some]
+                each = [threads.submit(self.climbed, c, brake) for c in some]
                 climbs = [one.result() for one in each]
             except KeyboardInterrupt:
                 brake.pulled.set()
@@ -70,7 +70,7 @@ class LocalStage:
                 record.take(c)
         return climbs
 
-    def _climbed(self, c: Candidate, brake: StopToken) -> tuple[Candidate, Climb]:
+    def climbed(self, c: Candidate, brake: StopToken) -> tuple[Candidate, Climb]:
         """Return a candidate after a climb, and how it went.
 
         Only the points count that small moves may cover or uncover, and the climb stays near its
@@ -81,17 +81,18 @@ class LocalStage:
         rules = Rules.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
         result = climb(soft, arrays, rules, sample, brake)
-        return self._moved(c, result.values), result
+        return moved(self._space, c, result.values), result
 
-    def _moved(self, c: Candidate, values: Float[np.ndarray, "3 R"]) -> Candidate:
-        """Return the candidate with other positions, tilts and phases of its rings."""
-        where, new = self._space.stretch(c), c.values.copy()
-        new[1:, c.rings] = values[1:, c.rings]
-        if self._space.scene.rules.shared_tilt and len(c.rings):
-            new[1] = (where.sign * values[1])[c.rings[0]]
-        there = replace(c, values=new)
-        along = encode(where, self._space.values(there), values[0])
-        return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
+
+def moved(space: Space, c: Candidate, values: Float[np.ndarray, "3 R"]) -> Candidate:
+    """Return a candidate with other positions, tilts and phases of its rings."""
+    where, new = space.stretch(c), c.values.copy()
+    new[1:, c.rings] = values[1:, c.rings]
+    if space.scene.rules.shared_tilt and len(c.rings):
+        new[1] = (where.sign * values[1])[c.rings[0]]
+    there = replace(c, values=new)
+    along = encode(where, space.values(there), values[0])
+    return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
 
 
 def _count(soft: SoftCoverage) -> int:

@@ -1,13 +1,11 @@
 """Local search keeps the rules, is never below its start, and ends where no allowed step helps."""
 
 import math
-from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules as MountRules
 from place_rings.objectives.parameterization import decode
@@ -16,9 +14,10 @@ from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
+from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import Effort, Rules, climb
-from place_rings.placement.search.local_stage import LocalStage
+from place_rings.placement.search.local_stage import LocalStage, moved
 from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
@@ -81,11 +80,11 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     tilt = (rules.where.sign * found.values[1])[c.rings]
     own = c.rings if not space.scene.rules.shared_tilt else [0] * len(c.rings)
     assert np.all((low[1, own] - 1e-9 <= tilt) & (tilt <= high[1, own] + 1e-9))
-    moved = LocalStage(space, Future())._moved(c, found.values)
-    where = space.arrays(moved)[1]
+    there = moved(space, c, found.values)
+    where = space.arrays(there)[1]
     if space not in REAL:  # there ends that depend on tilts leave some positions without a value
-        np.testing.assert_allclose(decode(where, space.values(moved)), found.values, atol=1e-6)
-    broken = faults(space.scene, space.setup(moved).rings, space.clear)
+        np.testing.assert_allclose(decode(where, space.values(there)), found.values, atol=1e-6)
+    broken = faults(space.scene, space.setup(there).rings, space.clear)
     assert [f for f in broken if len(f.rings) == 1 or f.rule != "clearance"] == []
 
 
@@ -137,20 +136,19 @@ def test_the_local_stage_returns_what_its_climb_found():
     """Beside a fixed ring, a single sensor and one of the cell, which stay."""
     space, points = Space(SCENE, sensors=12), TargetPoints(SCENE, 300, 0)
     rng = np.random.default_rng(3)
-    with ThreadPoolExecutor(1) as pool:
-        stage = LocalStage.of(space, points, Criterion(), fresh(space, rng), pool)
-        soft = stage.soft.result()
-        for _ in range(3):
-            c = fresh(space, rng)
-            (arrays, where), width = space.arrays(c), Effort().widths[-1]
-            start = decode(where, space.values(c))
-            better, found = stage.improve(c, running())
-            values = decode(space.arrays(better)[1], space.values(better))
-            np.testing.assert_allclose(values, found.values, atol=1e-6)
-            np.testing.assert_array_equal(values[:, space.places :], start[:, space.places :])
-            assert found.soft >= found.start
-            assert found.soft == pytest.approx(soft.share(arrays, values, width), abs=1e-3)
-            setup = space.setup(better)
-            assert setup.singles == (SKIN,)
-            assert HELD in setup.rings
-            assert faults(SCENE, setup.rings) == []
+    stage = LocalStage(space, Fields(space, points))
+    soft = stage.soft
+    for _ in range(3):
+        c = fresh(space, rng)
+        (arrays, where), width = space.arrays(c), Effort().widths[-1]
+        start = decode(where, space.values(c))
+        better, found = stage.climbed(c, running())
+        values = decode(space.arrays(better)[1], space.values(better))
+        np.testing.assert_allclose(values, found.values, atol=1e-6)
+        np.testing.assert_array_equal(values[:, space.places :], start[:, space.places :])
+        assert found.soft >= found.start
+        assert found.soft == pytest.approx(soft.share(arrays, values, width), abs=1e-3)
+        setup = space.setup(better)
+        assert setup.singles == (SKIN,)
+        assert HELD in setup.rings
+        assert faults(SCENE, setup.rings) == []

@@ -17,11 +17,11 @@ from place_rings.coverage.robots.ring_section import surrounded
 from place_rings.coverage.sensors.boards import NOMINAL
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.objectives.named_layouts import ring_layout
 from place_rings.placement.search.search import search
 
 SIZE = 0.2  # m, of the boxes that are obstacles

@@ -17,7 +17,6 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
-from place_rings.objectives.soft_objective import CoverageObjective
 
 from ..support.rooms import ROOT
 
@@ -82,7 +81,7 @@ def mounted():
     """The objective with real mounts, without its points."""
     scene, watch = CoreScene(), peers.Watch(60.0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(peers, "CoverageObjective", Mock(spec=CoverageObjective))
+        patch.setattr(peers, "Fields", Mock())
         return peers.PeerObjective(scene, ring_layout(scene, 2, 8), 0, watch, points=64)
 
 
