@@ -156,8 +156,8 @@ def peers(now: Answers) -> list[str]:
         "Other optimisers choose position, tilt and phase of the same rings. They have the median"
         " processor time of our search, theirs without start-up and compilation. They evaluate"
         " 8,192 points as the global stage of our search counts them, with their own defaults, in"
-        " the feasible set of our search. The last three answers that were a peer's best are counted"
-        " and judged as ours are, and the best of them counts; medians of the seeds."
+        " the feasible set of our search. The last three answers that were a peer's best are"
+        " counted and judged as ours are, and the best of them counts; medians of the seeds."
         f" {broken} answers broke a rule.",
         table(heads, rows + missing),
     ]
