@@ -80,7 +80,7 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     plain = _clear(scene) and aim.plain
     cost = 0.75 if plain else 1.0
     if scene.occlusion == "blind":
-        cost *= 1.5  # the first return of each sensor
+        cost *= 2  # the first return of each sensor
     if not aim.plain:
         cost *= 1.5  # counts of sensors, losses, or mountings
     if space.square:

@@ -250,6 +250,7 @@ def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
     far = Target("V_S", 1.5)
     scene = paper_scene(goals=(Goal(Target("V_S", 0.5)), Goal(far, 0.0, 0.35)))
-    found = search(scene, Space(scene, ring_layout(scene, 2, 16)), schedule=SHORT, voxel=0.05)
+    rounds = *SHORT, Round(16384, 2, 2, 8, 0.02)
+    found = search(scene, Space(scene, ring_layout(scene, 2, 16)), schedule=rounds, voxel=0.05)
     assert found.short == 0
     assert Verifier(scene, 0.05).verify(found.setup, far).zeta >= 0.35
