@@ -266,7 +266,10 @@ class SoftTerms:
             if not blind:
                 return Occluding(bodies, planes)
             zoned = cones.zoned if isinstance(cones, MixedBeams) else False
-            stop = soft_stop(cones.around(), bodies, obstacles)
+            looks = cones.around()
+            # slopes of padding sensors would not be numbers
+            range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
+            stop = soft_stop(replace(looks, range_m=range_m), bodies, obstacles)
             stop = jnp.where(zoned, jnp.inf, stop)
             return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
 
