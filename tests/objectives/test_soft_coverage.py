@@ -217,21 +217,22 @@ SLOPES = {
 @settings(max_examples=4)
 @given(setups(st.lists(NARROW, min_size=3, max_size=3), 12), GENERATORS)
 def test_slopes_are_central_differences(case, setup, rng):
-    """In 32 bit: steps of 2 mm, rounded by 1e-7, are off by 1e-4, and by as much as the slope bends
-    in a step. Of several directions, as a body that comes to matter spoils one now and then."""
+    """In 32 bit: steps of 1e-3, rounded by 1e-7, are off by 1e-4, and by more where the slope bends
+    in a step. Where sensors are hidden or err, the next one of a ring may replace a nearest one
+    with a jump, which wide sigmoids show; the median of several directions is free of it."""
     aim, fields = SLOPES[case]
     scene, soft = soft_of(0, aim, **fields)
     arrays, values = arrays_of(scene, setup)
     sample = Sample(points_of(terms_of(scene, setup, aim), rng).astype(np.float32))
-    off, step = [], 2e-3
-    value, slope = soft.value_and_slope(arrays, values, 0.1, sample)
+    off, step = [], 1e-3
+    value, slope = soft.value_and_slope(arrays, values, 0.01, sample)
     assert value == pytest.approx(
-        soft.share(arrays, values, 0.1, sample), abs=1e-5 * (1 + abs(value))
+        soft.share(arrays, values, 0.01, sample), abs=1e-5 * (1 + abs(value))
     )
     for _ in range(5):
         d = rng.normal(size=values.shape)
         d /= np.linalg.norm(d)
-        up, down = (soft.share(arrays, values + s * d, 0.1, sample) for s in (step, -step))
+        up, down = (soft.share(arrays, values + s * d, 0.01, sample) for s in (step, -step))
         off.append(abs((slope * d).sum() - (up - down) / (2 * step)) / (1 + abs(value)))
     assert np.median(off) < 3e-3
 
