@@ -17,7 +17,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.verify import Verifier
-from ..search.local_search import Effort, Rules, climb
+from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
 from ..search.stop_token import StopToken
 from .changes import Change, Touched, Work, changes, work
@@ -43,7 +43,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class BeamPlan:
-    """Effort of the search on one level."""
+    """ClimbEffort of the search on one level."""
 
     draws: int = 640
     """Random setups."""
@@ -78,7 +78,7 @@ class Answer:
 
     @property
     def work(self) -> Work:
-        """Effort of the changes."""
+        """ClimbEffort of the changes."""
         return work(list(self.changes))
 
     @property
@@ -99,7 +99,7 @@ class BeamSearch:
     rework: RedesignProblem
     """The problem: mounted setup and rules."""
     plan: BeamPlan
-    """Effort on each level."""
+    """ClimbEffort on each level."""
     soft: SoftCoverage
     """The soft ζ."""
     verifier: Verifier
@@ -171,8 +171,8 @@ class BeamSearch:
         """
         (arrays, where), spent = p.arrays, 0
         if p.loose:
-            rules = Rules.of(where, p.low, p.high, p.decoded)
-            effort = Effort((stage.width,), stage.steps, math.inf)
+            rules = RingConstraints.of(where, p.low, p.high, p.decoded)
+            effort = ClimbEffort((stage.width,), stage.steps, math.inf)
             result = climb(self.soft, arrays, rules, self.soft.all, self.brake, effort)
             p, spent = p.moved(result.values), result.evaluations
         return p, self.soft.share(arrays, p.decoded), spent

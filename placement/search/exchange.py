@@ -35,7 +35,7 @@ _COLLIDING = 6  # best places of a ring that may collide before it stays
 
 
 @dataclass(frozen=True)
-class Reach:
+class TrialReach:
     """The places that an exchange tries for a ring."""
 
     near: int
@@ -57,7 +57,7 @@ class Trials(NamedTuple):
     """Sign of the tilt, where all rings share its size."""
 
 
-def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, reach: Reach) -> Trials:
+def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, reach: TrialReach) -> Trials:
     """Draw places for ring ``i`` of a candidate: first those near its own, then those anywhere."""
     link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
     near, free = reach.near, space.room(np.delete(c.segment, i).tolist(), link, count)
@@ -205,7 +205,7 @@ class Exchange:
         along = encode(where, values, position)
         return replace(c, values=np.concatenate([along[None, :n], c.values[1:]]))
 
-    def put(self, i: int, reach: Reach) -> None:
+    def put(self, i: int, reach: TrialReach) -> None:
         """Move ring ``i`` to the place where it adds most; see ``drawn_trials``.
 
         Where lines of sight can be guessed, it is the first of the most promising places that is
@@ -272,7 +272,7 @@ class Exchange:
         position = positions(where.some(same), along[:, same], tilt[:, same])
         return np.stack([position[:, np.searchsorted(same, i)], own, values[:, 2]])
 
-    def put_pair(self, reach: Reach) -> None:
+    def put_pair(self, reach: TrialReach) -> None:
         """Place one ring as if another saw nothing, then the other, then the first again; keep the
         result if it is better."""
         i, j = self.rng.choice(self.candidate.rings, 2, replace=False).tolist()
@@ -296,7 +296,7 @@ class Exchange:
         every, zeta = self._criterion.by_pose(wide, self._tally)
         return every[np.argsort(zeta, kind="stable")[:poses]]
 
-    def sweep(self, reach: Reach, pairs: int, brake: StopToken) -> None:
+    def sweep(self, reach: TrialReach, pairs: int, brake: StopToken) -> None:
         """Improve every ring once, in random order, and then pairs of rings, until a stop."""
         rings = self.rng.permutation(self.candidate.rings)
         for i in rings.tolist():

@@ -16,7 +16,7 @@ import numpy as np
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from .design import Candidate, Space
-from .exchange import Exchange, Reach, share_of
+from .exchange import Exchange, TrialReach, share_of
 from .exchange_criteria import criterion_by_counts
 from .exchange_points import ACTIVE, Fields, active_poses
 from .ring_library import Wanted, ring_library
@@ -134,7 +134,7 @@ def _clear(scene: CoreScene) -> bool:
     return scene.occlusion == "ignore" and not scene.obstacles
 
 
-class Record:
+class SearchRecord:
     """The candidates that a search may return, by their values on all points.
 
     Candidates enter it after steps that no stop cut short, so that a longer search has all of those
@@ -182,7 +182,7 @@ class GlobalStage:
     """Random seed."""
     brake: StopToken
     """Ends the stage after a ring."""
-    record: Record
+    record: SearchRecord
     """Takes the candidates that the search may return."""
     tell: Tell
     """Receives the progress."""
@@ -243,7 +243,7 @@ class GlobalStage:
 
     def _sweep(self, number: int, r: Round, some: Sequence[Exchange]) -> None:
         """Run the sweeps of a round; the record takes the best of each, and soon a first one."""
-        reach, wide = Reach(r.near, r.scale, r.anywhere), self.fields.wide
+        reach, wide = TrialReach(r.near, r.scale, r.anywhere), self.fields.wide
         for done in range(r.sweeps * len(some)):
             one = some[done % len(some)]
             if wide is not None:

@@ -27,8 +27,8 @@ _ENOUGH = 1e-6  # gain of a step at which a climb ends
 
 
 @dataclass(frozen=True)
-class Effort:
-    """Effort of a local search."""
+class ClimbEffort:
+    """ClimbEffort of a local search."""
 
     widths: tuple[float, ...] = (0.005, 0.002)
     """Widths of the sigmoid, m, one climb after the other."""
@@ -56,7 +56,7 @@ class Climb:
 
 
 @dataclass(frozen=True)
-class Rules:
+class RingConstraints:
     """The free directions of the values of rings, and what the rules demand of these values."""
 
     where: Interval
@@ -71,7 +71,7 @@ class Rules:
     """Greatest step in each direction."""
 
     @staticmethod
-    def of(where: Interval, low: Values, high: Values, start: Values) -> "Rules":
+    def of(where: Interval, low: Values, high: Values, start: Values) -> "RingConstraints":
         """Return the rules about ``start``, for the bounds of the values that ``decode`` reads."""
         basis, ends = list[np.ndarray](), list[tuple[float, float]]()
 
@@ -90,7 +90,7 @@ class Rules:
         for i in np.flatnonzero(free[2]):
             direction(2, [i], 1.0, (-math.pi, math.pi))
         each = np.array(ends).reshape(-1, 2)
-        return Rules(where, start, np.array(basis).reshape(-1, *start.shape), *each.T)
+        return RingConstraints(where, start, np.array(basis).reshape(-1, *start.shape), *each.T)
 
     def values(self, step: Float[np.ndarray, " V"]) -> Values:
         """Return the values after a step."""
@@ -136,10 +136,10 @@ class Rules:
 def climb(
     soft: SoftCoverage,
     arrays: RingArrays,
-    rules: Rules,
+    rules: RingConstraints,
     sample: Sample,
     brake: StopToken,
-    effort: Effort | None = None,
+    effort: ClimbEffort | None = None,
 ) -> Climb:
     """Improve the values of a setup's rings.
 
@@ -154,7 +154,7 @@ def climb(
     Returns:
         The best values that satisfy the rules; those at the start if the climb is stopped at once.
     """
-    effort = effort or Effort()
+    effort = effort or ClimbEffort()
     spent, best, last = 0, rules.start, effort.widths[-1]
 
     def evaluate(values: Values, width: float) -> tuple[float, Values]:
@@ -176,9 +176,9 @@ def climb(
 
 def _climbed(
     evaluate: Callable[[Values], tuple[float, Values]],
-    rules: Rules,
+    rules: RingConstraints,
     first: Values,
-    effort: Effort,
+    effort: ClimbEffort,
     brake: StopToken,
 ) -> Values:
     """Run nlopt's sequential quadratic programming from the values ``first``; return the best."""
@@ -217,7 +217,9 @@ def _climbed(
     return best
 
 
-def _stationarity(rules: Rules, arrays: RingArrays, values: Values, slope: Values) -> float:
+def _stationarity(
+    rules: RingConstraints, arrays: RingArrays, values: Values, slope: Values
+) -> float:
     """Return the norm of the gradient less its part that the active rules forbid to follow, by mm
     and degrees."""
     unit = np.full_like(values, math.radians(1))

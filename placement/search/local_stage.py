@@ -11,8 +11,8 @@ from ...objectives.parameterization import decode, encode
 from ...objectives.soft_coverage import SoftCoverage
 from .design import Candidate, Space
 from .exchange_points import Fields
-from .global_stage import Record
-from .local_search import Climb, Rules, climb
+from .global_stage import SearchRecord
+from .local_search import Climb, RingConstraints, climb
 from .starts import fresh
 from .stop_token import StopToken
 
@@ -51,7 +51,7 @@ class LocalStage:
         """The soft coverage, once it is compiled."""
         return self._soft.result()
 
-    def improve(self, record: Record, brake: StopToken) -> list[tuple[Candidate, Climb]]:
+    def improve(self, record: SearchRecord, brake: StopToken) -> list[tuple[Candidate, Climb]]:
         """Let the best candidates of a record climb, and add those that keep all rules to it.
 
         Returns:
@@ -78,7 +78,7 @@ class LocalStage:
         """
         soft, (arrays, where) = self.soft, self._space.arrays(c)
         start = decode(where, self._space.values(c))
-        rules = Rules.of(where, *self._space.box(c), start)
+        rules = RingConstraints.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
         result = climb(soft, arrays, rules, sample, brake)
         return moved(self._space, c, result.values), result

@@ -26,7 +26,7 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
-from place_rings.placement.search.exchange import Exchange, Reach
+from place_rings.placement.search.exchange import Exchange, TrialReach
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.global_stage import any_rings, given_rings, usual
@@ -296,7 +296,7 @@ def test_where_guesses_rank_places_exact_lines_of_sight_decide(aim, occlusion, s
     here = Exchange(of.space, fresh(of.space, rng), rng, criterion)
     here.look(of.all)
     start = here.value
-    here.sweep(Reach(4, 0.2, 4), 1, NEVER)
+    here.sweep(TrialReach(4, 0.2, 4), 1, NEVER)
     anew = Exchange(of.space, here.candidate, rng, criterion)
     anew.look(of.all)
     assert here.value == anew.value > start

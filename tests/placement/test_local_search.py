@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from place_rings.objectives.feasibility.violations import faults
-from place_rings.objectives.mount_rules import Rules as MountRules
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.soft_coverage import SoftCoverage
@@ -16,7 +16,7 @@ from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.local_search import Effort, Rules, climb
+from place_rings.placement.search.local_search import ClimbEffort, RingConstraints, climb
 from place_rings.placement.search.local_stage import LocalStage, moved
 from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
@@ -27,9 +27,7 @@ from .test_design import drawn_scene
 
 NO_POINTS = Sample(np.zeros((1, 0, 3)))
 KEPT = 2e-7  # of a link, by which a climb's values may break a rule
-REAL = [
-    Space(CoreScene(rules=MountRules(shared_tilt=shared)), sensors=48) for shared in (False, True)
-]
+REAL = [Space(CoreScene(rules=Rules(shared_tilt=shared)), sensors=48) for shared in (False, True)]
 
 
 class Bowl(SoftCoverage):
@@ -57,7 +55,13 @@ def starts(draw):
     except InfeasibleError:
         assume(False)
     arrays, where = space.arrays(c)
-    return space, c, arrays, Rules.of(where, *space.box(c), decode(where, space.values(c))), rng
+    return (
+        space,
+        c,
+        arrays,
+        RingConstraints.of(where, *space.box(c), decode(where, space.values(c))),
+        rng,
+    )
 
 
 @settings(max_examples=60)
@@ -66,7 +70,7 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     """Towards any values; what is not free stays, and the setup breaks no rule of the scene."""
     space, c, arrays, rules, rng = start
     bowl = Bowl(rules.start + rng.normal(size=rules.start.shape) * rng.choice([0.003, 0.1, 1.0]))
-    effort = Effort(steps=int(rng.integers(1, 40)), far=far)
+    effort = ClimbEffort(steps=int(rng.integers(1, 40)), far=far)
     found = climb(bowl, arrays, rules, NO_POINTS, running(), effort)
     assert found.start == bowl.value_and_slope(None, rules.start, 0, None)[0]
     assert found.soft == bowl.value_and_slope(None, found.values, 0, None)[0] >= found.start
@@ -96,7 +100,7 @@ def test_a_long_climb_ends_where_no_allowed_step_helps(start):
     assume(len(rules.basis))
     within = rng.uniform(-0.02, 0.02, len(rules.basis))
     best = rules.values(np.clip(within, rules.low, rules.high))
-    effort = Effort(steps=200, far=math.inf)
+    effort = ClimbEffort(steps=200, far=math.inf)
     found = climb(Bowl(best), arrays, rules, NO_POINTS, running(), effort)
     if rules.excess(best)[0].max(initial=-1.0) < 0:
         np.testing.assert_allclose(found.values, best, atol=2e-3)
@@ -109,7 +113,7 @@ def test_a_long_climb_ends_where_no_allowed_step_helps(start):
 def test_where_nothing_is_free_a_climb_is_its_start(start):
     space, c, arrays, rules, _ = start
     low, _ = space.box(c)
-    still = Rules.of(rules.where, low, low, rules.start)
+    still = RingConstraints.of(rules.where, low, low, rules.start)
     found = climb(Bowl(rules.start + 1), arrays, still, NO_POINTS, running())
     assert np.array_equal(found.values, rules.start)
     assert (found.slope, found.evaluations) == (0.0, 1)
@@ -140,7 +144,7 @@ def test_the_local_stage_returns_what_its_climb_found():
     soft = stage.soft
     for _ in range(3):
         c = fresh(space, rng)
-        (arrays, where), width = space.arrays(c), Effort().widths[-1]
+        (arrays, where), width = space.arrays(c), ClimbEffort().widths[-1]
         start = decode(where, space.values(c))
         better, found = stage.climbed(c, running())
         values = decode(space.arrays(better)[1], space.values(better))

@@ -149,7 +149,7 @@ def test_an_exchange_that_keeps_one_segment_table_at_a_time_ends_the_same(fields
         )
         one.look(fields["real"].all)
         for i in one.candidate.rings[:4]:
-            one.put(int(i), exchange.Reach(4, 0.1, 2))
+            one.put(int(i), exchange.TrialReach(4, 0.1, 2))
         values.append((one.value, one.candidate.values.tolist()))
         assert len(one._stretches) <= kept
     assert values[0] == values[1]
