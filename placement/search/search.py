@@ -24,6 +24,7 @@ from .stop_token import StopToken
 from .verdict import choose
 
 FINALISTS = 3  # candidates that the exact count compares
+_SHORT = 4.0  # s; within such a time limit nothing is compiled, and no local stage follows
 _TAKEN = 16  # best candidates of the gradients that are compared on all points
 
 
@@ -50,7 +51,8 @@ def search(
 
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
-    What the cap does not hold for is the start-up, until the points are there, and the exact count
+    A limit below 4 s leaves no time for the local stage. What the cap does not hold for is the
+    start-up, until the points are there, and the exact count
     of the finalists; the statistics have both.
     The paper's tilts are among the starts. Where the worst pose counts, the exchange improves each
     candidate at the poses that are worst for it.
@@ -96,7 +98,7 @@ def search(
         progress.best, progress.setup = max(best, 0.0), space.setup(c)
         tell(progress)
 
-    stage = LocalStage(space, fields) if local else None
+    stage = LocalStage(space, fields) if local and time_cap > _SHORT else None
     try:
         tell(progress)
         if stage is not None and accelerated(device) and suits(space, stage.soft):

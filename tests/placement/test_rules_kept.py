@@ -22,9 +22,11 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
 
 SIZE = 0.2  # m, of the boxes that are obstacles
+SHORT = (Round(1024, 3, 1, 4, 0.2, 4), Round(2048, 2, 1, 4, 0.05))
 STEP, TURNS = 0.004, 120  # m along a section, and parts of a turn, between points of a ring
 EPS = 2e-6  # of a link, m or rad: places and angles are rounded
 
@@ -151,7 +153,10 @@ def test_the_answer_of_a_search_keeps_all_rules(seed):
     while not rings:
         with suppress(InfeasibleError):
             scene, boxes, budget = drawn(rng)
-            found = search(scene, Space(scene, **budget), seed, time_cap=0.2, voxel=0.1)
+            limit = (
+                {"time_cap": 0.2} if seed % 10 else {"schedule": SHORT}
+            )  # without and with nlopt
+            found = search(scene, Space(scene, **budget), seed, voxel=0.1, **limit)
             rings = found.setup.rings
     given = budget.get("layout", found.setup)
     assert len(rings) == budget.get("rings", len(given.rings))
