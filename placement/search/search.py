@@ -52,8 +52,8 @@ def search(
     The same seed gives the same answer on the same machine, because the schedule ends the search.
     ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
     A limit below 4 s leaves no time for the local stage. What the cap does not hold for is the
-    start-up, until the points are there, and the exact count
-    of the finalists; the statistics have both.
+    start-up, until the points are there, and the exact count of the finalists; the statistics have
+    both.
     The paper's tilts are among the starts. Where the worst pose counts, the exchange improves each
     candidate at the poses that are worst for it.
 
