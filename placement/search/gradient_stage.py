@@ -172,8 +172,12 @@ def _batch(space: Space, some: Sequence[Candidate]) -> _Batch:
         values = np.concatenate([decode(where, space.values(c)), counts[None]])
         rules = (np.asarray(a) for a in (where.by_tilt, where.least, where.segment))
         each.append(_Batch(arrays, values, low[1], high[1], *rules))
-    batch: _Batch = jax.tree.map(lambda *a: np.stack(a), *each)
+    batch: _Batch = jax.tree.map(lambda *a: _narrow(np.stack(a)), *each)
     return batch
+
+
+def _narrow(values: np.ndarray) -> np.ndarray:
+    return values.astype(np.float32) if values.dtype.kind == "f" else values
 
 
 def _candidate(space: Space, c: Candidate, values: Float[np.ndarray, "4 R"]) -> Candidate:

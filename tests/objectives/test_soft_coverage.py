@@ -19,7 +19,7 @@ from place_rings.coverage.solids.polyhedra import hull
 from place_rings.coverage.targets import Target
 from place_rings.objectives import soft_coverage
 from place_rings.objectives.criterion import Criterion
-from place_rings.objectives.floors import worth
+from place_rings.objectives.floors import floors, worth
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
@@ -152,9 +152,9 @@ def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) ->
         return least([worth(zetas(number != i) @ scene.pose_weights, scene) for i in set(mine)])
     goals = zetas(every) @ scene.pose_weights
     if scene.over_poses == "worst":
-        penalty = worth(goals, scene) - goals @ scene.goal_weights
+        penalty = worth(goals, scene.goal_weights, floors(scene)) - goals @ scene.goal_weights
         return least(scene.goal_weights @ zetas(every)) + penalty
-    return float(worth(goals, scene))
+    return float(worth(goals, scene.goal_weights, floors(scene)))
 
 
 FLOORS = (Goal(Target("V_S", 0.5), 2.0, 0.3), Goal(Target("V_O"), 1.0, 0.6))
@@ -186,7 +186,7 @@ def check_sharp(scene, soft, setup, aim, rng, blind=0.0):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-@settings(max_examples=12)
+@settings(max_examples=4)
 @given(st.integers(0, 1), setups(st.lists(NARROW, min_size=3, max_size=3), 12), GENERATORS)
 def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
     """Exactly, where nothing occludes, or no more sensors of a ring have a point in their beams
@@ -197,7 +197,7 @@ def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
 
 
 @pytest.mark.slow
-@settings(max_examples=12)
+@settings(max_examples=4)
 @given(st.integers(0, 1), setups(WIDE, 4), GENERATORS)
 def test_errors_of_mounting_move_beams_and_shadows(number, setup, rng):
     """All but those of the cell."""
