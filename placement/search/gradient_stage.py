@@ -283,7 +283,7 @@ def _run(
         mean, square = 0.9 * mean + 0.1 * by, 0.99 * square + 0.01 * by * by
         deviation = jnp.sqrt(square / (1 - 0.99 ** (i + 1))) + 1e-7
         way = mean / (1 - 0.9 ** (i + 1)) / deviation * jnp.asarray(_SCALE, by.dtype)[None, :, None]
-        values = jax.vmap(_stepped)(batch, values, -rate * way)
+        values = jax.vmap(_stepped)(batch, values, -rate * way).astype(values.dtype)
         return (values, mean, square, key), None
 
     start = jnp.asarray(batch.values, jnp.float32)

@@ -149,7 +149,8 @@ def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) ->
     if aim.losing:
         number = ring if aim.losing == "ring" else np.arange(len(ring))
         mine = number[ring < len(setup.groups)]
-        return least([worth(zetas(number != i) @ scene.pose_weights, scene) for i in set(mine)])
+        left = [zetas(number != i) @ scene.pose_weights for i in set(mine)]
+        return least([worth(one, scene.goal_weights, floors(scene)) for one in left])
     goals = zetas(every) @ scene.pose_weights
     if scene.over_poses == "worst":
         penalty = worth(goals, scene.goal_weights, floors(scene)) - goals @ scene.goal_weights
