@@ -28,7 +28,10 @@ def plain_rig(folder):
     joints = ",".join(map(str, SCENE.poses[0].q))
     counts = ",".join(str(r.count) for r in SETUP.rings)
     words = [Path(__file__).with_name("plain_rig.py"), address, folder, counts, joints]
-    with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True) as rig:
+    path = {"PYTHONPATH": str(Path(__file__).parent)}  # of the arm, also where paths are safe
+    with subprocess.Popen(
+        [sys.executable, *words], stdout=subprocess.PIPE, text=True, env=os.environ | path
+    ) as rig:
         assert rig.stdout.readline() == "open\n"
         try:
             yield address
