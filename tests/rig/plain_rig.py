@@ -8,7 +8,7 @@ The rings send frames as in docs/rig.md. Their distances are made up: they follo
 smoothly and show no cell.
 
 Run: python plain_rig.py ADDRESS FOLDER RING,... JOINT,...
-     for example 127.0.0.9 /tmp/rings 8,6 0,-1.57,1.57,0,0,0
+     for example 127.0.0.9 rings 8,6 0,-1.57,1.57,0,0,0
 
 It prints "open" once it listens; the rings are the links FOLDER/ring0, FOLDER/ring1, ...
 """
