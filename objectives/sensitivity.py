@@ -17,7 +17,7 @@ SHIFT = 0.002  # m, by which a ring is moved along its link
 TURN = math.radians(1.0)  # by which it is tilted, and turned about its link
 _WIDTH = 0.002  # m, of the sigmoid
 _NEAR = 0.02  # m, width by which the points are chosen that these moves may cover or uncover
-_POINTS, _NEAREST = 65536, 8192  # of all goals and poses together, and those of them
+_POINTS, _NEAREST = 24576, 8192  # of all goals and poses together, and those of them
 _FEWEST = 64  # of each goal at each pose
 
 
