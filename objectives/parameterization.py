@@ -3,12 +3,12 @@ rules."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..coverage.arrays import Array
+from ..coverage.arrays import Array, namespace
 from ..coverage.pytrees import tree
 from ..coverage.rings.ring_kinematics import RingArrays
 from .link_segments import ABOVE, BELOW, HIGH, LOW, TILTS, Segment, occupied
@@ -131,20 +131,21 @@ def _taken(
     return there
 
 
-def _cells(tilt: Float[np.ndarray, "*batch R"]) -> tuple[np.ndarray, np.ndarray]:
+def _cells(tilt: Float[Array, "*batch R"]) -> tuple[Any, Any]:
     """Return the cell of the table in which each tilt lies, and its place there, 0 to 1."""
-    at = np.maximum((tilt - TILTS[0]) / _STEP, 0.0)
-    cell = np.minimum(at, len(TILTS) - 2.0).astype(int)
-    at = np.minimum(at, len(TILTS) - 1.0)
+    xp = namespace(tilt)
+    at = xp.maximum((tilt - float(TILTS[0])) / _STEP, 0.0)
+    cell = xp.minimum(at, len(TILTS) - 2.0).astype(int)
+    at = xp.minimum(at, len(TILTS) - 1.0)
     return cell, at - cell
 
 
 def at_tilt(
-    tables: Float[np.ndarray, "S 4 T"],
-    index: Int[np.ndarray, "*batch R"],
-    tilt: Float[np.ndarray, "*batch R"],
-) -> Float[np.ndarray, "*batch R 4"]:
-    """Return rows of segments' tables at tilts; see ``Segment``.
+    tables: Float[Array, "S 4 T"],
+    index: Int[Array, "*batch R"],
+    tilt: Float[Array, "*batch R"],
+) -> Any:
+    """Return rows (*batch, R, 4) of segments' tables at tilts; see ``Segment``. NumPy or JAX.
 
     Args:
         tables: tables of S segments.
@@ -153,8 +154,7 @@ def at_tilt(
     """
     cell, place = _cells(tilt)
     before = tables[index, :, cell]
-    row: np.ndarray = before + place[..., None] * (tables[index, :, cell + 1] - before)
-    return row
+    return before + place[..., None] * (tables[index, :, cell + 1] - before)
 
 
 def tilt_slope(

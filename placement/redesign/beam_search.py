@@ -43,7 +43,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class BeamPlan:
-    """ClimbEffort of the search on one level."""
+    """Effort of the search on one level."""
 
     draws: int = 640
     """Random setups."""
@@ -78,7 +78,7 @@ class Answer:
 
     @property
     def work(self) -> Work:
-        """ClimbEffort of the changes."""
+        """Effort of the changes."""
         return work(list(self.changes))
 
     @property
@@ -99,7 +99,7 @@ class BeamSearch:
     rework: RedesignProblem
     """The problem: mounted setup and rules."""
     plan: BeamPlan
-    """ClimbEffort on each level."""
+    """Effort on each level."""
     soft: SoftCoverage
     """The soft ζ."""
     verifier: Verifier

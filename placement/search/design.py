@@ -106,6 +106,16 @@ class Space(FeasibleSet):
         held = np.stack([np.zeros(len(self.held)), stays.tilt, stays.phase])
         return np.concatenate([c.values, held], axis=1)
 
+    def moved(self, c: Candidate, values: Float[np.ndarray, "3 R"]) -> Candidate:
+        """Return a candidate with other positions, tilts and phases of its rings."""
+        where, new = self.stretch(c), c.values.copy()
+        new[1:, c.rings] = values[1:, c.rings]
+        if self.scene.rules.shared_tilt and len(c.rings):
+            new[1] = (where.sign * values[1])[c.rings[0]]
+        there = replace(c, values=new)
+        along = encode(where, self.values(there), values[0])
+        return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
+
     def setup(self, c: Candidate) -> Setup:
         """Return the setup that a candidate encodes.
 

@@ -19,8 +19,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring_kinematics import RingArrays
-from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW, TILTS
-from ...objectives.parameterization import decode, encode
+from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
+from ...objectives.parameterization import at_tilt, decode
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.soft_terms import Sample
 from .design import Candidate, Space
@@ -41,8 +41,6 @@ _RATES = (
 )  # first and last steps, as those of values
 _SCALE = np.array([1.0, 1.3, 0.6, 1.5])  # of steps of positions, tilts, phases and counts
 _KEPT = 8  # one candidate of so many stays
-_STEP = float(TILTS[1] - TILTS[0])
-
 
 Device = Literal["auto", "cpu", "gpu"]
 
@@ -184,14 +182,12 @@ def _candidate(space: Space, c: Candidate, values: Float[np.ndarray, "4 R"]) -> 
     """Return a candidate with other values, and with its sensors divided as these say."""
     if space.layout is None:
         c = replace(c, count=_divided(space, c, values[3, : len(c.segment)]))
-    new = c.values.copy()
-    new[1:, c.rings] = values[1:3, c.rings]
-    low, high = (edge[:, : len(c.segment)] for edge in space.box(c))
+    low, high = space.box(c)
+    there = values[:3].copy()
     spacing = high[2, c.rings]  # a phase repeats after one spacing
-    new[2, c.rings] = np.mod(new[2, c.rings], np.where(spacing > 0, spacing, 1.0))
-    there = replace(c, values=np.clip(new, low, high))
-    along = encode(space.stretch(there), space.values(there), values[0])
-    return replace(there, values=np.concatenate([along[None, : len(new[0])], there.values[1:]]))
+    there[2, c.rings] = np.mod(there[2, c.rings], np.where(spacing > 0, spacing, 1.0))
+    there[1:, c.rings] = np.clip(there[1:, c.rings], low[1:, c.rings], high[1:, c.rings])
+    return space.moved(c, there)
 
 
 def _divided(space: Space, c: Candidate, logits: Float[np.ndarray, " R"]) -> Int[np.ndarray, " R"]:
@@ -209,17 +205,10 @@ def _divided(space: Space, c: Candidate, logits: Float[np.ndarray, " R"]) -> Int
     return count
 
 
-def _row(by_tilt: Any, tilt: Any) -> Any:
-    """Return the rows (R, 4) of segments' tables at tilts; see ``at_tilt``."""
-    at = jnp.clip((tilt - TILTS[0]) / _STEP, 0, len(TILTS) - 1.001)
-    cell = at.astype(int)
-    place, ring = (at - cell)[:, None], jnp.arange(len(tilt))
-    return by_tilt[ring, :, cell] * (1 - place) + by_tilt[ring, :, cell + 1] * place
-
-
 def _lack_of_room(one: _Batch, values: Any) -> Any:
     """Return by how much rings of one segment are too near to each other, in sum."""
-    row, position = _row(one.by_tilt, values[1]), values[0]
+    position = values[0]
+    row = at_tilt(one.by_tilt, jnp.arange(len(position)), values[1])
     least = jnp.maximum(row[:, None, ABOVE] + row[None, :, BELOW], one.least[None])
     gap = position[None] - position[:, None]
     each = jnp.arange(len(position))
@@ -230,7 +219,7 @@ def _lack_of_room(one: _Batch, values: Any) -> Any:
 def _clipped(one: _Batch, values: Any) -> Any:
     """Return values within the bounds of their rings alone."""
     tilt = jnp.clip(values[1], one.low, one.high)
-    row = _row(one.by_tilt, tilt)
+    row = at_tilt(one.by_tilt, jnp.arange(len(tilt)), tilt)
     return jnp.stack([jnp.clip(values[0], row[:, LOW], row[:, HIGH]), tilt, *values[2:]])
 
 

@@ -28,7 +28,7 @@ _ENOUGH = 1e-6  # gain of a step at which a climb ends
 
 @dataclass(frozen=True)
 class ClimbEffort:
-    """ClimbEffort of a local search."""
+    """Effort of a local search."""
 
     widths: tuple[float, ...] = (0.005, 0.002)
     """Widths of the sigmoid, m, one climb after the other."""

@@ -1,13 +1,11 @@
 """The local stage of a search: its best candidates improve by nlopt on the soft coverage."""
 
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
 from threading import Thread
 
 import numpy as np
-from jaxtyping import Float
 
-from ...objectives.parameterization import decode, encode
+from ...objectives.parameterization import decode
 from ...objectives.soft_coverage import SoftCoverage
 from .design import Candidate, Space
 from .exchange_points import Fields
@@ -81,18 +79,7 @@ class LocalStage:
         rules = RingConstraints.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
         result = climb(soft, arrays, rules, sample, brake)
-        return moved(self._space, c, result.values), result
-
-
-def moved(space: Space, c: Candidate, values: Float[np.ndarray, "3 R"]) -> Candidate:
-    """Return a candidate with other positions, tilts and phases of its rings."""
-    where, new = space.stretch(c), c.values.copy()
-    new[1:, c.rings] = values[1:, c.rings]
-    if space.scene.rules.shared_tilt and len(c.rings):
-        new[1] = (where.sign * values[1])[c.rings[0]]
-    there = replace(c, values=new)
-    along = encode(where, space.values(there), values[0])
-    return replace(c, values=np.concatenate([along[None, : len(c.segment)], new[1:]]))
+        return self._space.moved(c, result.values), result
 
 
 def _count(soft: SoftCoverage) -> int:

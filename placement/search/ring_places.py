@@ -138,7 +138,9 @@ def rows_at_tilt(
     space: Space, segment: Int[np.ndarray, " K"], tilt: Float[np.ndarray, " K"]
 ) -> Float[np.ndarray, "K 4"]:
     """Return the rows of the segments' tables at tilts, rad; see ``Segment``."""
-    return at_tilt(np.array([s.by_tilt for s in space.segments]), segment, tilt)
+    tables = np.array([s.by_tilt for s in space.segments])
+    row: np.ndarray = at_tilt(tables, segment, tilt)
+    return row
 
 
 def _most(space: Space, segment: Int[np.ndarray, " K"]) -> Int[np.ndarray, " K"]:

@@ -41,7 +41,6 @@ def search(
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
     points: Fields | None = None,
-    local: bool = True,
     device: Device = "auto",
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals.
@@ -72,7 +71,6 @@ def search(
         clock: returns seconds; by default the monotonic clock.
         points: sample points of an earlier search of the same scene, criterion and seed, whose
             space differed only in its number of rings; by default new ones.
-        local: whether the local stage follows the global one.
         device: ``auto`` and ``gpu`` let gradients lead the global stage where JAX finds an
             accelerator and the question suits them.
 
@@ -98,7 +96,7 @@ def search(
         progress.best, progress.setup = max(best, 0.0), space.setup(c)
         tell(progress)
 
-    stage = LocalStage(space, fields) if local and time_cap > _SHORT else None
+    stage = LocalStage(space, fields) if time_cap > _SHORT else None
     try:
         tell(progress)
         if stage is not None and accelerated(device) and suits(space, stage.soft):

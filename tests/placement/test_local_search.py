@@ -17,7 +17,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import ClimbEffort, RingConstraints, climb
-from place_rings.placement.search.local_stage import LocalStage, moved
+from place_rings.placement.search.local_stage import LocalStage
 from place_rings.placement.search.starts import fresh
 from place_rings.placement.search.stop_token import StopToken
 
@@ -84,7 +84,7 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     tilt = (rules.where.sign * found.values[1])[c.rings]
     own = c.rings if not space.scene.rules.shared_tilt else [0] * len(c.rings)
     assert np.all((low[1, own] - 1e-9 <= tilt) & (tilt <= high[1, own] + 1e-9))
-    there = moved(space, c, found.values)
+    there = space.moved(c, found.values)
     where = space.arrays(there)[1]
     if space not in REAL:  # there ends that depend on tilts leave some positions without a value
         np.testing.assert_allclose(decode(where, space.values(there)), found.values, atol=1e-6)
