@@ -71,6 +71,12 @@ def usual(scene: CoreScene, space: Space, aim: Criterion, known: bool = False) -
     return rounds[2:] if known else rounds
 
 
+def judging_points(schedule: Schedule) -> int:
+    """Return the number of points on which candidates are compared: twice those of the last round,
+    so that half of them are new to the candidates."""
+    return 2 * max(r.points for r in schedule)
+
+
 def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     """Return the schedule for rings whose links and counts are given.
 
@@ -89,7 +95,7 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
         cost *= 2
     start, rings = round(24 / cost), len(space.layout.rings) if space.layout else 0
     others = 48 if space.square else 16
-    rounds = 6 if plain else 5
+    rounds = 5 if plain else 4
     last = rounds - 1
     return tuple(
         Round(
@@ -111,7 +117,7 @@ def any_rings(scene: CoreScene, space: Space) -> Schedule:
 
     From round to round points double, and candidates, places and trials become fewer.
     """
-    rounds = 6 if _clear(scene) else 5
+    rounds = 5 if _clear(scene) else 4
     return tuple(
         Round(
             points=4096 << k,

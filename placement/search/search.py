@@ -14,7 +14,7 @@ from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
 from .design import Space
 from .exchange_points import Fields
-from .global_stage import GlobalStage, Schedule, SearchRecord, usual
+from .global_stage import GlobalStage, Schedule, SearchRecord, judging_points, usual
 from .gradient_stage import Device, accelerated, gradient_stage, suits
 from .local_stage import LocalStage
 from .progress import Outcome, Progress, StageResult, Statistics
@@ -85,7 +85,7 @@ def search(
     asked = (*papers(space), *(fitted(space, setup) for setup in known))
     made = (feasible(space, c, rng) for c in asked if c is not None)
     starts = [c for c in made if c is not None]
-    fields = points or Fields.drawn(space, aim, max(r.points for r in schedule), seed)
+    fields = points or Fields.drawn(space, aim, judging_points(schedule), seed)
     ready, record = time.monotonic(), SearchRecord(space, fields)
     progress = Progress(stages=len(schedule), stage=1)
 

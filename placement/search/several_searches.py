@@ -14,7 +14,7 @@ from ...objectives.verify import Verifier
 from .design import Space
 from .exchange_points import Fields
 from .feasible_set import InfeasibleError
-from .global_stage import Schedule, usual
+from .global_stage import Schedule, judging_points, usual
 from .progress import Outcome, Progress, RepeatedProgress
 from .result import FewestRings, Reach, RepeatedSearch, SearchResult
 from .search import search
@@ -223,7 +223,7 @@ def fewest_rings(
     began, aim = time.monotonic(), aim or Criterion()
     verifier, space = verifier or Verifier(scene, voxel), Space(scene, sensors=sensors)
     rounds = usual(scene, space, aim) if schedule is None else schedule
-    points = Fields.drawn(space, aim, max(r.points for r in rounds), seed)
+    points = Fields.drawn(space, aim, judging_points(rounds), seed)
 
     def searched(space: Space, rings: int | None, known: Sequence[Setup]) -> SearchResult:
         left = max(time_cap - (time.monotonic() - began), 0.0)

@@ -25,7 +25,7 @@ from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.global_stage import Round, judging_points
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
 from place_rings.placement.search.result import SearchResult
 from place_rings.placement.search.search import search
@@ -174,7 +174,7 @@ def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
 
 def test_a_search_with_the_points_of_another_is_the_same_search():
     free, three = Space(FREE, sensors=20), Space(FREE, sensors=20, rings=3)
-    points = Fields.drawn(free, Criterion(), 512, 2)
+    points = Fields.drawn(free, Criterion(), judging_points(QUICK), 2)
     own = search(FREE, three, 2, schedule=QUICK, voxel=0.1)
     shared = search(FREE, three, 2, schedule=QUICK, voxel=0.1, points=points)
     assert (shared.setup, shared.exact, shared.sampled) == (own.setup, own.exact, own.sampled)
