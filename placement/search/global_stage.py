@@ -94,8 +94,8 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     if active_poses(scene):
         cost *= 2
     start, rings = round(24 / cost), len(space.layout.rings) if space.layout else 0
-    others = 48 if space.square else 16
-    rounds = 5 if plain else 4
+    others = 24 if space.square else 16
+    rounds = 5 if plain or active_poses(scene) else 4
     last = rounds - 1
     return tuple(
         Round(
