@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ._study import study
     from ._study_runs import StudyReport
     from ._targets import (
+        Near,
         ProtectiveVolume,
         ReachAndToolSpheres,
         ReachSphere,
@@ -80,6 +81,7 @@ __all__ = [
     "Limits",
     "Mesh",
     "MountedSensor",
+    "Near",
     "Outcome",
     "Pose",
     "Prices",
@@ -157,6 +159,7 @@ _MODULES = {
     "_combined_targets": ("DifferenceOf", "IntersectionOf", "UnionOf"),
     "_weight_field": ("weight_field",),
     "_targets": (
+        "Near",
         "ProtectiveVolume",
         "ReachAndToolSpheres",
         "ReachSphere",

@@ -8,6 +8,7 @@ from typing import Any, cast
 from ._errors import InputError, input_errors
 from ._own_targets import Box, Cylinder, HalfSpace, Implicit, Mesh, OwnTarget, Sphere
 from ._targets import (
+    Near,
     ProtectiveVolume,
     ReachAndToolSpheres,
     ReachSphere,
@@ -93,6 +94,7 @@ _NAMED: dict[str, type[TargetVolume]] = {
     one.symbol: one
     for one in (ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, RobotVolume)
 }
+_ROUND = {one.symbol: one for one in (Shell, Near)}
 _COMBINED = {one.symbol: one for one in (UnionOf, DifferenceOf, IntersectionOf)}
 
 
@@ -113,7 +115,7 @@ def _made(volume: Volume, keys: Mapping[str, Any]) -> TargetVolume:
     """Return the target with a volume; ``keys`` holds weight, minimum and name."""
     match volume:
         case NamedVolume(name, radius):
-            return _NAMED[name](**keys) if radius is None else Shell(radius, **keys)
+            return _NAMED[name](**keys) if radius is None else _ROUND[name](radius, **keys)
         case BoxVolume(size, centre, rpy):
             return Box(size, centre, _degrees(rpy), **keys)
         case CylinderVolume(length, height, centre, rpy):

@@ -1,6 +1,7 @@
 """Targets of one's own: boxes, cylinders, spheres, half-spaces, functions, and their combinations.
 
-All exclude the robot's own volume V_R and the scene's obstacles, as the named targets do.
+All exclude the robot's own volume V_R and the scene's obstacles, as the named targets do; with V_N
+among their parts they exclude the robot's bodies in place of V_R.
 """
 
 from collections.abc import Callable, Sequence

@@ -135,8 +135,8 @@ def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
 
 def _goals(targets: Any) -> tuple[Any, ...]:
     kinds = (
-        "Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume of your"
-        " own such as Box"
+        "Near, Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume"
+        " of your own such as Box"
     )
     each = _each(targets, TargetVolume, "targets", kinds)
     if not each:

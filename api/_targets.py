@@ -1,5 +1,5 @@
-"""Target volumes, which the sensors should cover. All exclude the robot's own volume V_R and the
-scene's obstacles.
+"""Target volumes, which the sensors should cover. All exclude the robot's own volume V_R, or its
+bodies, and the scene's obstacles.
 """
 
 import math
@@ -60,8 +60,53 @@ class TargetVolume:
 
 
 @dataclass(frozen=True)
-class Shell(TargetVolume):
-    """V_S: all points within ``radius`` of the pose curve, from the base to the TCP.
+class _WithRadius(TargetVolume):
+    """Common base of the named volumes with a radius."""
+
+    radius: float
+    """Radius, m."""
+
+    @property
+    def target(self) -> Target:
+        """The volume under its name in files and commands."""
+        with input_errors("radius"):
+            return Target(self.symbol, float(self.radius), None, self.importance, self.reachable)
+
+    @property
+    def volume(self) -> Volume:
+        """The volume without its weight, as a part of others."""
+        return NamedVolume(self.symbol, self.target.radius)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.target  # noqa: B018  (raises for a bad radius)
+
+
+@dataclass(frozen=True)
+class Near(_WithRadius):
+    """V_N: all points within ``radius`` of the robot's bodies, also ahead of the tool.
+
+    The bodies are the capsules of its links and what is attached to it, such as a gripper; mounted
+    rings are none. The bodies are excluded, V_R is not.
+
+    Raises:
+        InputError: for a radius that is not positive.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.Near(0.3, weight=0.6).target
+        Target(name='V_N', radius=0.3)
+    """
+
+    symbol: str = field(init=False, default="V_N", repr=False)
+
+
+@dataclass(frozen=True)
+class Shell(_WithRadius):
+    """V_S: the paper's shell, discs of ``radius`` across the pose curve from the base to the TCP.
+
+    It is cut flat at both ends: most of the space ahead of the tool does not belong to it. Its
+    radius must be larger than that of V_R (0.15 m).
 
     Raises:
         InputError: for a radius that is not positive.
@@ -72,24 +117,7 @@ class Shell(TargetVolume):
         Target(name='V_S', radius=0.5)
     """
 
-    radius: float
-    """Radius of the shell, m; larger than that of V_R (0.15 m)."""
     symbol: str = field(init=False, default="V_S", repr=False)
-
-    @property
-    def target(self) -> Target:
-        """The shell under its name in files and commands."""
-        with input_errors("radius"):
-            return Target(self.symbol, float(self.radius), None, self.importance, self.reachable)
-
-    @property
-    def volume(self) -> Volume:
-        """The shell without its weight, as a part of others."""
-        return NamedVolume(self.symbol, self.target.radius)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.target  # noqa: B018  (raises for a bad radius)
 
 
 @dataclass(frozen=True)

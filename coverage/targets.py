@@ -9,18 +9,22 @@ from jaxtyping import Float
 
 from .reachable import reachable
 from .robots.kinematics import arm_base, forward, joint_origins
-from .robots.link_bodies import attached_capsules, carried_polyhedra
+from .robots.link_bodies import attached_capsules, carried_polyhedra, robot_capsules
+from .robots.near_volume import near
 from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
 from .robots.separation_distance import Safety
 from .solids.base import Difference, Intersection, Solid, Union
+from .solids.capsules import Capsules
 from .solids.polyhedra import Polyhedron, polyhedra
 from .solids.spheres import sphere
 from .volumes import OWN, NamedVolume, Volume, within
 from .weight_field import WeightField
 
-NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
+NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_N", "V_P")
+WITH_RADIUS = ("V_S", "V_N")
+"""The named volumes that have a radius."""
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
 OWN_NAME = f"letters, digits, spaces, _, - and ., but none of {', '.join((*NAMES, OWN))}"
 """Names that a target of one's own may have."""
@@ -43,7 +47,8 @@ class Shape:
 
 @dataclass(frozen=True)
 class Target:
-    """A target volume: V_O, V_T, V_OT, V_P, or V_S with a radius in m; or a volume of one's own.
+    """A target volume: V_O, V_T, V_OT, V_P, or V_S or V_N with a radius in m; or a volume of one's
+    own.
 
     Raises:
         ValueError: if the name is unknown, or taken by a named volume; if a radius is missing, not
@@ -53,7 +58,7 @@ class Target:
     name: str
     """Name of the volume; for a volume of one's own, any other name."""
     radius: float | None = None
-    """Radius of V_S, m."""
+    """Radius of V_S or V_N, m."""
     volume: Volume | None = field(default=None, repr=False)
     """A volume of one's own; None for the one of this name."""
     importance: WeightField | None = field(default=None, repr=False)
@@ -87,10 +92,15 @@ class Target:
         return tuple((self.volume or NamedVolume(self.name, self.radius)).parts())
 
     @property
+    def names(self) -> frozenset[str]:
+        """Names of all named volumes of which the target is made."""
+        return frozenset(v.name for v in self.volumes if isinstance(v, NamedVolume))
+
+    @property
     def radii(self) -> tuple[float, ...]:
         """Radii of all V_S of which the target is made, m."""
-        radii = (v.radius for v in self.volumes if isinstance(v, NamedVolume))
-        return tuple(r for r in radii if r is not None)
+        shells = (v for v in self.volumes if isinstance(v, NamedVolume) and v.name == "V_S")
+        return tuple(v.radius for v in shells if v.radius is not None)
 
     @property
     def plain(self) -> bool:
@@ -126,8 +136,8 @@ def check_named(name: str, radius: float | None) -> None:
     """
     if name not in NAMES:
         raise ValueError(f"unknown target {name!r}; known: {', '.join(NAMES)}")
-    if (radius is None) == (name == "V_S"):
-        need = "needs a radius in metres" if name == "V_S" else "takes no radius"
+    if (radius is None) == (name in WITH_RADIUS):
+        need = "needs a radius in metres" if name in WITH_RADIUS else "takes no radius"
         raise ValueError(f"target {name} {need}")
     if radius is not None and not (np.isfinite(radius) and radius > 0):
         raise ValueError(f"radius {radius} of target {name} is not a positive number of metres")
@@ -150,6 +160,9 @@ def target_solid(
     """Return the target at pose ``q`` in the base frame: the outer solid less V_R, what is attached
     to the robot, and obstacles.
 
+    From V_N, and from all targets of which it is a part, the robot's bodies are subtracted in place
+    of V_R: people get pinched between V_R's surface and the bodies'.
+
     Args:
         target: the target volume.
         robot: the robot; its bodies are subtracted from V_P as well.
@@ -161,7 +174,7 @@ def target_solid(
 
     Raises:
         ValueError: if a shell's radius does not exceed V_R's, so that nothing is left; or if
-            V_P cannot be computed.
+            V_P or V_N cannot be computed, as for a robot without bodies.
     """
     place = _AtPose(robot, q, shape or Shape(), rate, safety or Safety())
     for radius in target.radii:
@@ -178,11 +191,14 @@ def target_solid(
         box = np.concatenate([outer.bounds(), centres])
         box = np.stack([box.min(axis=0), box.max(axis=0)])
         outer = Intersection(outer, reachable(obstacles, centres, box))
-    body = place.named(OWN, None)
-    if any(isinstance(v, NamedVolume) and v.name == "V_P" for v in target.volumes):
-        body = Union(body, place.protective[1])
-    if (capsules := attached_capsules(robot, q)) is not None:
-        body = Union(body, capsules)
+    if "V_N" in target.names:
+        body: Solid = place.bodies
+    else:
+        body = place.named(OWN, None)
+        if "V_P" in target.names:
+            body = Union(body, place.protective[1])
+        if (capsules := attached_capsules(robot, q)) is not None:
+            body = Union(body, capsules)
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)
@@ -204,6 +220,15 @@ class _AtPose:
         return robot_curve(self.robot, self.q, self.shape)
 
     @cached_property
+    def bodies(self) -> Capsules:
+        """The robot's bodies, those attached to it among them."""
+        if not self.robot.bodies:
+            raise ValueError(
+                f"robot {self.robot.name} has no bodies; the near volume V_N needs them"
+            )
+        return robot_capsules(self.robot, np.asarray(forward(self.robot.chain, self.q)))
+
+    @cached_property
     def protective(self) -> tuple[Solid, Solid]:
         """V_P with the robot in it, and the robot's bodies."""
         return protective(self.robot, self.q, self.rate, self.safety)
@@ -213,6 +238,8 @@ class _AtPose:
         shape = self.shape
         if name == "V_P":
             return self.protective[0]
+        if name == "V_N":
+            return near(self.bodies, carried_polyhedra(self.robot, self.q), radius or 0.0)
         if name in (OWN, "V_S"):
             return self.curve.tube(radius or shape.robot_radius, shape.points_per_bend)
         base = sphere(arm_base(self.robot.chain, self.q), self.robot.reach)

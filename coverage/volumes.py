@@ -166,12 +166,12 @@ class HalfSpaceVolume(Volume):
 
 @dataclass(frozen=True)
 class NamedVolume(Volume):
-    """A named volume: V_O, V_T, V_OT, V_P, V_R, or V_S with a radius."""
+    """A named volume: V_O, V_T, V_OT, V_P, V_R, or V_S or V_N with a radius."""
 
     name: str
     """Name of the volume."""
     radius: float | None = None
-    """Radius of V_S, m."""
+    """Radius of V_S or V_N, m."""
 
     def solid(self, named: NamedSolid) -> Solid:
         return named(self.name, self.radius)

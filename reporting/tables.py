@@ -100,7 +100,8 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
 
 
 _TARGETS = {
-    "V_S": "V_S(r): everything within r m of the arm's centre line",
+    "V_S": "V_S(r): discs of r m across the arm's centre line, cut flat at the tool",
+    "V_N": "V_N(r): everything within r m of the robot's bodies",
     "V_O": "V_O: sphere of the robot's reach",
     "V_T": "V_T: sphere around the tool, of 1.5 m unless the scene says otherwise",
     "V_OT": "V_OT: V_O and V_T together",

@@ -77,7 +77,11 @@ def meaning(target: Target, scene: CoreScene) -> str:
             f"all points within {scene.robot.reach:g} m of the base or {scene.shape.tcp_range:g} m"
             " of the tool"
         ),
-        "V_S": f"all points within {target.radius or 0:g} m of the arm's centre line",
+        "V_S": (
+            f"the discs of {target.radius or 0:g} m across the arm's centre line, cut flat at the"
+            " tool"
+        ),
+        "V_N": f"all points within {target.radius or 0:g} m of the robot's bodies",
         "V_P": "the protective volume of ISO/TS 15066",
     }
     what = named[target.name] if target.volume is None else described(target)

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from ..coverage.arrays import Array
 from ..coverage.cube_region import CubeRegion
 from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.near_volume import GrownPolyhedron
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Difference, Intersection, Solid, Union
 from ..coverage.solids.capsules import Capsules
@@ -34,6 +35,8 @@ _STICK = 0.045  # m, radius of the stick for a robot without bodies
 # m, half the edges of a sensor: two across, one along its axis
 _CHIP = np.array([0.011, 0.011, 0.005])
 _EVERY = 0.15  # m, distance between the circles of an outline
+_MOST_EDGES = 60  # of a grown polyhedron that is outlined
+_INSIDE = 0.01  # m below a surface, beyond the rounding of circles by chords
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 _BOX = np.array([f for a, b, c, d in _SIDES for f in ((a, b, c), (a, c, d))])
@@ -98,10 +101,15 @@ def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
 
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     """Return edges (E, 2, 3) m that outline a target's outer solid: circles on balls and around
-    tubes and cylinders, and the edges of polyhedra; of other solids, those of their box.
+    tubes and cylinders, two half circles on each end of a capsule, and the edges of polyhedra; of
+    other solids, those of their box. What lies inside a union or among capsules is left out.
     """
+    if isinstance(outer, GrownPolyhedron):
+        rims = outline(outer.a) if len(outer.a) <= _MOST_EDGES else np.zeros((0, 2, 3))
+        return _on_surface(outer, rims)
     if isinstance(outer, Union | Intersection | Difference):
-        return np.concatenate([outline(outer.a), outline(outer.b)])
+        edges = np.concatenate([outline(outer.a), outline(outer.b)])
+        return _on_surface(outer, edges) if isinstance(outer, Union) else edges
     if isinstance(outer, CubeRegion):
         return np.zeros((0, 2, 3))
     if isinstance(outer, Polyhedra):
@@ -115,14 +123,7 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
             for axis in np.eye(3)
         ]
     elif isinstance(outer, Capsules):
-        ends = [
-            (a, b - a, float(r))
-            for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)
-        ]
-        ends = [
-            (a, v / length, r) for a, v, r in ends if (length := float(np.linalg.norm(v))) > 1e-6
-        ]
-        each = [(a, v, r) for a, v, r in ends]
+        return _on_surface(outer, np.concatenate([_capsule(outer, k) for k in range(len(outer))]))
     elif isinstance(outer, Tube):
         each = list(_around(outer))
     else:
@@ -130,6 +131,24 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
             polyhedra((half_space(float(outer.bounds()[1, 2])),), outer.bounds())
         )
     return loops(np.array([circle(np.asarray(c), np.asarray(axis), r) for c, axis, r in each]))
+
+
+def _on_surface(solid: Solid, edges: Float[np.ndarray, "E 2 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """Return the edges (E, 2, 3) m whose middle is not inside the solid."""
+    return edges[np.asarray(solid(edges.mean(axis=1))) > -_INSIDE]
+
+
+def _capsule(capsules: Capsules, k: int) -> Float[np.ndarray, "E 2 3"]:
+    """Return two circles across the axis of a capsule and two around both its ends."""
+    start, end = np.asarray(capsules.start)[k], np.asarray(capsules.end)[k]
+    radius, axis = float(capsules.radius[k]), end - start
+    length = float(np.linalg.norm(axis))
+    axis = axis / length if length > 1e-6 else np.array([0.0, 0.0, 1.0])
+    rims = [circle(p, axis, radius) for p in (start, end)]
+    for way in (rims[0][0] - start, rims[0][len(rims[0]) // 4] - start):
+        hoop = circle((start + end) / 2, np.cross(axis, way / radius), radius)
+        rims.append(hoop + np.sign((hoop - (start + end) / 2) @ axis)[:, None] * axis * length / 2)
+    return loops(np.array(rims))
 
 
 def _cylinder(cylinders: Cylinders, k: int) -> Float[np.ndarray, "E 2 3"]:

@@ -36,11 +36,12 @@ Targets = Annotated[
         group=SCENE,
         negative=(),
         help=(
-            "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_S:0.5=0.6. V_S: everything"
-            " within RADIUS metres of the arm's centre line. V_O: the robot's reach. V_T: 1.5 m"
-            " around the tool. V_OT: V_O and V_T together. V_P: the protective volume of ISO/TS"
-            " 15066. FILE.toml[=WEIGHT]: a volume of your own. Repeatable. Default: the targets of"
-            " the scene (reference scene: V_S:0.5)."
+            "Volume to cover: NAME[:RADIUS][=WEIGHT], for example V_N:0.3=0.6. V_N: everything"
+            " within RADIUS metres of the robot's bodies. V_S: the paper's shell, discs of RADIUS"
+            " metres across the arm's centre line, cut flat at the tool. V_O: the robot's reach."
+            " V_T: 1.5 m around the tool. V_OT: V_O and V_T together. V_P: the protective volume of"
+            " ISO/TS 15066. FILE.toml[=WEIGHT]: a volume of your own. Repeatable. Default: the"
+            " targets of the scene (reference scene: V_S:0.5)."
         ),
     ),
 ]
@@ -49,8 +50,8 @@ Radius = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Radius in metres of a --target V_S without one: --target V_S --radius 0.5 is --target"
-            " V_S:0.5."
+            "Radius in metres of a --target V_N or V_S without one: --target V_N --radius 0.3 is"
+            " --target V_N:0.3."
         ),
     ),
 ]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...coverage.targets import Target
+from ...coverage.targets import WITH_RADIUS, Target
 from ...formats.errors import UserError, shown
 from ...formats.loader import read_target
 from ...objectives.scene import CoreScene, Goal
@@ -32,7 +32,7 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
 
     Args:
         text: the text.
-        radius: radius of a V_S that states none, m.
+        radius: radius of a V_S or V_N that states none, m.
         option: the option that errors name.
 
     Raises:
@@ -51,12 +51,13 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
         )
     weight = positive(f"{option} {text}, weight", match["weight"]) if match["weight"] else 1.0
     own = positive(f"{option} {text}, radius", match["radius"]) if match["radius"] else None
-    if own is None and match["name"] == "V_S":
+    if own is None and match["name"] in WITH_RADIUS:
         own = radius
     try:
         return Goal(Target(match["name"], own), weight)
     except ValueError as error:
-        hint = f"; write V_S:0.5, or add {_RADIUS}" if text.partition("=")[0] == "V_S" else ""
+        name = text.partition("=")[0]
+        hint = f"; write {name}:0.5, or add {_RADIUS}" if name in WITH_RADIUS else ""
         raise UserError(f"{option} {text}: {error}{hint}") from error
 
 
@@ -66,12 +67,13 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
         raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
     goals = tuple(parse_goal(text, radius) for text in targets)
     used = any(
-        g.target.name == "V_S" and ":" not in text for g, text in zip(goals, targets, strict=True)
+        g.target.name in WITH_RADIUS and ":" not in text
+        for g, text in zip(goals, targets, strict=True)
     )
     if radius is not None and not used:
         raise UserError(
-            f"--radius {radius:g}: allowed only with a --target V_S that has no radius of its own;"
-            " add --target V_S"
+            f"--radius {radius:g}: allowed only with a --target V_N or V_S that has no radius of"
+            " its own; add --target V_N"
         )
     return goals
 
@@ -82,8 +84,8 @@ def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radiu
     for radius in (radius for goal in goals for radius in goal.target.radii):
         if radius <= inner:
             raise UserError(
-                f"{option}: found {radius:g}, allowed: above {inner:g} m, because all within that"
-                " distance of the arm's centre line counts as the robot itself"
+                f"{option}: found {radius:g}, allowed: above {inner:g} m, the radius of the robot's"
+                " own volume V_R, which is no part of V_S"
             )
     first = {goal.target.key: goal.target for goal in reversed(goals)}
     for target in (goal.target for goal in goals):
@@ -109,10 +111,10 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
             raise UserError(
                 f"{option} {text}: found {percent:g}, allowed: above 0 and at most 100 (percent)"
             )
-        if match["name"] == "V_S" and not match["radius"]:
+        if match["name"] in WITH_RADIUS and not match["radius"]:
             raise UserError(
-                f"{option}: found {shown(text)}, allowed: a V_S with its radius, like"
-                f" V_S:0.5={match['weight']}"
+                f"{option}: found {shown(text)}, allowed: a {match['name']} with its radius, like"
+                f" {match['name']}:0.5={match['weight']}"
             )
         target = _floored(text.rpartition("=")[0], scene, option)
         with_goals(scene, (Goal(target),), f"{option} {text}, radius")

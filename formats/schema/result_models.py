@@ -171,7 +171,7 @@ class VerifyResult(MappedModel[Verified]):
 
     setup: str = Field(description="name or file of the setup")
     target: str = Field(description="name of the target")
-    radius: float | None = Field(default=None, description="radius of V_S, m")
+    radius: float | None = Field(default=None, description="radius of V_S or V_N, m")
     rule: Literal["centre", "touch", "certified"] = Field(description="rule of the count")
     voxel: Metres | None = Field(
         default=None,

@@ -68,7 +68,7 @@ class RobustnessResult(StrictModel):
 
     setup: str = Field(description="name or file of the setup")
     target: str = Field(description="name of the target")
-    radius: float | None = Field(default=None, description="radius of V_S, m")
+    radius: float | None = Field(default=None, description="radius of V_S or V_N, m")
     voxel: Metres = Field(description="side of the voxels, m")
     zeta_percent: Percent = Field(description="coverage, percent")
     seen_percent: list[Percent] = Field(

@@ -203,7 +203,7 @@ class SceneModel(MappedModel[CoreScene]):
         """Yield targets, rings and rules that the robot does not allow."""
         if self.calibration is not None:
             yield from self.calibration.faults(robot)
-        yield from self._target_faults()
+        yield from self._target_faults(robot)
         for i, one in enumerate(self.attached):
             yield from one.faults(robot, i)
         for i, ring in enumerate(self.fixed):
@@ -217,8 +217,9 @@ class SceneModel(MappedModel[CoreScene]):
             allowed = f"free, because robot {robot.name} has no bodies"
             yield ("rules", "mount"), "real", allowed
 
-    def _target_faults(self) -> Iterator[Fault]:
-        """Yield shells within the robot's own volume, and different targets of one name."""
+    def _target_faults(self, robot: Robot) -> Iterator[Fault]:
+        """Yield shells within the robot's own volume, near volumes of a robot without bodies, and
+        different targets of one name."""
         inner, first = self.curve.robot_radius, dict[tuple[str, float | None], Target]()
         for i, model in enumerate(self.targets):
             if model.files:
@@ -226,11 +227,11 @@ class SceneModel(MappedModel[CoreScene]):
             target, where = model.target, "radius" if model.volume is None else "volume"
             for radius in target.radii:
                 if radius <= inner:
-                    allowed = (
-                        f"above {inner:g} m, because all within that distance of the arm's centre"
-                        " line counts as the robot itself"
-                    )
+                    allowed = f"above {inner:g} m, the radius of V_R, which is no part of V_S"
                     yield ("targets", i, where), radius, allowed
+            if "V_N" in target.names and not robot.bodies:
+                allowed = f"none with V_N, because robot {robot.name} has no bodies"
+                yield ("targets", i, "name"), model.name, allowed
             if first.setdefault(target.key, target) != target:
                 allowed = f"another name, because a different target is called {target}"
                 yield ("targets", i, "name"), model.name, allowed

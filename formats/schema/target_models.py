@@ -5,7 +5,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from ...coverage.targets import NAMES, OWN_NAME, Target, own_name
+from ...coverage.targets import NAMES, OWN_NAME, WITH_RADIUS, Target, own_name
 from ...coverage.volumes import BoxVolume, CombinedVolume, FunctionVolume, Volume
 from ...objectives.scene import CoreScene, Goal
 from .base_model import fault
@@ -35,7 +35,9 @@ class TargetModel(MappedModel[Goal]):
         description=f"name of the target volume: {', '.join(NAMES)}, or that of one's own",
     )
     radius: Metres | None = Field(
-        default=None, validate_default=True, description="distance from the arm, m, for V_S only"
+        default=None,
+        validate_default=True,
+        description="m, for V_N (distance from the robot's bodies) and V_S (of its discs) only",
     )
     weight: float = Field(
         default=1.0,
@@ -68,9 +70,9 @@ class TargetModel(MappedModel[Goal]):
     @classmethod
     def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
         name = info.data.get("name")
-        if name == "V_S" and radius is None:
-            raise fault(None, "a radius in metres, because the target is V_S")
-        if name is not None and name != "V_S" and radius is not None:
+        if name in WITH_RADIUS and radius is None:
+            raise fault(None, f"a radius in metres, because the target is {name}")
+        if name is not None and name not in WITH_RADIUS and radius is not None:
             raise fault(radius, f"no radius, because the target is {name}")
         return radius
 

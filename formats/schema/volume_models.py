@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...coverage.targets import NAMES
+from ...coverage.targets import NAMES, WITH_RADIUS
 from ...coverage.volumes import (
     MOST_FACES,
     OWN,
@@ -44,6 +44,7 @@ Kind = Literal[
     "V_T",
     "V_OT",
     "V_S",
+    "V_N",
     "V_P",
     "V_R",
 ]
@@ -56,7 +57,7 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "half_space": (("normal",), ("point",)),
     "mesh": ((), ("file", "scale", *_PLACED, "vertices", "faces")),
     **dict.fromkeys(RULES, (("of",), ())),
-    **{name: (("radius",) if name == "V_S" else (), ()) for name in (*NAMES, OWN)},
+    **{name: (("radius",) if name in WITH_RADIUS else (), ()) for name in (*NAMES, OWN)},
 }
 
 
@@ -74,7 +75,7 @@ class VolumeModel(StrictModel):
         default=None, description="sides of a box along its axes, m"
     )
     radius: Metres | None = Field(
-        default=None, description="radius of a cylinder, a sphere or V_S, m"
+        default=None, description="radius of a cylinder, a sphere, V_S or V_N, m"
     )
     height: Metres | None = Field(default=None, description="height of a cylinder, m")
     centre: _BasePoint | None = Field(

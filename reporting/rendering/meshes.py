@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from ...coverage.arrays import cross
 from ...coverage.rings.ring import Ring
+from ...coverage.robots.near_volume import GrownPolyhedron
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.base import Difference, Intersection, Solid, Union
 from ...coverage.solids.capsules import Capsules
@@ -245,9 +246,12 @@ def box_corners(box: Any) -> Any:
 def convex_pieces(outer: Any) -> list[Any]:
     """Return point sets (_, 3) m whose convex hulls together form a target's outer solid.
 
-    They are balls, capsules and tubes; other solids, and parts that an intersection or a difference
-    cuts, are contained in the boxes that are returned for them.
+    They are balls, capsules, tubes and grown polyhedra; other solids, and parts that an
+    intersection or a difference cuts, are contained in the boxes that are returned for them.
     """
+    if isinstance(outer, GrownPolyhedron):
+        corners = np.unique(np.round(np.concatenate([outer.a.start, outer.a.end]), 9), axis=0)
+        return [np.concatenate([ball(c, outer.a.radius[0], 21).reshape(-1, 3) for c in corners])]
     if isinstance(outer, Union):
         return convex_pieces(outer.a) + convex_pieces(outer.b)
     if isinstance(outer, Difference | Intersection):

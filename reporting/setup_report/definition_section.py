@@ -42,7 +42,8 @@ def _meaning(scene: CoreScene) -> str:
         "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
         "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
         "V_OT": "V_OT is the union of the balls about base and tool",
-        "V_S": "V_S(r) is the shell of all points within r m of the robot's curve",
+        "V_S": "V_S(r) is the shell: discs of r m across the robot's curve, cut flat at its ends",
+        "V_N": "V_N(r) is the space within r m of the robot's bodies",
         "V_P": "V_P is the space within the separation distance of a part of the robot",
     }
     names = [
@@ -59,7 +60,9 @@ def _meaning(scene: CoreScene) -> str:
         for g in scene.goals
         if g.target.reachable
     ]
-    return (
-        f"{listed(names)}; the robot's own volume, {scene.shape.robot_radius:g} m about the"
-        " curve, is excluded."
+    near = {"V_N" in goal.target.names for goal in scene.goals}
+    own = [f"the robot's own volume, {scene.shape.robot_radius:g} m about the curve"] * (
+        False in near
     )
+    own += ["the robot's bodies" + " from V_N" * bool(own)] * (True in near)
+    return f"{listed(names)}; {listed(own)}, {'are' if near == {True} else 'is'} excluded."
