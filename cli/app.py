@@ -28,9 +28,11 @@ commands read.
 These terms are used throughout:
 
 - **Coverage**, or ζ (zeta): the share of a volume that at least one sensor sees, in percent.
-- **Target**: the volume to cover. V_S(0.5) is everything within 0.5 m of the arm's centre line. V_O
-  is the sphere of the robot's reach, V_T a sphere of 1.5 m around the tool, V_OT both. V_P is the
-  protective volume of ISO/TS 15066. The robot itself is never part of a target.
+- **Target**: the volume to cover. V_N(0.3) is everything within 0.3 m of the robot's bodies, the
+  first choice for people near the arm. V_S(0.5) is the paper's shell: discs of 0.5 m across the
+  arm's centre line, cut flat at the tool. V_O is the sphere of the robot's reach, V_T a sphere of
+  1.5 m around the tool, V_OT both. V_P is the protective volume of ISO/TS 15066. The robot itself
+  is never part of a target.
 - **Ring**: sensors that are evenly spaced around a link. Tilt is the angle of their axes out of the
   plane of the ring.
 - **Setup**: all sensors on one robot, as a proposal, a list of sensors, or a layout of the paper.
@@ -46,9 +48,10 @@ These terms are used throughout:
 For example:
 
 ```bash
-# near the arm, with rings that can be mounted
+# within 0.3 m of the robot, with rings that can be mounted
+place-rings --target V_N --radius 0.3
+# the paper's shell, and the same in the paper's world
 place-rings --target V_S --radius 0.5
-# the same in the paper's world
 place-rings --target V_S --radius 0.5 --paper
 # with 48 sensors, or with the fewest that cover 95 %
 place-rings --target V_S --radius 0.5 --sensors 48
@@ -60,7 +63,7 @@ place-rings --target V_S --radius 0.5 --sensors 48 --fewest-rings
 place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4
 place-rings --target V_S:0.5 --at-least V_S:1.5=30
 # in your own cell
-place-rings --scene cell.toml --out mine
+place-rings --scene cell.toml --target V_N:0.3 --out mine
 ```
 
 ``place-rings COMMAND --help`` explains a command.

@@ -70,7 +70,8 @@ def safety(
     """Simulate people who walk up to the moving robot, and report how many are detected in time.
 
     In time means: before the person is closer than the separation distance of ISO/TS 15066, which
-    follows from the keys in [safety] of a scene. With --sensor the person wears dark clothes
+    follows from the keys in [safety] of a scene. To search rings for the space close to the robot,
+    use place-rings --target V_N:0.3 first. With --sensor the person wears dark clothes
     (reflectance 0.17) and is as large as a torso (0.45x0.7 m), unless options state otherwise.
     **This is an engineering aid; it confers no safety rating.**
 

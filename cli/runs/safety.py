@@ -77,6 +77,10 @@ def _show(r: SafetyResult, folder: Path) -> None:
             f"No joint speeds are known, so every part is assumed to move at"
             f" {r.separation.fastest_m_s:g} m/s. Pass --trajectory."
         )
+    say(
+        "These people walk in. For hands close to the robot and its tool, search rings with"
+        " --target V_N:0.3 (place-rings --help)."
+    )
     for line in sensor_lines(r.sensors):
         say(line)
     if not r.sensors:

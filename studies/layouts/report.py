@@ -69,8 +69,8 @@ def _page(rows: Sequence[ScoredLayout]) -> Iterator[str]:
         " same kind, in rings that can be mounted on the same robot.\n"
     )
     yield (
-        "V_S(r) is everything within r metres of the arm's centre line but not within 0.15 m of it;"
-        " V_OT is the sphere of the robot's reach and the sphere of 1.5 m about the tool. Robots,"
+        "V_S(r) is the discs of r metres across the arm's centre line, cut flat at both ends, less"
+        " those of 0.15 m; V_OT is the sphere of the robot's reach and the sphere of 1.5 m about the tool. Robots,"
         " beams and numbers of sensors differ, so rows compare with the search beside them, not"
         " with each other. The search may choose any link for its rings; a layout on one link was"
         " not made for the whole arm.\n"

@@ -49,6 +49,9 @@ REFUSED = """
 --target V_S --radius 0.15
 --target V_S:0.1
 --target V_S
+--target V_N
+--target V_N:0
+--target V_O --radius 0.3
 --radius 0.5
 --target V_S:0.5=0
 --target V_S:0.5:3
@@ -102,6 +105,7 @@ FLOORS = {  # a floor: what its refusal names
     "V_Q=50": "V_Q",
     "V_S:0.1=50": "0.15",
     "V_S=50": "V_S:0.5=50",
+    "V_N=50": "V_N:0.5=50",
     "V_O=101": "101",
     "V_O": '"V_O"',
     "V_S:1.5=60 --at-least V_S:1.5=40": "V_S:1.5=40",

@@ -24,6 +24,7 @@ ERRORS = {  # words of a command: what the line names
     "verify n2_16_25 --rule exact": ("--rule", '"exact"', "centre, touch, certified"),
     "schema soul": ("schema", '"soul"', "scene, robot"),
     "verify n2_16_25 --target V_S": ("--target V_S", "V_S:0.5", "--radius"),
+    "verify n2_16_25 --target V_N": ("--target V_N", "V_N:0.5", "--radius"),
     "verify n2_16_25 --beam y": ("--frames", "--beam", ".urdf"),
     "report nothing": ("nothing", ".toml"),
     "check n2_16_25": ("check", "--rig sim", "--robot-host", "--replay"),

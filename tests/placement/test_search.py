@@ -26,7 +26,7 @@ from place_rings.placement.search.search import search
 from place_rings.placement.search.starts import fresh
 
 SHORT = (Round(1024, 4, 1, 8, 0.2, 8, 1), Round(2048, 2, 1, 8, 0.05))
-NEAR_AND_FAR = (Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_S", 1.2), 0.3))
+NEAR_AND_FAR = (Goal(Target("V_N", 0.4), 0.7), Goal(Target("V_S", 1.2), 0.3))
 
 
 @pytest.fixture(scope="module")

@@ -77,7 +77,9 @@ def shells(least_mm: int, most_mm: int) -> st.SearchStrategy[Target]:
     return st.builds(Target, st.just("V_S"), radius)
 
 
-TARGETS = st.one_of(shells(200, 1200), st.sampled_from(["V_O", "V_T", "V_OT"]).map(Target))
+NEAR = st.integers(50, 1200).map(lambda mm: Target("V_N", mm / 1000))
+"""Targets V_N."""
+TARGETS = st.one_of(shells(200, 1200), NEAR, st.sampled_from(["V_O", "V_T", "V_OT"]).map(Target))
 
 
 NO_OBSTACLES: st.SearchStrategy[tuple[Polyhedron, ...]] = st.just(())

@@ -58,6 +58,7 @@ HALF_SPACES = st.builds(half_space, FACINGS, PLACES)
 NAMED = st.one_of(
     st.sampled_from(["V_O", "V_T", "V_OT", "V_R"]).map(NamedVolume),
     st.integers(200, 1200).map(lambda mm: NamedVolume("V_S", mm / 1000)),
+    st.integers(20, 1200).map(lambda mm: NamedVolume("V_N", mm / 1000)),
 )
 
 
