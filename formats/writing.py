@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from pydantic import BaseModel
 
 from .errors import UserError
 from .escaping import printable
+from .schema.base_model import StrictModel
 
 try:
     import fcntl
@@ -82,11 +82,11 @@ def _sync_folder(path: Path) -> None:
             os.close(folder)
 
 
-def to_toml(model: BaseModel, heading: str = "") -> str:
+def to_toml(model: StrictModel, heading: str = "") -> str:
     """Return a model as TOML below comment lines; keys without a value are omitted, because TOML
     has no null."""
     comment = "".join(f"# {printable(line)}\n" for line in heading.splitlines())
-    return comment + tomli_w.dumps(_drop_none(model.model_dump(mode="json")))
+    return comment + tomli_w.dumps(_drop_none(model.stated()))
 
 
 def _drop_none(value: Any) -> Any:

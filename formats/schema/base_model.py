@@ -22,6 +22,10 @@ class StrictModel(BaseModel):
         defer_build=True,  # a command uses few of all models
     )
 
+    def stated(self) -> dict[str, Any]:
+        """Return the keys that a TOML file of the model states."""
+        return self.model_dump(mode="json")
+
 
 def fault(found: Any, allowed: str) -> PydanticCustomError:
     """Return an error for a validator, with the value found and the values allowed."""

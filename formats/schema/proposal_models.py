@@ -11,6 +11,7 @@ from ...objectives.scene import CoreScene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
 from .gap_models import GapModel
+from .motion_models import PoseModel
 from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
 from .price_models import PriceModel
 from .result_models import VerifyResult
@@ -19,6 +20,7 @@ from .robot_models import robot_of
 from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
 from .sensor_records import SensorRecord
+from .target_models import TargetModel
 from .versions import VersionedFile
 
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
@@ -152,6 +154,43 @@ class FoundModel(StrictModel):
         )
 
 
+_EDITED = ("position", "count", "tilt_deg", "phase_deg", "radius")
+"""Keys of a ring that a reader may edit, which are stated also where they have their default."""
+_ALWAYS = ("robot", "occlusion", "poses", "targets", "sensor")
+"""Keys of a scene that a proposal always states: some of their defaults depend on the robot."""
+_TABLES = ("curve", "safety", "motion", "link", "rules", "printing")
+"""Tables of a scene in which each key has a default that depends on nothing else."""
+_ENDS = ("low_percent", "high_percent")
+
+
+def _lean(keys: dict[str, Any], model: type[StrictModel], edited: Sequence[str] = ()) -> Any:
+    """Return the keys of a table without those that have the default of ``model``."""
+    fields = model.model_fields
+    return {
+        key: value
+        for key, value in keys.items()
+        if key in edited or fields[key].is_required() or value != fields[key].default
+    }
+
+
+def _lean_zeta(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a count without an interval that is ζ itself."""
+    keys = keys | {"poses": [_lean_zeta(one) for one in keys.get("poses", ())]}
+    if keys.get("worst"):
+        keys["worst"] = _lean_zeta(keys["worst"])
+    bare = all(keys[end] == keys["zeta_percent"] for end in _ENDS)
+    return {key: value for key, value in keys.items() if not (bare and key in _ENDS)}
+
+
+def _with_interval(keys: Any) -> Any:
+    if not isinstance(keys, dict) or "zeta_percent" not in keys:
+        return keys
+    keys = dict.fromkeys(_ENDS, keys["zeta_percent"]) | keys
+    if isinstance(keys.get("poses"), list):
+        keys["poses"] = [_with_interval(one) for one in keys["poses"]]
+    return keys | {"worst": _with_interval(keys["worst"])} if "worst" in keys else keys
+
+
 class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
     produced it."""
@@ -179,6 +218,33 @@ class ProposalFile(VersionedFile):
         """
         rings = setup_of(self.rings, scene.sensor, scene.ring_radius).rings
         return Setup(rings, singles_of(self.sensors, scene.sensor))
+
+    def stated(self) -> dict[str, Any]:
+        """Return the keys without those that have their default or repeat another one.
+
+        The robot, its poses, the targets, the model of occlusion and the sensor are always stated.
+        """
+        keys, scene = super().stated(), SceneModel().model_dump(mode="json")
+        keys["rings"] = [_lean(ring, RingModel, _EDITED) for ring in keys["rings"]]
+        keys["zeta"] = [_lean_zeta(one) for one in keys["zeta"]]
+        if self.found is not None:
+            keys["found"] = _lean(keys["found"], FoundModel)
+        keys["scene"] = {
+            key: {k: v for k, v in value.items() if v != scene[key][k]} if key in _TABLES else value
+            for key, value in keys["scene"].items()
+            if key in _ALWAYS or value != scene[key]
+        }
+        for key, model in (("poses", PoseModel), ("targets", TargetModel)):
+            keys["scene"][key] = [_lean(one, model) for one in keys["scene"][key]]
+        return keys
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_intervals(cls, keys: Any) -> Any:
+        """Return the keys with ζ itself as the interval of each count that states none."""
+        if not isinstance(keys, dict) or not isinstance(keys.get("zeta"), list):
+            return keys
+        return keys | {"zeta": [_with_interval(one) for one in keys["zeta"]]}
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
