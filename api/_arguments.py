@@ -1,11 +1,39 @@
 """Checks of single arguments; each error states the allowed values in one line."""
 
 import math
+import warnings
+from collections.abc import Callable
+from functools import wraps
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from ._errors import InputError
 from .coverage.volumes import Coordinates
+
+P, R = ParamSpec("P"), TypeVar("R")
+
+
+def renamed(**names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator by which a function also accepts the former names of its arguments, with a
+    DeprecationWarning.
+
+    Args:
+        names: today's name of each argument, by its former one.
+    """
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        @wraps(function)
+        def called(*args: P.args, **given: P.kwargs) -> R:
+            for old in names.keys() & given.keys():
+                if names[old] in given:
+                    raise InputError(f"found together with {old}, its former name", names[old])
+                warnings.warn(f"{old} is now called {names[old]}", DeprecationWarning, stacklevel=2)
+                given[names[old]] = given.pop(old)
+            return function(*args, **given)
+
+        return called
+
+    return decorated
 
 
 def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:

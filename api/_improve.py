@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from ._arguments import number, whole
+from ._arguments import number, renamed, whole
 from ._errors import input_errors
 from ._improvement import Improvement
 from ._scene import Scene
@@ -16,6 +16,7 @@ from .placement.search.progress import Progress
 _MOST_CHANGES, _MOST_ADDED = 20, 1000
 
 
+@renamed(time_cap="time")
 def improve(
     setup: SetupLike,
     scene: Scene | CoreScene | None = None,
@@ -23,7 +24,7 @@ def improve(
     changes: int = 3,
     add_sensors: int = 0,
     seed: int = 0,
-    time_cap: float | None = None,
+    time: float | None = None,
     voxel: float = VOXEL,
     progress: Callable[[Progress], None] | None = None,
 ) -> Improvement:
@@ -38,7 +39,7 @@ def improve(
         changes: largest number of changes, 1 to 20.
         add_sensors: largest number of additional sensors, 0 to 1000.
         seed: random seed; the same seed gives the same answer on the same machine.
-        time_cap: limit in seconds; by default the search ends by its own schedule.
+        time: limit in seconds; by default the search ends by its own schedule.
         voxel: side of the voxels of the exact count, m.
         progress: receives the progress from time to time, in the calling thread.
 
@@ -51,16 +52,16 @@ def improve(
     Example:
         >>> import place_rings as pr
         >>> scene = pr.Scene(targets=[pr.Shell(0.5)])
-        >>> better = pr.improve("n1_8_0", scene, changes=1, voxel=0.05, time_cap=5)
+        >>> better = pr.improve("n1_8_0", scene, changes=1, voxel=0.05, time=5)
         >>> better.coverage >= better.before
         True
     """
     whole("changes", changes, 1, _MOST_CHANGES)
     whole("add_sensors", add_sensors, 0, _MOST_ADDED)
     whole("seed", seed, 0)
-    if time_cap is not None:
-        number("time_cap", time_cap, "a positive number of seconds")
-    cap = cap_of(time_cap)
+    if time is not None:
+        number("time", time, "a positive number of seconds")
+    cap = cap_of(time)
     name, mounted, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
     tell = progress or (lambda _: None)

@@ -26,7 +26,7 @@ class Rings:
     """Rings on each link of a fixed layout."""
     sensors_per_ring: int | None = None
     """Sensors on each ring."""
-    reach_percent: float | None = None
+    reach: float | None = None
     """Coverage to reach with the fewest sensors, percent."""
     rings: int | None = None
     """Number of rings, on links that the search chooses."""
@@ -43,7 +43,7 @@ class Rings:
             InputError: for numbers that contradict each other or a rule of the scene.
         """
         self.check()
-        if self.reach_percent is not None or self.fewest_rings:
+        if self.reach is not None or self.fewest_rings:
             return None
         if self.sensors is not None:
             return Space(scene, sensors=self.sensors, rings=self.rings)
@@ -83,17 +83,15 @@ class Rings:
         Raises:
             InputError: for numbers that are out of range or contradict each other.
         """
-        reach, sensors = self.reach_percent, self.sensors
+        reach, sensors = self.reach, self.sensors
         if reach is not None:
-            number("reach_percent", reach, "above 0 and below 100 (percent)")
+            number("reach", reach, "above 0 and below 100 (percent)")
         if reach is not None and not 0 < reach < 100:
-            raise InputError(
-                f"found {reach:g}, allowed: above 0 and below 100 (percent)", "reach_percent"
-            )
+            raise InputError(f"found {reach:g}, allowed: above 0 and below 100 (percent)", "reach")
         if reach is not None and sensors is not None:
             raise InputError(
                 f"found {reach:g} with sensors {sensors}; use only one of them",
-                "reach_percent",
+                "reach",
                 others=("sensors",),
             )
         for name, value, most in (
@@ -106,12 +104,12 @@ class Rings:
                 whole(name, value, 1, most)
             if name not in _LIMITED_BY or value is None or (sensors is None and reach is None):
                 continue
-            beside = "reach_percent" if reach is not None else f"sensors {sensors}"
+            beside = "reach" if reach is not None else f"sensors {sensors}"
             raise InputError(
                 f"found {value} with {beside}, where the search chooses the rings; use only one of"
                 f" them, or set rules.{_LIMITED_BY[name]} in the scene",
                 name,
-                others=("reach_percent", "sensors"),
+                others=("reach", "sensors"),
             )
         self._check_rings()
 
@@ -126,19 +124,19 @@ class Rings:
             )
         within = self.within_points
         if within is not None:
-            number("within_points", within, "0 or more and below 100 (percentage points)")
+            number("within", within, "0 or more and below 100 (percentage points)")
             if not 0 <= within < 100:
                 raise InputError(
                     f"found {within:g}, allowed: 0 or more and below 100 (percentage points)",
-                    "within_points",
+                    "within",
                 )
             if not self.fewest_rings:
                 raise InputError(
                     f"found {within:g} without fewest_rings; use both or none",
-                    "within_points",
+                    "within",
                     others=("fewest_rings",),
                 )
-        for other, value in (("rings", self.rings), ("reach_percent", self.reach_percent)):
+        for other, value in (("rings", self.rings), ("reach", self.reach)):
             if self.fewest_rings and value is not None:
                 raise InputError(
                     f"found with {other} {value:g}; use only one of them",

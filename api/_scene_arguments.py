@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from ._catalogue import robots
 from ._errors import InputError, input_errors
+from ._model_errors import model_error
 from ._targets import TargetVolume
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS
 from .coverage.rings.mounted_sensor import MountedSensor
@@ -15,8 +16,7 @@ from .coverage.robots.attached import Attached
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
-from .formats.errors import explain
-from .formats.schema.scene_models import SceneFile, SceneModel
+from .formats.schema.scene_models import SceneModel
 from .formats.schema.target_models import boxed
 from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
@@ -149,5 +149,5 @@ def checked(core: CoreScene) -> CoreScene:
     try:
         SceneModel.from_domain(boxed(core))
     except ValidationError as error:
-        raise InputError(str(explain("scene", error, SceneFile))) from error
+        raise model_error("scene", error, SceneModel) from error
     return core

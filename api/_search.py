@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, get_args
 
-from ._arguments import number, whole
+from ._arguments import number, renamed, whole
 from ._errors import InputError, input_errors
 from ._proposal import Proposal
 from ._rings import Rings
@@ -33,15 +33,15 @@ _MOST_COVERING = 10  # redundancy; the time of a search grows with it
 _MOST_SEARCHES = 1000
 
 
-def cap_of(time_cap: float | None) -> float:
+def cap_of(time: float | None) -> float:
     """Return the limit of a search in seconds, infinite for None.
 
     Raises:
         InputError: if it is not a positive number.
     """
-    if time_cap is not None and not 0 < time_cap < math.inf:
-        raise InputError(f"found {time_cap:g}, allowed: a positive number of seconds", "time_cap")
-    return math.inf if time_cap is None else time_cap
+    if time is not None and not 0 < time < math.inf:
+        raise InputError(f"found {time:g}, allowed: a positive number of seconds", "time")
+    return math.inf if time is None else time
 
 
 def criterion(
@@ -79,6 +79,7 @@ def criterion(
     return Criterion(redundancy, errors, losing=losing)
 
 
+@renamed(time_cap="time", reach_percent="reach", within_points="within")
 def search(
     scene: Scene | CoreScene | None = None,
     *,
@@ -87,8 +88,8 @@ def search(
     sensors_per_ring: int | None = None,
     rings: int | None = None,
     fewest_rings: bool = False,
-    within_points: float | None = None,
-    reach_percent: float | None = None,
+    within: float | None = None,
+    reach: float | None = None,
     redundancy: int = 1,
     losing: Losing | None = None,
     tolerant: bool = False,
@@ -96,7 +97,7 @@ def search(
     direction_error_deg: float = 2.0,
     seed: int = 0,
     searches: int = 1,
-    time_cap: float | None = None,
+    time: float | None = None,
     voxel: float = VOXEL,
     start: Sequence[Setup] = (),
     gap: bool = False,
@@ -119,9 +120,9 @@ def search(
             16 or as many as fit.
         fewest_rings: find the fewest rings for ``sensors`` whose coverage is near the best;
             ``rings_tried`` of the result has the coverage of each number of rings.
-        within_points: with ``fewest_rings``, the largest loss of coverage against the best,
+        within: with ``fewest_rings``, the largest loss of coverage against the best,
             percentage points; by default 1.
-        reach_percent: find the fewest sensors with this coverage, percent.
+        reach: find the fewest sensors with this coverage, percent.
         redundancy: maximise the share that at least this number of sensors covers, 1 to 10.
         losing: maximise the share that stays covered after the worst loss of one ``ring`` or one
             ``sensor``.
@@ -131,8 +132,8 @@ def search(
         seed: random seed of starts and points.
         searches: number of searches, with the seeds ``seed``, ``seed + 1``, ...; the best answer
             counts, ``seed`` of the result is its seed, and ``searched`` has the value of each. Not
-            with ``fewest_rings`` or ``reach_percent``.
-        time_cap: limit in seconds, for all searches together; by default a search ends by its own
+            with ``fewest_rings`` or ``reach``.
+        time: limit in seconds, for all searches together; by default a search ends by its own
             schedule.
         voxel: side of the voxels of the exact count, m.
         start: setups to start from, in addition to random ones.
@@ -154,14 +155,14 @@ def search(
 
     Example:
         >>> import place_rings as pr
-        >>> result = pr.search(sensors=8, time_cap=1, voxel=0.05)
+        >>> result = pr.search(sensors=8, time=1, voxel=0.05)
         >>> result.setup.sensors
         8
     """
     core = core_scene(CoreScene() if scene is None else scene)
-    if time_cap is not None:
-        number("time_cap", time_cap, "a positive number of seconds")
-    cap = cap_of(time_cap)
+    if time is not None:
+        number("time", time, "a positive number of seconds")
+    cap = cap_of(time)
     whole("seed", seed, 0)
     whole("searches", searches, 1, _MOST_SEARCHES)
     known = _starts(start)
@@ -169,10 +170,10 @@ def search(
         sensors,
         rings_per_link,
         sensors_per_ring,
-        reach_percent,
+        reach,
         rings,
         fewest_rings,
-        within_points,
+        within,
     )
     choice.check()
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
@@ -180,9 +181,9 @@ def search(
     space = choice.space(core)
     if searches > 1 and space is None:
         raise InputError(
-            f"found {searches}, allowed: 1 with fewest_rings and reach_percent",
+            f"found {searches}, allowed: 1 with fewest_rings and reach",
             "searches",
-            others=("fewest_rings", "reach_percent"),
+            others=("fewest_rings", "reach"),
         )
     check_scene(core, voxel)
     check_search_sight(core)
@@ -190,7 +191,7 @@ def search(
         accelerated(device)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
-    reach = fewest = repeated = None
+    reached = fewest = repeated = None
     with input_errors(but=(InfeasibleError,)):
         if space is not None:
             wanted = space
@@ -214,8 +215,8 @@ def search(
             fewest = _fewest_rings(core, choice, seed, cap, tell, known, aim, verifier)
             result = fewest.result
         else:
-            reach = _fewest_sensors(core, choice, seed, cap, voxel, tell, aim)
-            result = reach.result
+            reached = _fewest_sensors(core, choice, seed, cap, voxel, tell, aim)
+            result = reached.result
     bound = _bound(core, choice, space, result.setup, aim) if gap else None
     return Proposal(
         result.setup,
@@ -223,8 +224,8 @@ def search(
         search=result,
         criterion=aim,
         seed=seed,
-        reach=reach,
-        wanted_percent=reach_percent,
+        reach=reached,
+        wanted_percent=reach,
         bound=bound,
         fewest=fewest,
         repeated=repeated if searches > 1 else None,
@@ -271,7 +272,7 @@ def _fewest_sensors(
     def of_one(count: int, progress: Progress) -> None:
         tell(replace(progress, sensors=count))
 
-    wanted = (choice.reach_percent or 0.0) / 100
+    wanted = (choice.reach or 0.0) / 100
     return fewest_sensors(
         scene, wanted, seed, cap, voxel=voxel, tell=of_one, aim=aim, rings=choice.rings
     )

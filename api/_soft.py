@@ -1,10 +1,13 @@
 """Soft coverage of a setup, differentiable under ``jax.grad``, ``jit`` and ``vmap``."""
 
+import logging
 import math
 from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import blake2b
-from threading import Lock
+from threading import Lock, Timer
 from typing import Any, NamedTuple
 
 import jax
@@ -35,6 +38,7 @@ class _Prepared(NamedTuple):
     """Scene and points; holding them keeps the identities in the key unique."""
 
 
+_LONG = 2.0  # s, after which a compilation is announced
 _KEPT = 8  # compiled functions in the cache
 _prepared: OrderedDict[Any, _Prepared] = OrderedDict()
 _lock = Lock()  # guards ``_prepared``
@@ -81,7 +85,8 @@ def coverage_fraction(
     beams cover it to 1 - prod(1 - degree); of each ring the sensors nearest in azimuth count. The
     result is the weighted mean over points, targets and poses. As the width approaches 0, it
     approaches the share of covered points. The function works under ``jax.grad``, ``jax.jit`` and
-    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``.
+    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``. The first call for a
+    scene and setup of a new shape compiles it; a compilation of more than 2 s is logged.
 
     Args:
         setup: the rings: links, sensors and radii, and their positions and angles unless ``values``
@@ -116,7 +121,21 @@ def coverage_fraction(
     given = ready.values if values is None else _numbers(values, ready.values.shape)
     if not isinstance(width, jax.core.Tracer):
         _check_width(width)
-    return ready.soft.mean(ready.arrays, given, width)
+    with _said_if_long():
+        return ready.soft.mean(ready.arrays, given, width)
+
+
+@contextmanager
+def _said_if_long() -> Iterator[None]:
+    """Log one line if what is done in this context, the compilation of a first call, lasts."""
+    text = "compiling coverage_fraction for scenes and setups of a new shape; later calls are fast"
+    timer = Timer(_LONG, logging.getLogger(__name__).warning, [text])
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _numbers(values: Any, shape: tuple[int, ...]) -> jax.Array:

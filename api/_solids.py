@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from ._errors import InputError
+from ._model_errors import model_error
 from .coverage.robots.attached import Attached
-from .formats.errors import explain
 from .formats.schema.attached_models import AttachedModel, attached_of
 from .formats.schema.convex_models import ConvexModel
 from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
@@ -132,7 +132,7 @@ def _solid_model(model: type[_Solid], argument: str, **keys: Any) -> _Solid:
     try:
         return model(**{key: plain(value) for key, value in keys.items()})
     except ValidationError as error:
-        raise InputError(str(explain(argument, error, model))) from error
+        raise model_error(argument, error, model) from error
     except (TypeError, ValueError) as error:
         raise InputError(
             "found values that are not numbers, allowed: (x, y, z) in m, degrees for rpy_deg",

@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from ._arguments import renamed
 from ._errors import input_errors
 from ._scene import Scene, core_scene
 from ._study_arguments import (
@@ -21,6 +22,7 @@ from ._targets import TargetVolume
 from .objectives.scene import CoreScene
 
 
+@renamed(time_cap="time")
 def study(
     name: StudyName,
     *,
@@ -30,7 +32,7 @@ def study(
     sensors: int | None = None,
     scene: Scene | CoreScene | None = None,
     layouts: Sequence[str | Path] = (),
-    time_cap: float | None = None,
+    time: float | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Told | None = None,
@@ -54,7 +56,7 @@ def study(
             default.
         scene: scene of ``pareto``; by default the reference scene.
         layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
-        time_cap: processor time of each search of ``layouts``, s, above 0; 40 by default.
+        time: processor time of each search of ``layouts``, s, above 0; 40 by default.
         workers: number of processes on this machine, 1 to 1024; 1 is this process.
         scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
             ``workers``.
@@ -76,16 +78,16 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    check_study(name, seed, targets, sensors, scene, layouts, time_cap)
+    check_study(name, seed, targets, sensors, scene, layouts, time)
     check_machines(workers, scheduler)
     core = CoreScene() if scene is None else core_scene(scene)
     own = [Path(file) for file in layouts]
-    command = study_command(name, seed, own, time_cap)
+    command = study_command(name, seed, own, time)
     if name == "pareto":
         command = [f"place_rings.study('pareto', ..., seed={seed})"]
     with input_errors():
         some = read_layouts(name, own)
     options = StudyOptions(
-        seed, target_pair(targets), sensors, core, some, time_cap, shlex.join(command)
+        seed, target_pair(targets), sensors, core, some, time, shlex.join(command)
     )
     return run_study(name, folder, options, workers, scheduler, progress)

@@ -63,11 +63,11 @@ def check_study(
     if time_cap is not None:
         if name != "layouts":
             raise InputError(
-                f"found {time_cap:g} with study {name}, allowed: only with layouts", "time_cap"
+                f"found {time_cap:g} with study {name}, allowed: only with layouts", "time"
             )
-        number("time_cap", time_cap, "s, above 0")
+        number("time", time_cap, "s, above 0")
         if not time_cap > 0:
-            raise InputError(f"found {time_cap:g}, allowed: s, above 0", "time_cap")
+            raise InputError(f"found {time_cap:g}, allowed: s, above 0", "time")
     whole("seed", seed, 0)
     if name == "convergence" and seed:
         raise InputError(

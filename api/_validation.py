@@ -8,9 +8,9 @@ from pydantic import ValidationError
 
 from ._arguments import number
 from ._errors import InputError, input_errors
+from ._model_errors import model_error
 from ._scene import Scene, core_scene
 from .coverage.rings.ring import Ring, Setup
-from .formats.errors import explain
 from .formats.loader import resolve
 from .formats.schema.mounted_sensor_models import links_text
 from .formats.schema.ring_models import RingModel, ring_models
@@ -62,7 +62,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
     try:
         SceneModel.from_domain(boxed(scene))
     except ValidationError as error:
-        raise InputError(str(explain("the scene", error, SceneModel))) from error
+        raise model_error("scene", error, SceneModel) from error
     for goal in scene.goals:
         try:
             separations(scene, goal.target)
@@ -131,8 +131,9 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
         if one.link not in core.robot.frames:
             found, allowed = repr(one.link), links_text(core.robot)
             raise InputError(f"singles[{i}].link: found {found}, allowed: {allowed}", "setup")
-    try:
-        ring_models(setup, core.sensor)
-    except ValidationError as error:
-        raise InputError(str(explain("setup", error, RingModel))) from error
+    for i, ring in enumerate(setup.rings):
+        try:
+            ring_models(Setup((ring,)), core.sensor)
+        except ValidationError as error:
+            raise model_error(f"setup: rings[{i}]", error, RingModel) from error
     return name, setup, core

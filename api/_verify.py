@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from ._arguments import number
+from ._arguments import number, renamed
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
@@ -137,13 +137,14 @@ class Coverage(Placement):
         return float(sum(w * getattr(v, key) for w, v in zip(weights, self.each, strict=True)))
 
 
+@renamed(memory_gb="memory")
 def verify(
     setup: SetupLike,
     scene: Scene | CoreScene | None = None,
     *,
     voxel: float = VOXEL,
     rule: Rule = "centre",
-    memory_gb: float | None = None,
+    memory: float | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Coverage:
     """Count the exact coverage of a setup.
@@ -154,7 +155,7 @@ def verify(
         scene: scene of the count; by default the proposal's own, or the reference scene.
         voxel: side of a voxel, m.
         rule: ``centre`` counts a voxel if its centre is inside, ``touch`` if any part is inside.
-        memory_gb: memory limit for sets of voxels, GB; half of the free memory by default.
+        memory: memory limit for sets of voxels, GB; half of the free memory by default.
         progress: receives the index of each pose before the pose is counted.
 
     Returns:
@@ -172,13 +173,13 @@ def verify(
     """
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
-    if memory_gb is not None:
-        number("memory_gb", memory_gb, "0.01 or more")
+    if memory is not None:
+        number("memory", memory, "0.01 or more")
     if voxel is not None:
         number("voxel", voxel, "m, above 0")
-    check_counting(voxel=voxel, memory_gb=memory_gb)
-    memory = None if memory_gb is None else memory_gb * 1e9
-    return _count(setup, scene, voxel, rule, 0.0, memory, progress, None)
+    check_counting(voxel=voxel, memory=memory)
+    most = None if memory is None else memory * 1e9
+    return _count(setup, scene, voxel, rule, 0.0, most, progress, None)
 
 
 def certify(
@@ -220,22 +221,20 @@ def certify(
 
 
 def check_counting(
-    *, voxel: float | None = None, width: float | None = None, memory_gb: float | None = None
+    *, voxel: float | None = None, width: float | None = None, memory: float | None = None
 ) -> None:
     """Check the arguments of ``verify`` and ``certify``.
 
     Args:
         voxel: side of a voxel, m.
         width: width of the interval, percentage points.
-        memory_gb: memory limit, GB.
+        memory: memory limit, GB.
 
     Raises:
         InputError: for a value out of range.
     """
-    if memory_gb is not None and not memory_gb >= _LEAST_MEMORY:
-        raise InputError(
-            f"found {memory_gb:g}, allowed: GB, {_LEAST_MEMORY:g} or more", "memory_gb"
-        )
+    if memory is not None and not memory >= _LEAST_MEMORY:
+        raise InputError(f"found {memory:g}, allowed: GB, {_LEAST_MEMORY:g} or more", "memory")
     if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
         raise InputError(f"found {voxel:g}, allowed: a positive number of metres", "voxel")
     if width is not None and not 0 < width <= 100:

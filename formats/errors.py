@@ -52,7 +52,7 @@ def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> Us
     """
     faults = error.errors(include_url=False)
     first, schema = faults[0], model.model_json_schema()
-    where = _key(tuple(part for part in first["loc"] if part not in (NAMED, IN_LINE)))
+    where = key_path(first["loc"])
     node, rest = _descend(
         schema, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]
     )
@@ -71,11 +71,13 @@ def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> Us
     return UserError(f"{file}: {where + ': ' if where else ''}{text}{more}")
 
 
-def _key(loc: tuple[int | str, ...]) -> str:
+def key_path(loc: tuple[int | str, ...]) -> str:
     """Return the path of a key, such as ``poses[0].q_deg``; a part that is no bare TOML key is
     quoted."""
     text = ""
     for part in loc:
+        if part in (NAMED, IN_LINE):
+            continue
         if isinstance(part, int):
             text += f"[{part}]"
         else:

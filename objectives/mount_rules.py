@@ -40,7 +40,7 @@ class Rules:
     max_rings_per_link: int = 8
     """Maximum number of rings on a link."""
     shared_tilt: bool = False
-    """Whether all rings have the same tilt up to its sign."""
+    """Whether all rings have the same tilt up to its sign, except fixed ones, which keep theirs."""
     fixed: tuple[Ring, ...] = ()
     """Existing rings, which stay in place."""
     fixed_sensors: tuple[MountedSensor, ...] = ()
@@ -51,4 +51,5 @@ class Rules:
     standoff: float = 0.012
     """Minimum distance from the surrounded section to the sensors, m."""
     clearance: float = 0.002
-    """Minimum distance of a ring's envelope from bodies, obstacles and other envelopes, m."""
+    """Minimum distance of a ring's envelope from bodies, obstacles and other envelopes, m. It does
+    not hold for the tube that the ring grips: only the print's ``slack`` is between these."""

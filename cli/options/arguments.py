@@ -2,13 +2,9 @@
 
 _OPTIONS = {
     "folder": "--out",
-    "memory_gb": "--memory",
     "over_poses": "--worst",
-    "reach_percent": "--reach",
     "safety": "[safety] of the scene",
     "targets": "--target",
-    "time_cap": "--time",
-    "within_points": "--within",
 }
 
 

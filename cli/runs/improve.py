@@ -46,7 +46,7 @@ def improve(
             changes=changes,
             add_sensors=add_sensors,
             seed=seed,
-            time_cap=time_cap,
+            time=time_cap,
             voxel=voxel,
         )
         command = shlex.join(["place-rings", *sys.argv[1:]])

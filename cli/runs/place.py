@@ -21,6 +21,7 @@ from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
     occlusion_table,
     print_sight,
+    shared_tilt_line,
     unmounted_lines,
     without_lines,
 )
@@ -185,6 +186,7 @@ def _show(
             f"Search criterion ({proposal.criterion}), in percent: {each}.", highlight=False
         )
     lines = (
+        shared_tilt_line(scene, setup),
         price_line(scene, setup),
         *(worst_line(r) for r in mine),
         record_line(scene),

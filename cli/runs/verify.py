@@ -38,7 +38,7 @@ def verify(
 ) -> None:
     """Print the exact coverage of a setup for the targets of its scene."""
     certified = rule == "certified"
-    check_counting(voxel=voxel, width=width if certified else None, memory_gb=memory)
+    check_counting(voxel=voxel, width=width if certified else None, memory=memory)
     if not certified:
         if width is not None:
             raise UserError(f"--width {width:g}: allowed only with --rule certified; add it")
@@ -108,9 +108,7 @@ def _counted(
         if rule == "certified":
             coverage = certify(subject, width=width, voxel=voxel, progress=tell)
         else:
-            coverage = count(
-                subject, voxel=voxel or VOXEL, rule=rule, memory_gb=memory, progress=at
-            )
+            coverage = count(subject, voxel=voxel or VOXEL, rule=rule, memory=memory, progress=at)
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 

@@ -9,6 +9,7 @@ from numbers import Integral, Real
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..angles import radians_hint
 from ..arrays import Array
 from ..sensors.sensor import PAPER_SENSOR, Sensor
 from .mounted_sensor import MountedSensor
@@ -74,7 +75,8 @@ class Ring:
             ("radius", self.radius, "m, at least 0", 0 <= self.radius < math.inf),
         ):
             if not holds:
-                raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}")
+                hint = radians_hint(value) if name == "tilt" else ""
+                raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}{hint}")
 
     def __repr__(self) -> str:
         angles = f"tilt={float(self.tilt):.4g}, phase={float(self.phase):.4g}"
@@ -121,6 +123,14 @@ class Setup:
         more = "".join(f"\n    {one!r}," for one in self.singles)
         rings = f"({each}\n)" if each else "()"
         return f"Setup({rings}, singles=({more}\n))  # {self.sensors} sensors"
+
+    def __str__(self) -> str:
+        """Return the rings, and once the sensor that all of them have."""
+        kinds = {ring.sensor for ring in self.rings}
+        if len(kinds) != 1 or kinds == {PAPER_SENSOR}:
+            return repr(self)
+        bare = tuple(replace(ring, sensor=PAPER_SENSOR) for ring in self.rings)
+        return f"{Setup(bare, self.singles)!r}, on each ring {kinds.pop()!r}"
 
     @property
     def groups(self) -> tuple[Group, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ..angles import radians_hint
 from .boards import Board
 from .sensor_model import Model
 
@@ -90,7 +91,8 @@ class Sensor:
             ),
         ):
             if not holds:
-                raise ValueError(f"Sensor: {name}: found {value}, allowed: {allowed}")
+                hint = radians_hint(value or 0.0) if name in ("fov", "fov_up") else ""
+                raise ValueError(f"Sensor: {name}: found {value}, allowed: {allowed}{hint}")
 
     def __repr__(self) -> str:
         up = "" if self.fov_up is None else f", fov_up={self.fov_up:.6g}, zones={self.zones}"

@@ -135,6 +135,13 @@ class MappedModel(StrictModel, Generic[D]):
         return cls(**stated, **given)
 
 
+def domain_field(model: type[MappedModel[Any]], key: str) -> str:
+    """Return the name of the domain's field for a key; the key's own where its unit alone
+    differs and the domain has no single field for it."""
+    field = _mapping(model)[1][key].field
+    return field.removesuffix("_deg")
+
+
 @cache
 def _mapping(model: type[MappedModel[Any]]) -> tuple[type, dict[str, Of]]:
     """Return the dataclass that a model describes, and the domain's side of each key."""

@@ -171,7 +171,8 @@ class RulesModel(MappedModel[Rules]):
         default=8, ge=1, le=200, description="largest number of rings on a link"
     )
     shared_tilt: bool = Field(
-        default=False, description="whether all rings have the same tilt, up to its sign"
+        default=False,
+        description="whether all rings but fixed ones have the same tilt, up to its sign",
     )
     mount: Mounting = Field(
         default="real",
@@ -190,5 +191,5 @@ class RulesModel(MappedModel[Rules]):
         default=0.002,
         ge=0,
         le=1,
-        description="least distance of a ring's envelope from bodies, obstacles, other rings, m",
+        description="least distance of a ring's envelope from obstacles, other rings, and bodies but the tube that it grips, m",
     )

@@ -1,18 +1,18 @@
 """Where on each link a real ring is clear: it closes around the link, and its envelope keeps a
-clearance from every body and obstacle at every pose of the scene."""
+clearance from every body and obstacle at every pose of the scene, but for the tube that it grips."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ...coverage.rings.envelope_clearance import Blocked, blocked_by_capsules, blocked_by_polyhedra
 from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_envelope import Envelope, hull
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
-from ...coverage.robots.ring_section import axes_of
+from ...coverage.robots.ring_section import axes_of, tube_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..link_segments import Room, Stretches
 from ..scene import CoreScene
@@ -41,6 +41,8 @@ class _Things:
     """Face normals of each convex body."""
     offset: Float[np.ndarray, "P M"]
     """Face offsets of each convex body, m."""
+    tube: Bool[np.ndarray, " C"]
+    """Which capsules are of the link's own tube, which the ring grips."""
     names: list[str]
     """Names of the capsules, then of the convex bodies."""
 
@@ -54,6 +56,7 @@ class _Things:
             self.thick[capsules],
             self.normal[bodies],
             self.offset[bodies],
+            self.tube[capsules],
             [self.names[i] for i in which],
         )
 
@@ -200,10 +203,18 @@ class MountClearance:
 
     def _blocked(self, t: _Things, link: str, around: Envelope) -> list[Blocked]:
         """Return the intervals of position on which an envelope is not clear of bodies, as shares
-        of the link, with the numbers of the bodies."""
-        length = self.scene.robot.mount(link).length
-        grown, share = around.grown(self.scene.rules.clearance), length or 1.0
-        blocked = blocked_by_capsules(grown, t.start, t.end, t.thick)
+        of the link, with the numbers of the bodies.
+
+        Within the bore, bodies keep the clearance too, but not those of the link's own tube: the
+        clamp grips it, and only the slack of the print (0.5 mm) is between them.
+        """
+        length, clearance = self.scene.robot.mount(link).length, self.scene.rules.clearance
+        grown, share = around.grown(clearance), length or 1.0
+        narrow, blocked = replace(grown, bore=max(grown.bore - clearance, 0.0)), list[Blocked]()
+        for outline, which in ((grown, t.tube), (narrow, ~t.tube)):
+            i = np.flatnonzero(which)
+            met = blocked_by_capsules(outline, t.start[i], t.end[i], t.thick[i])
+            blocked += [(a, b, int(i[n])) for a, b, n in met]
         solid = blocked_by_polyhedra(grown, t.normal, t.offset, (0.0, length))
         blocked += [(a, b, len(t.thick) + i) for a, b, i in solid]
         return [(a / share, b / share, i) for a, b, i in blocked]
@@ -219,6 +230,7 @@ class MountClearance:
         turn = np.einsum("ak,pjk->paj", axes, T[:, :3, :3])  # base frame to axis coordinates
         origin = T[:, :3, 3] + T[:, :3, :3] @ mount.start
         start, end, thick, names = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), []
+        gripped = {body.name for body in tube_of(robot, mount)}
         if robot.bodies:
             capsules = robot_capsules(robot, self.frames)
             ends = [
@@ -232,6 +244,7 @@ class MountClearance:
             which = rows[:, 6].astype(int)
             start, end, thick = rows[:, :3], rows[:, 3:6], np.asarray(capsules.radius)[which]
             names = [robot.bodies[i].name for i in which]
+        tube = np.array([name in gripped for name in names], bool)
         solid = [(o.name, [o.body] * len(T)) for o in self.scene.obstacles]
         carried = zip(*(carried_polyhedra(robot, p.q) for p in self.scene.poses), strict=True)
         solid += [(c.name, list(at)) for c, at in zip(robot.carried, carried, strict=True)]
@@ -246,7 +259,7 @@ class MountClearance:
                 "pj,pmj->pm", origin, n
             )
             names += [name] * len(T)
-        return _Things(start, end, thick, normal, offset, names)
+        return _Things(start, end, thick, normal, offset, tube, names)
 
 
 def _left(span: tuple[float, float], cuts: Sequence[tuple[float, float, object]]) -> Stretches:

@@ -68,6 +68,17 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
+def otherwise_tilted(scene: CoreScene, rings: Sequence[Ring]) -> list[int]:
+    """Return the fixed rings of ``rings`` that keep another tilt than the one that all others
+    share; none without the rule."""
+    fixed, _ = held(scene, rings)
+    own = [ring for i, ring in enumerate(rings) if i not in fixed]
+    if not scene.rules.shared_tilt or not own:
+        return []
+    tilt = commonest_tilt(own)
+    return [i for i in sorted(fixed) if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE]
+
+
 def faults(
     scene: CoreScene, rings: Sequence[Ring], clear: MountClearance | None = None
 ) -> list[Fault]:

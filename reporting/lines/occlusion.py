@@ -1,5 +1,6 @@
 """Lines and tables about occlusion: ζ under all models, advice, and sensors that cover nothing."""
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from types import MappingProxyType
@@ -10,6 +11,7 @@ from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...coverage.rings.ring import Setup
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
+from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.scene import CoreScene
 from ..explained import Explained
 from ..tables import target_label, target_legend
@@ -39,6 +41,19 @@ def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
         (link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))
     ]
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
+
+
+def shared_tilt_line(scene: CoreScene, setup: Setup) -> str | None:
+    """Return a line that names the fixed rings with another tilt than the shared one; None if there
+    are none."""
+    rings = setup.rings
+    each = [
+        f"ring {i} ({rings[i].link}, {math.degrees(rings[i].tilt):.1f}°)"
+        for i in otherwise_tilted(scene, rings)
+    ]
+    if not each:
+        return None
+    return f"The fixed rings stay as they are: not at the shared tilt are {', '.join(each)}."
 
 
 def occlusion_table(

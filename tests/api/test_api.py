@@ -6,6 +6,7 @@ import sys
 import tomllib
 from dataclasses import replace
 from doctest import DocTestFinder, DocTestRunner
+from functools import partial
 from inspect import getdoc, isclass, isfunction
 from unittest.mock import Mock
 
@@ -231,9 +232,7 @@ def test_a_result_draws_exports_and_shows(tmp_path, proposal):
 @pytest.mark.slow
 def test_the_fewest_sensors_are_sought_with_progress():
     counts = []
-    few = pr.search(
-        NEAR, reach_percent=3, voxel=0.1, time_cap=5, progress=lambda p: counts.append(p.sensors)
-    )
+    few = pr.search(NEAR, reach=3, voxel=0.1, time=5, progress=lambda p: counts.append(p.sensors))
     assert few.coverage >= 0.03
     assert few.reach_record().reached
     assert set(counts) >= {few.setup.sensors}
@@ -257,7 +256,7 @@ def test_a_search_passes_on_what_it_is_given(monkeypatch):
     monkeypatch.setattr(searching, "search", fake)
     start = pr.Setup.named("n1_4_0")
     with pytest.raises(pr.InputError, match="floors"):
-        pr.search(NEAR, sensors=12, seed=3, time_cap=5, redundancy=2, start=[start])
+        pr.search(NEAR, sensors=12, seed=3, time=5, redundancy=2, start=[start])
     assert fake.call_args.args[2:4] == (3, 5)
     assert fake.call_args.kwargs["known"] == (start,)
     assert fake.call_args.kwargs["aim"].seen == 2
@@ -376,7 +375,7 @@ k 0 <- pr.robustness("n1_8_0", pr.Scene(), k=0)
 draws 1.5 <- pr.robustness("n1_8_0", pr.Scene(), draws=1.5)
 law 'x' uniform normal <- pr.robustness("n1_8_0", pr.Scene(), law="x")
 rings_per_link 2 sensors 9 <- pr.search(pr.Scene(), sensors=9, rings_per_link=2)
-sensors reach_percent <- pr.search(pr.Scene(), sensors=9, reach_percent=50)
+sensors reach <- pr.search(pr.Scene(), sensors=9, reach=50)
 seed -1 <- pr.search(pr.Scene(), seed=-1)
 seed 1.5 <- pr.search(pr.Scene(), seed=1.5)
 losing ring redundancy <- pr.search(pr.Scene(), redundancy=2, losing="ring")
@@ -387,7 +386,7 @@ rules <- pr.search(pr.Scene(), sensors=1)
 start 'n1_8_0' Setup <- pr.search(pr.Scene(), start=["n1_8_0"])
 start 3 <- pr.search(pr.Scene(), start=[3])
 start 3 <- pr.search(pr.Scene(), start=3)
-time_cap 'a' <- pr.search(pr.Scene(), time_cap="a")
+time 'a' <- pr.search(pr.Scene(), time="a")
 to dwg <- pr.export("n1_8_0", to="dwg")
 pose 1.5 <- pr.export("n1_8_0", to="csv", pose=1.5)
 folder /proc/nope <- pr.export("n1_8_0", to="csv", folder="/proc/nope")
@@ -549,3 +548,71 @@ def test_rules_that_leave_no_setup_are_told_apart_from_bad_arguments():
         pr.search(crowded, rings_per_link=3)
     with pytest.raises(pr.InfeasibleError):
         pr.search(crowded, sensors=2000)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "call"),
+    [
+        ("time_cap", "time", partial(pr.search, NEAR)),
+        ("reach_percent", "reach", partial(pr.search, NEAR)),
+        ("within_points", "within", partial(pr.search, NEAR)),
+        ("time_cap", "time", partial(pr.improve, "n1_8_0", NEAR)),
+        ("time_cap", "time", partial(pr.study, "layouts")),
+        ("memory_gb", "memory", partial(pr.verify, "n1_8_0", NEAR)),
+    ],
+)
+def test_a_former_name_of_an_argument_means_the_same(old, new, call):
+    """Both are refused alike for a value out of range, and never accepted together."""
+    with pytest.raises(pr.InputError) as today:
+        call(**{new: -1})
+    with pytest.warns(DeprecationWarning, match=new), pytest.raises(pr.InputError) as former:
+        call(**{old: -1})
+    assert (str(former.value), former.value.argument) == (str(today.value), new)
+    with pytest.raises(pr.InputError, match=old):
+        call(**{old: -1, new: -1})
+
+
+WRONG = {
+    "rules.spacing": lambda x: {"rules": pr.Rules(spacing=-x)},
+    "rules.sensors": lambda x: {"rules": pr.Rules(sensors=(int(9 + x), 3))},
+    "mounts.tilt": lambda x: {"mounts": {"forearm": pr.Limits(tilt=(-10 * x, 0.1))}},
+    "mounts.position": lambda x: {"mounts": {"forearm": pr.Limits(position=(0.0, 1 + x))}},
+    "safety.human": lambda x: {"safety": pr.Safety(human=-x)},
+    "poses[1].q[0]": lambda x: {"poses": [[0.0] * 6, [30.0 + x] + [0.0] * 5]},
+    "ring_radius": lambda x: {"ring_radius": -x},
+}
+
+
+@pytest.mark.parametrize("named", WRONG)
+@given(x=st.floats(1.0, 50.0))
+@settings(max_examples=5, deadline=None)
+def test_a_refusal_names_what_python_calls_it(named, x):
+    """Attributes of the classes, never keys and units of a file."""
+    with pytest.raises(pr.InputError) as refused:
+        pr.Scene(targets=[pr.Shell(0.5)], **WRONG[named](x))
+    line = str(refused.value)
+    assert named in line.partition(" found")[0]
+    assert "_deg" not in line and "sensors_per_ring" not in line and "radius_m" not in line
+
+
+@given(degrees=st.integers(4, 360), sign=st.sampled_from([-1, 1]))
+def test_degrees_given_as_radians_are_recognised(degrees, sign):
+    wanted = f"math.radians({sign * degrees})"
+    for call in (
+        lambda: pr.Ring("forearm", 0.5, 8, tilt=sign * degrees),
+        lambda: pr.Sensor(fov=sign * degrees),
+        lambda: NEAR.replace(mounts={"forearm": pr.Limits(tilt=(0.0, sign * degrees))}),
+    ):
+        with pytest.raises(ValueError) as refused:
+            call()
+        assert wanted in str(refused.value)
+
+
+@given(counts=st.lists(st.integers(1, 9), min_size=1, max_size=4), fov=st.floats(0.1, 1.0))
+def test_a_setup_prints_a_common_sensor_once(counts, fov):
+    sensor = pr.Sensor(fov=fov)
+    rings = [pr.Ring("forearm", i / 4, n, sensor=sensor) for i, n in enumerate(counts)]
+    assert str(pr.Setup(rings)).count("Sensor(") == 1
+    mixed = pr.Setup([*rings, pr.Ring("tool", 0, 3, sensor=pr.Sensor(fov=fov + 0.1))])
+    assert str(mixed) == repr(mixed)
+    assert str(mixed).count("Sensor(") == len(mixed.rings)

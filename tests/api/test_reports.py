@@ -178,7 +178,7 @@ def test_a_study_writes_what_the_command_writes_and_resumes(run, monkeypatch, tm
 REFUSED = [  # what a refusal names, and the call
     ("changes 0 1 20", lambda: pr.improve("n1_8_0", changes=0)),
     ("add_sensors 1.5", lambda: pr.improve("n1_8_0", add_sensors=1.5)),
-    ("time_cap 0", lambda: pr.improve("n1_8_0", time_cap=0)),
+    ("time 0", lambda: pr.improve("n1_8_0", time=0)),
     ("setup int", lambda: pr.improve(3)),
     ("approaches 0 1 100000", lambda: pr.safety("n1_8_0", approaches=0)),
     ("rate 0", lambda: pr.safety("n1_8_0", rate=0)),

@@ -167,9 +167,9 @@ def test_rings_in_python(monkeypatch):
         ({"rings": 3, "rings_per_link": 2}, r"rings: found 3 .*rings_per_link 2"),
         ({"fewest_rings": True}, "fewest_rings: .*sensors"),
         ({"fewest_rings": True, "sensors": 9, "rings": 2}, "fewest_rings: .*rings 2"),
-        ({"fewest_rings": True, "reach_percent": 9.0}, "fewest_rings: .*reach_percent 9"),
-        ({"within_points": 1.0}, "within_points: found 1 .*fewest_rings"),
-        ({"within_points": -1.0, "fewest_rings": True, "sensors": 9}, "within_points: found -1"),
+        ({"fewest_rings": True, "reach": 9.0}, "fewest_rings: .*reach 9"),
+        ({"within": 1.0}, "within: found 1 .*fewest_rings"),
+        ({"within": -1.0, "fewest_rings": True, "sensors": 9}, "within: found -1"),
         ({"rings": 0}, "rings: found 0"),
         ({"rings": 4, "sensors": 8}, "8 sensors .*4 rings"),
     ):

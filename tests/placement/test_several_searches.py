@@ -343,7 +343,7 @@ def test_each_search_is_the_one_with_its_seed_and_the_command_shows_all(run, tmp
         assert f"{one['seed']}: {one['exact_percent']:.2f}" in out
 
 
-@pytest.mark.parametrize("more", [{"reach_percent": 50}, {"sensors": 20, "fewest_rings": True}])
+@pytest.mark.parametrize("more", [{"reach": 50}, {"sensors": 20, "fewest_rings": True}])
 def test_searches_for_the_fewest_are_not_repeated(more):
     with pytest.raises(pr.InputError, match=r"searches: found 2.*fewest_rings"):
         pr.search(searches=2, **more)
