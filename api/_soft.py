@@ -85,8 +85,8 @@ def coverage_fraction(
     beams cover it to 1 - prod(1 - degree); of each ring the sensors nearest in azimuth count. The
     result is the weighted mean over points, targets and poses. As the width approaches 0, it
     approaches the share of covered points. The function works under ``jax.grad``, ``jax.jit`` and
-    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``. The first call for a
-    scene and setup of a new shape compiles it; a compilation of more than 2 s is logged.
+    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``. The first call
+    for a scene and setup of a new shape compiles it; a compilation of more than 2 s is logged.
 
     Args:
         setup: the rings: links, sensors and radii, and their positions and angles unless ``values``

@@ -179,7 +179,7 @@ class SoftTerms:
         counts: Any = None,
     ) -> Choices:
         """Return what is discrete about the sensors, for each term; see ``criterion``."""
-        rings, _, occluding = self._placed(arrays, values, counts)
+        rings, _, occluding = self._placed(arrays, values, counts, None)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
             return choices(here, points, most, width, hidden)
@@ -199,7 +199,7 @@ class SoftTerms:
         """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
         the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
-        rings, seat, occluding = self._placed(arrays, values, counts)
+        rings, seat, occluding = self._placed(arrays, values, counts, wide)
         sensors = arrays.turn.shape[0]
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
@@ -211,9 +211,10 @@ class SoftTerms:
         return sample.rest + sample.share * covered.mean(axis=-1), covered
 
     def _placed(
-        self, arrays: RingArrays, values: Any, counts: Any
+        self, arrays: RingArrays, values: Any, counts: Any, width: Any
     ) -> tuple[RingsAt, Any, Occluding | None]:
-        """Return rings and seats in all mountings at all poses, and what occludes at all poses."""
+        """Return rings and seats in all mountings at all poses, and what occludes at all poses;
+        without the first returns if no ``width`` of the sigmoid is given."""
         arrays = jax.tree.map(
             lambda a: jnp.asarray(a, jnp.float32 if jnp.result_type(a).kind == "f" else None),
             arrays,
@@ -227,7 +228,7 @@ class SoftTerms:
             rings = replace(rings, count=jnp.concatenate([every, held], axis=-1))
         if seat is not None:
             seat = jnp.where(self._of_cell(arrays)[None, :, None], _STRAIGHT, seat)
-        return rings, seat, self._occluding(arrays, values)
+        return rings, seat, self._occluding(arrays, values, width)
 
     def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:
         """Return the results of a function of the rings, the occluders and ``each`` for all
@@ -245,7 +246,7 @@ class SoftTerms:
             return jax.tree.map(lambda a: a[None], one)
         return jax.lax.map(term, terms)
 
-    def _occluding(self, arrays: RingArrays, values: Any) -> Occluding | None:
+    def _occluding(self, arrays: RingArrays, values: Any, width: Any) -> Occluding | None:
         """Return what occludes the sensors at all poses; None if nothing does."""
         if self.bodies is None and not self.obstacles:
             return None
@@ -269,8 +270,10 @@ class SoftTerms:
             looks = cones.around()
             # slopes of padding sensors would not be numbers
             range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
-            stop = soft_stop(replace(looks, range_m=range_m), bodies, obstacles)
-            stop = jnp.where(zoned, jnp.inf, stop)
+            stop = None
+            if width is not None:
+                stop = soft_stop(replace(looks, range_m=range_m), bodies, obstacles, width)
+                stop = jnp.where(zoned, jnp.inf, stop)
             return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
 
         axes = (0, [(0, 0, 0, None)] * len(self.obstacles), 0)

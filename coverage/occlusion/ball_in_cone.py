@@ -32,12 +32,36 @@ def ball_in_cone(
             meaningless there.
     """
     xp = namespace(centre)
-    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
     v = centre - apex
     along = dot(v, axis)
     aside = v - along[..., None] * axis
     across = root(dot(aside, aside))
-    length = root(dot(v, v))
+    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
+    distance, x, y = ball_in_sector(along, across, cosine, sine, range_m, radius)
+    unit = aside / xp.where(across > 0, across, 1.0)[..., None]
+    return distance, apex + x[..., None] * axis + y[..., None] * unit
+
+
+def ball_in_sector(
+    along: Array,
+    across: Array,
+    cosine: Numbers,
+    sine: Numbers,
+    range_m: Numbers,
+    radius: Numbers,
+) -> tuple[Any, Any, Any]:
+    """Return ``ball_in_cone`` in the half plane through the axis and the ball's centre.
+
+    Args:
+        along, across: (...) m, the centre's distance along the axis and from it.
+        cosine, sine: (...) of the half angle.
+        range_m, radius: (...) m.
+
+    Returns:
+        distance (...) m, and the point along and across the axis, (...) m each.
+    """
+    xp = namespace(along)
+    length = root(along * along + across * across)
 
     # distance of the centre from the edge's line, positive outside the cone
     offset = across * cosine - along * sine
@@ -55,6 +79,4 @@ def ball_in_cone(
     seen = inside | xp.where(straight, before | reaches_base, meets_edge)
     reach = xp.where(straight & before, length * share, root(x * x + y * y))
     distance = xp.where(seen, xp.where(inside, 0.0, reach), xp.inf)
-    x, y = xp.where(inside, 0.0, x), xp.where(inside, 0.0, y)
-    unit = aside / xp.where(across > 0, across, 1.0)[..., None]
-    return distance, apex + x[..., None] * axis + y[..., None] * unit
+    return distance, xp.where(inside, 0.0, x), xp.where(inside, 0.0, y)

@@ -6,7 +6,8 @@ nearer than that cannot be occluded: its line of sight lies in the cone and is n
 distance therefore determines the visible part: the cone cut by a ball about the apex.
 
 The distance is discontinuous where a body just grazes the beam. ``margin`` widens or narrows bodies
-and cones slightly; one evaluation with each sign brackets the distance.
+and cones slightly; one evaluation with each sign brackets the distance. ``capsule_return``
+continues the distance past the edge of the beam, for the soft estimator.
 """
 
 from collections.abc import Callable
@@ -19,12 +20,12 @@ from jaxtyping import Float
 from ..arrays import Array, Numbers, cross, dot, namespace, root
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron
-from .ball_in_cone import ball_in_cone
+from .ball_in_cone import ball_in_sector
 
 _CANDIDATES = 1 << 18  # points processed at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding tolerance of tests whether a point is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
-_STEPS, _HALVINGS = 52, 40  # of golden-section search and bisection: to 1e-11 of an axis
+_STEPS, _ROUNDS = 13, 4  # of golden-section searches: to 1e-11 of an axis
 _NIL, _FAR = 1e-12, 1e9  # smallest divisor, and the quotient for smaller ones
 
 
@@ -46,98 +47,146 @@ def cone_gap(beam: Beam, points: Array) -> Any:
 
     Outside it is the true distance, hence a convex function; inside it is negative.
     """
-    xp = namespace(points)
+    return _of(_angles(beam), *_in_half_plane(beam, points)).gap
+
+
+def _in_half_plane(beam: Beam, points: Array) -> tuple[Any, Any]:
+    """Return how far points lie along the sensors' axes and from them, (...) m each."""
     v = points - beam.apex
-    d = dot(v, beam.axis)
-    aside = v - d[..., None] * beam.axis
-    rho = root(dot(aside, aside))
-    cosine, sine = xp.cos(beam.half_angle), xp.sin(beam.half_angle)
-    slant = beam.range_m / cosine
-    edge = xp.clip(d * cosine + rho * sine, 0.0, slant)
-    x, y = d - edge * cosine, rho - edge * sine
-    base = xp.clip(rho, 0.0, beam.range_m * sine / cosine)
-    outside = xp.minimum(root(x * x + y * y), root((d - beam.range_m) ** 2 + (rho - base) ** 2))
-    inside = xp.maximum(rho * cosine - d * sine, d - beam.range_m)
-    return xp.where(inside <= 0, inside, outside)
+    along = dot(v, beam.axis)
+    aside = v - along[..., None] * beam.axis
+    return along, root(dot(aside, aside))
 
 
-def _repeat(
-    times: int, step: Callable[[Array, Array], tuple[Array, Array]], state: tuple[Array, Array]
-) -> Any:
-    """Apply ``step`` to a pair of arrays ``times`` times; JAX compiles the step once."""
-    if namespace(state[0]) is not np:
-        from jax.lax import fori_loop
+class _Sector(NamedTuple):
+    """Where points lie to a cone, in the half plane through its axis and each point."""
 
-        return fori_loop(0, times, lambda _, s: step(*s), state)
-    for _ in range(times):
-        state = step(*state)
-    return state
+    gap: Any
+    """Signed distance, m."""
+    touched: Any
+    """Distance of the cone's nearest point from the apex, m, for a point outside."""
 
 
-def _golden(
-    function: Callable[[Array], Array], low: Array, high: Array, steps: int = _STEPS
-) -> Any:
-    """Return the minimiser of a unimodal ``function`` between ``low`` and ``high`` (...)."""
+def _angles(beam: Beam) -> tuple[Any, Any, Any]:
+    """Return cosine and sine of the half angle, and the range, m."""
+    xp = namespace(beam.apex)
+    return xp.cos(beam.half_angle), xp.sin(beam.half_angle), beam.range_m
+
+
+def _of(shape: tuple[Any, Any, Any], along: Array, across: Array) -> _Sector:
+    xp = namespace(along)
+    cosine, sine, range_m = shape
+    edge = xp.clip(along * cosine + across * sine, 0.0, range_m / cosine)
+    x, y = along - edge * cosine, across - edge * sine
+    base = xp.clip(across, 0.0, range_m * sine / cosine)
+    to_mantle = root(x * x + y * y)
+    to_base = root((along - range_m) ** 2 + (across - base) ** 2)
+    inside = xp.maximum(across * cosine - along * sine, along - range_m)
+    gap = xp.where(inside <= 0, inside, xp.minimum(to_mantle, to_base))
+    far = root(range_m * range_m + base * base)
+    return _Sector(gap, xp.where(to_mantle <= to_base, edge, far))
+
+
+def _lowest(function: Callable[[Array], Array], low: Array, rounds: int) -> Any:
+    """Return where a unimodal ``function`` of places from 0 to 1 is least, without gradient.
+
+    Each step of a golden-section search reuses one of its two values. Rounding drives the places
+    from their ratio, so each round of steps begins anew from the interval that is left.
+
+    Args:
+        function: maps places (S, ...) to values.
+        low: (...) zeros.
+        rounds: number of rounds; the error is 0.62 ** (13 ``rounds``).
+    """
     xp = namespace(low)
 
-    def step(low: Array, high: Array) -> Any:
-        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        left = function(a) <= function(b)
-        return xp.where(left, low, a), xp.where(left, b, high)
+    def step(state: Any) -> Any:
+        (low, high), (a, b), (at_a, at_b) = state
+        left = at_a <= at_b
+        low, high = xp.where(left, low, a), xp.where(left, b, high)
+        new = xp.where(left, high - _GOLDEN * (high - low), low + _GOLDEN * (high - low))
+        at_new = function(new)
+        inner = xp.where(left, new, b), xp.where(left, a, new)
+        values = xp.where(left, at_new, at_b), xp.where(left, at_a, at_new)
+        return (low, high), inner, values
 
-    low, high = _repeat(steps, step, (low, high))
-    return (low + high) / 2
+    high = xp.ones_like(low)
+    for _ in range(rounds):
+        inner = xp.stack([high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)])
+        state = (low, high), tuple(inner), tuple(function(inner))
+        if xp is np:
+            for _ in range(_STEPS):
+                state = step(state)
+        else:
+            from jax.lax import fori_loop
+
+            state = fori_loop(0, _STEPS, lambda _, s: step(s), state)
+        low, high = state[0]
+    return xp.where(low <= 0, 0.0, xp.where(high >= 1, 1.0, (low + high) / 2))
 
 
-def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
-    """Return the last point from ``inner`` towards ``outer`` where ``function`` is at most 0."""
-    xp = namespace(inner)
-
-    def step(inner: Array, outer: Array) -> Any:
-        middle = (inner + outer) / 2
-        held = function(middle) <= 0
-        return xp.where(held, middle, inner), xp.where(held, outer, middle)
-
-    return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
+def _widened(beam: Beam, radius: Numbers, margin: float) -> tuple[Beam, Numbers]:
+    wide = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
+    return wide, radius + margin
 
 
 def capsule_gap(
-    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0, steps: int = _STEPS
+    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
 ) -> tuple[Any, Any]:
     """Return the distance (...) m of capsules from cones, and where along the axis it is least.
 
-    A negative distance is a depth of overlap. The place runs from 0 to 1 along the axis, with an
-    error of 0.62 ** ``steps``. The search is valid because the distance of a point from a convex
-    cone is convex along the axis. For arguments and gradients see ``capsule_in_beam``.
+    A negative distance is a depth of overlap. The place runs from 0 to 1 along the axis. The search
+    is valid because the distance of a point from a convex cone is convex along the axis. For
+    arguments and gradients see ``capsule_in_beam``.
     """
-    xp = namespace(beam.apex)
-    radius, along = radius + margin, end - start
-    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
-    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
-    still = beam, start, along
-    if xp is not np:
-        from jax.lax import stop_gradient
+    beam, radius = _widened(beam, radius, margin)
+    still = _still((beam, start, end))
+    best = _nearest(still[0], _axes(*still), radius, _ROUNDS)
+    return cone_gap(beam, start + best[..., None] * (end - start)) - radius, best
 
-        still = stop_gradient(still)
-    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
-    best = _golden(
-        lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps
-    )
-    return cone_gap(beam, start + best[..., None] * along) - radius, best
+
+class _Axes(NamedTuple):
+    """Axes of capsules in the half planes through sensors' axes: two numbers at any place."""
+
+    along: tuple[Any, Any]
+    """Distance of the start along the sensor's axis, m, and its growth along the capsule's."""
+    square: tuple[Any, Any, Any]
+    """Square of the distance from the sensor's axis, m², a polynomial of the place."""
+
+    def at(self, place: Array) -> tuple[Any, Any]:
+        """Return the distances along and from the sensor's axis, m, at places from 0 to 1."""
+        (d, more), (a, b, c) = self.along, self.square
+        return d + place * more, root(a + place * (b + place * c))
+
+
+def _axes(beam: Beam, start: Array, end: Array) -> _Axes:
+    v, w = start - beam.apex, end - start
+    d, more = dot(v, beam.axis), dot(w, beam.axis)
+    v, w = v - d[..., None] * beam.axis, w - more[..., None] * beam.axis
+    return _Axes((d, more), (dot(v, v), 2 * dot(v, w), dot(w, w)))
+
+
+def _nearest(beam: Beam, axes: _Axes, radius: Numbers, rounds: int) -> Any:
+    """Return the place along capsules' axes that is nearest to cones."""
+    xp, shape = namespace(beam.apex), _angles(beam)
+    each = xp.broadcast_shapes(np.shape(axes.square[0]), np.shape(radius))
+    start = xp.zeros(each, axes.square[0].dtype)
+    return _lowest(lambda place: _of(shape, *axes.at(place)).gap, start, rounds)
+
+
+def _still(arrays: Any) -> Any:
+    """Return arrays without gradient."""
+    if namespace(arrays[0][0]) is np:
+        return arrays
+    from jax.lax import stop_gradient
+
+    return stop_gradient(arrays)
 
 
 def capsule_in_beam(
     beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
 ) -> tuple[Any, Any]:
     """Return the nearest point to the apex of a capsule's part in a cone, and the gap between them.
-
-    A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a
-    cone has a closed form (``ball_in_cone``). A ball about c reaches the convex set S of the cone's
-    points nearer than d if c is at most ``radius`` from S. That distance is convex along the axis.
-    The distance of the nearest point therefore falls and then rises along the axis, between the two
-    places, on either side of the one nearest to the cone, where balls still reach the cone. One
-    golden-section search finds the place nearest to the cone, bisection the two others, and a
-    golden-section search between them the answer.
 
     Args:
         beam: (...) cones.
@@ -151,30 +200,60 @@ def capsule_in_beam(
             them: at a minimum the derivative by the place vanishes.
     """
     xp = namespace(beam.apex)
-    gap, best = capsule_gap(beam, start, end, radius, margin)
-    radius, along = radius + margin, end - start
-    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
-    still = beam, start, along, radius
-    if xp is not np:
-        from jax.lax import stop_gradient
+    beam, radius = _widened(beam, radius, margin)
+    places = capsule_places(beam, start, end, radius, _ROUNDS)
+    distance, gap = capsule_return(beam, start, end, radius, places)
+    return xp.where(gap <= 0, distance, xp.inf), gap
 
-        still = stop_gradient(still)
 
-    def gap_at(place: Array) -> Any:
-        beam, start, along, radius = still
-        return cone_gap(beam, start + place[..., None] * along) - radius
+def capsule_places(
+    beam: Beam, start: Array, end: Array, radius: Numbers, rounds: int
+) -> tuple[Any, Any]:
+    """Return the places (...) along capsules' axes nearest to cones, and those of the first return.
 
-    def distance_at(place: Array, given: Any) -> Any:
-        beam, start, along, radius = given
-        centre = start + place[..., None] * along
-        return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
+    A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a
+    cone has a closed form (``ball_in_cone``). A ball about c reaches the convex set S of the cone's
+    points nearer than d if c is at most ``radius`` from S. That distance is convex along the axis.
+    The distance of the nearest point therefore falls and then rises along the part of the axis
+    whose balls reach the cone. Beyond that part the distance from the cone, added to the largest
+    distance in it, rises too: one golden-section search finds the answer.
 
-    ends = [_end(gap_at, best, edge) for edge in (xp.zeros_like(best), xp.ones_like(best))]
-    place = _golden(lambda t: distance_at(t, still), *ends)
-    least = distance_at(place, (beam, start, along, radius))
-    for other in (*ends, best):
-        least = xp.minimum(least, distance_at(other, (beam, start, along, radius)))
-    return xp.where(gap <= 0, least, xp.inf), gap
+    Args:
+        beam, start, end, radius: see ``capsule_in_beam``.
+        rounds: see ``_lowest``.
+    """
+    xp = namespace(beam.apex)
+    beam, start, end, radius = _still((beam, start, end, radius))
+    axes = _axes(beam, start, end)
+    best = _nearest(beam, axes, radius, rounds)
+    shape = cosine, _, range_m = _angles(beam)
+
+    def distance(place: Array) -> Any:
+        point = axes.at(place)
+        gap = _of(shape, *point).gap - radius
+        found = ball_in_sector(*point, *shape, radius)[0]
+        beyond = range_m / cosine + xp.maximum(gap, 0.0)
+        return xp.where((gap <= 0) & (found < xp.inf), found, beyond)
+
+    return best, _lowest(distance, xp.zeros_like(best), rounds)
+
+
+def capsule_return(
+    beam: Beam, start: Array, end: Array, radius: Numbers, places: tuple[Array, Array]
+) -> tuple[Any, Any]:
+    """Return the distance (...) m of capsules' first return in cones, and the gap (...) m.
+
+    Where they do not meet, the distance is that of the cone's point nearest to the capsule, which
+    is its limit as they come to touch. ``places`` are those of ``capsule_places``.
+    """
+    xp = namespace(beam.apex)
+    nearest, first = (
+        _in_half_plane(beam, start + place[..., None] * (end - start)) for place in places
+    )
+    shape = _angles(beam)
+    at, found = _of(shape, *nearest), ball_in_sector(*first, *shape, radius)[0]
+    gap = at.gap - radius
+    return xp.where((gap <= 0) & (found < xp.inf), found, at.touched), gap
 
 
 def _over(a: Array, b: Array) -> Any:

@@ -1,9 +1,10 @@
 """Smooth first return of single-zone sensors for the soft estimator.
 
-The exact distance (``occlusion.first_return``) is discontinuous where a body is just grazed. Here
-it is smooth: a body that lies beside the beam by x counts as if it were ``GRAZE`` x further away. A
-body of the robot is represented by a row of balls. An obstacle is represented by the candidate
-points among which the exact nearest one is, so that inside the beam the distance is exact.
+It is the exact one (``occlusion.first_return``), whose distance jumps where a body comes to touch
+the beam. Here it does not: a body that stands beside the beam by more than a part of the width of
+the sigmoid takes nothing, a body that reaches as deep into it ends the beam, and between the two
+the end moves from the body to beyond the range. As the width approaches zero, the distance
+approaches the exact one.
 """
 
 from functools import reduce
@@ -12,67 +13,99 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..arrays import Array, dot, root
-from ..occlusion.first_return import Beam, cone_gap, meeting_points
+from ..arrays import Array, Numbers, dot, root
+from ..occlusion.first_return import Beam, capsule_places, capsule_return, cone_gap, meeting_points
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
-from ..solids.polyhedra import Polyhedron, largest
+from ..solids.polyhedra import Polyhedron
 
-BALLS = 17  # in the row that represents a body
-GRAZE = 200.0
-
-
-def _rows_of_balls(bodies: Capsules) -> Any:
-    """Return the centres (N, BALLS, 3) m of balls along the axes."""
-    share = jnp.linspace(0.0, 1.0, BALLS, dtype=bodies.start.dtype)[None, :, None]
-    return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
+ROUNDS = 1  # of the searches along a body's axis, to 0.002 of it: errors are of second order
+FADE = 0.25  # of the width, over which a body beside a beam fades
+_ROUNDING = 1e-5  # m, above the error of 32-bit numbers: a point this near to both is in both
 
 
-def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
-    """Return the first return (K,) m of the robot's bodies in each beam."""
-    centre, radius = _rows_of_balls(bodies)[None], bodies.radius[None, :, None]
-    beam = Beam(*(a[:, None, None] for a in looks))
-    v = centre - beam.apex
-    beside = jnp.maximum(cone_gap(beam, centre), 0.0)
-    within = jnp.minimum(beside, radius)
-    stop = root(dot(v, v)) - radius + within * within / radius + GRAZE * (beside - within)
-    return _least(jnp.maximum(stop, 0.0).reshape(len(stop), -1))
+def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
+    """Return the first return (K,) m of the robot's bodies in each beam; only that of the body
+    that counts has a slope."""
+
+    def stop(beam: Beam, body: tuple[Any, ...], places: Any) -> Any:
+        first, gap = capsule_return(beam, *body, places)
+        beside = jnp.clip((gap / fade + 1) / 2, 0.0, 1.0)
+        return first + _beyond(beam) * beside * beside * (3 - 2 * beside)
+
+    beam, each = jax.lax.stop_gradient((Beam(*(a[:, None] for a in looks)), bodies.arrays()))
+    each = tuple(a[None] for a in each)
+    places = capsule_places(beam, *each, ROUNDS)
+    body = stop(beam, each, places).argmin(axis=1)
+    of_body = [jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places]
+    body, of_body = jax.lax.optimization_barrier((body, of_body))
+    return stop(looks, tuple(a[body] for a in bodies.arrays()), of_body)
 
 
-def _least(values: Array) -> Any:
-    """Return the least value (K,) of each row (K, N); only the first of equal ones has a slope.
-
-    The slope of ``min`` divides by the number of values that equal the least. If the compiler
-    computes the values twice and rounds differently, none does.
-    """
-    least = jax.lax.stop_gradient(values).argmin(axis=1)[:, None]
-    return jnp.take_along_axis(values, least, axis=1)[:, 0]
+def _beyond(beam: Beam) -> Any:
+    """Return a distance m beyond the ends of beams."""
+    return 1.1 * beam.range_m / jnp.cos(beam.half_angle)
 
 
-def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
+def _by_obstacle(looks: Beam, body: Polyhedron, fade: Numbers) -> Any:
     """Return the first return (K,) m of an obstacle in each beam; 0 for sensors inside it.
 
-    Only the nearest point has a slope.
+    Among ``meeting_points`` is the exact nearest point; points beside the beam or outside of the
+    obstacle fade. Only the point that counts has a slope, and of the faces the one that it is
+    farthest from.
     """
     beam = Beam(*(a[:, None] for a in looks))
 
-    def stop(points: Array) -> Any:
+    def stop(points: Array, outside: Array) -> Any:
         v = points - beam.apex
-        beside, outside = cone_gap(beam, points), largest(points, body.normal, body.offset)
-        return root(dot(v, v)) + GRAZE * (jnp.maximum(beside, 0.0) + jnp.maximum(outside, 0.0))
+        beside = jnp.maximum(cone_gap(beam, points), 0.0) + jnp.maximum(outside, 0.0)
+        past = jnp.minimum(jnp.maximum(beside - _ROUNDING, 0.0) / fade, 1.0)
+        return root(dot(v, v)) + _beyond(beam) * past
 
     points = jnp.concatenate([beam.apex, meeting_points(looks, body)], axis=1)
-    nearest = stop(jax.lax.stop_gradient(points)).argmin(axis=1)
-    return stop(jnp.take_along_axis(points, nearest[:, None, None], axis=1))[:, 0]
+    still, planes = jax.lax.stop_gradient((points, body))
+    nearest = stop(still, _outside(still, planes)).argmin(axis=1)[:, None]
+    point = jnp.take_along_axis(points, nearest[..., None], axis=1)
+    face = (dot(jax.lax.stop_gradient(point), planes.normal) - planes.offset).argmax(axis=1)
+    outside = dot(point[:, 0], body.normal[face]) - body.offset[face]
+    return stop(point, outside[:, None])[:, 0]
 
 
-def soft_stop(cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...] = ()) -> Any:
+def _outside(points: Array, body: Polyhedron) -> Any:
+    """Return the maximum plane function (K, N) m; a loop, which compiles fast for many faces."""
+
+    def more(face: Any, value: Array) -> Any:
+        return jnp.maximum(value, dot(points, body.normal[face]) - body.offset[face])
+
+    nothing = jnp.full(points.shape[:-1], -jnp.inf, points.dtype)
+    return jax.lax.fori_loop(0, len(body.offset), more, nothing)
+
+
+def _by_obstacles(looks: Beam, obstacles: tuple[Polyhedron, ...], fade: Numbers) -> list[Any]:
+    """Return the first returns (K,) m of obstacles; those with equally many faces and edges are
+    compiled once."""
+    alike: dict[Any, list[Polyhedron]] = {}
+    for body in obstacles:
+        alike.setdefault((body.normal.shape, body.edges.shape), []).append(body)
+    stops = [
+        jax.vmap(lambda body: _by_obstacle(looks, body, fade))(
+            jax.tree.map(lambda *each: jnp.stack(each), *bodies)
+        )
+        for bodies in alike.values()
+    ]
+    return [stop for each in stops for stop in each]
+
+
+def soft_stop(
+    cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...], width: Numbers
+) -> Any:
     """Return the smooth first return (K,) m; more than the range where no body is near the beam.
 
     It has no slope by the lengths of the axes. On the mantle of a cone whose axis is not a unit
-    vector, points that should coincide would not.
+    vector, points that should coincide would not. ``width`` is the width of the sigmoid, m.
     """
     axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
     looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
-    stops = [_by_bodies(looks, bodies), *(_by_obstacle(looks, body) for body in obstacles)]
-    return reduce(jnp.minimum, stops, 1.1 * cones.range_m / jnp.cos(cones.half_angle))
+    fade = FADE * width
+    stops = [_by_bodies(looks, bodies, fade), *_by_obstacles(looks, obstacles, fade)]
+    return jax.lax.optimization_barrier(reduce(jnp.minimum, stops, _beyond(looks)))

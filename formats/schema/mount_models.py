@@ -191,5 +191,8 @@ class RulesModel(MappedModel[Rules]):
         default=0.002,
         ge=0,
         le=1,
-        description="least distance of a ring's envelope from obstacles, other rings, and bodies but the tube that it grips, m",
+        description=(
+            "least distance of a ring's envelope from obstacles, other rings, and bodies except"
+            " the tube that it grips, m"
+        ),
     )

@@ -1,5 +1,5 @@
 """Where on each link a real ring is clear: it closes around the link, and its envelope keeps a
-clearance from every body and obstacle at every pose of the scene, but for the tube that it grips."""
+clearance from every obstacle, and from every body but the tube that it grips, at every pose."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

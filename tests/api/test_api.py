@@ -1,6 +1,7 @@
 """The front door: lazy, typed, and the same answers as the commands give."""
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -592,7 +593,7 @@ def test_a_refusal_names_what_python_calls_it(named, x):
         pr.Scene(targets=[pr.Shell(0.5)], **WRONG[named](x))
     line = str(refused.value)
     assert named in line.partition(" found")[0]
-    assert "_deg" not in line and "sensors_per_ring" not in line and "radius_m" not in line
+    assert not any(key in line for key in ("_deg", "sensors_per_ring", "_m:"))
 
 
 @given(degrees=st.integers(4, 360), sign=st.sampled_from([-1, 1]))
@@ -603,9 +604,8 @@ def test_degrees_given_as_radians_are_recognised(degrees, sign):
         lambda: pr.Sensor(fov=sign * degrees),
         lambda: NEAR.replace(mounts={"forearm": pr.Limits(tilt=(0.0, sign * degrees))}),
     ):
-        with pytest.raises(ValueError) as refused:
+        with pytest.raises(ValueError, match=re.escape(wanted)):
             call()
-        assert wanted in str(refused.value)
 
 
 @given(counts=st.lists(st.integers(1, 9), min_size=1, max_size=4), fov=st.floats(0.1, 1.0))

@@ -3,18 +3,30 @@
 import json
 import math
 import tomllib
+from dataclasses import replace
 
+import numpy as np
 import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.loader import read_proposal, read_robot, read_scene, resolve
 from place_rings.formats.schema import versions
 from place_rings.formats.schema.files import MODELS, model_named
 from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.result_models import PoseZetaModel, VerifyResult
 from place_rings.formats.schema.robot_models import RobotFile
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
-from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.formats.writing import _drop_none, to_toml
+from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import REFERENCE_POSE_DEG, CoreScene, paper_scene
 
 from ..support.refusals import refused
 
@@ -168,3 +180,54 @@ def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
     path.write_text(RINGS + "[scene.sensor]\n" + sensor.replace("19.09", "19.59"))
     with refused("mine.toml scene.sensor.fov_deg 19.591883"):
         read_proposal(path)
+
+
+@given(
+    robot=st.sampled_from(["ur10", "ur5e", "panda"]),
+    change=st.sampled_from(
+        [
+            {},
+            {"rules": Rules(shared_tilt=True, spacing=0.05)},
+            {"rules": Rules(mount="free"), "occlusion": "ignore"},
+            {"over_poses": "worst", "safety": Safety(human=1.0)},
+            {
+                "sensor": effective(Use("vl53l5cx")).sensor,
+                "ring_radius": 0.09,
+                "radius_stated": True,
+            },
+            {"poses": (Pose(np.radians(REFERENCE_POSE_DEG)),), "robot": ROBOTS["ur10e"]},
+        ]
+    ),
+    covered=st.integers(0, 9999),
+)
+def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, covered):
+    """To the same setup, scene and counts, whatever has its default; and no interval that is the
+    count itself."""
+    base = CoreScene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),))
+    scene = replace(base, **change)
+    setup = named_setup("n1_8_0", scene.sensor)
+    percent = covered / 100
+    ends = {"zeta_percent": percent, "low_percent": percent, "high_percent": percent}
+    count = VerifyResult(
+        setup="proposal",
+        target="V_S",
+        radius=0.5,
+        rule="centre",
+        target_voxels=10_000,
+        covered_voxels=covered,
+        seconds=0.0,
+        poses=[PoseZetaModel(weight=1.0, **ends)],
+        **ends,
+    )
+    file = ProposalFile.of(setup, scene, zeta=[count])
+    text = to_toml(file)
+    read = ProposalFile.model_validate(tomllib.loads(text), context=FROM_FILE)
+    assert read == file
+    assert repr(read.scene.to_domain()) == repr(file.scene.to_domain())
+    keys = tomllib.loads(text)
+    assert "low_percent" not in text
+    defaults = SceneModel().model_dump(mode="json")
+    for table in {"curve", "safety", "motion", "link", "rules", "printing"} & keys["scene"].keys():
+        assert all(defaults[table][k] != v for k, v in keys["scene"][table].items())
+    whole = tomli_w.dumps(_drop_none(file.model_dump(mode="json")))  # as files stated before
+    assert ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE) == file

@@ -25,7 +25,8 @@ from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
-from place_rings.coverage.robots.ring_section import axes_of
+from place_rings.coverage.robots.ring_section import axes_of, tube_of
+from place_rings.coverage.robots.robot import Body
 from place_rings.coverage.sensors.boards import VL53L5CX
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box
@@ -36,7 +37,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.ring_envelopes import envelope
-from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.feasibility.violations import faults, otherwise_tilted
 from place_rings.objectives.link_segments import GRAIN, TILTS, segments
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
@@ -47,6 +48,7 @@ from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.starts import _drawn, feasible, fresh
+from place_rings.reporting.lines.occlusion import shared_tilt_line
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
@@ -500,3 +502,46 @@ def test_rings_that_cannot_be_moved_apart_are_refused():
     held = replace(space.scene, rules=Rules(fixed=drawn), limits={})
     fixed = Space(held, sensors=drawn[0].count + drawn[1].count + 8)
     assert fresh(fixed, rng)  # fixed rings are there, whatever they do
+
+
+@settings(max_examples=20)
+@given(
+    name=st.sampled_from(["ur5e", "panda", "iiwa14"]),
+    gap=st.floats(1e-4, 0.006),
+    along=st.floats(0.2, 0.8),
+    turn=st.floats(0.0, 6.2),
+)
+def test_within_the_bore_only_the_own_tube_is_exempt(name, gap, along, turn):
+    """A ball of another body, ``gap`` m inside of the bore, keeps a ring away that is nearer to it
+    than the clearance; the tube that the ring grips does not."""
+    bare = CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="shadow")
+    mount, first = bare.robot.mount("forearm"), MountClearance(bare)
+    ring = Ring("forearm", along, 3, radius=first.radius("forearm"))
+    bore, axes = envelope(bare, ring).bore, axes_of(mount)
+    aside = np.cos(turn) * axes[1] + np.sin(turn) * axes[2]
+    centre = mount.start + along * mount.length * mount.axis + (bore - 0.002 - gap) * aside
+    cable = Body("cable", mount.frame, Capsules(centre, centre, 0.002))
+    scene = replace(bare, robot=replace(bare.robot, bodies=(*bare.robot.bodies, cable)))
+    assert tube_of(scene.robot, mount) == tube_of(bare.robot, mount)
+    if abs(gap - scene.rules.clearance) > 1e-4:
+        assert ("cable" in MountClearance(scene).within(ring)) == (gap < scene.rules.clearance)
+    gripped = {body.name for body in tube_of(bare.robot, mount)}
+    assert gripped
+    assert not gripped & set(first.within(ring))
+
+
+@given(
+    tilts=st.lists(st.sampled_from([0.0, 0.1, -0.1, 0.3]), min_size=1, max_size=3),
+    shared=st.sampled_from([0.0, 0.1, 0.2]),
+)
+def test_fixed_rings_with_another_tilt_than_the_shared_one_are_named(tilts, shared):
+    fixed = tuple(Ring("forearm", 0.1 + 0.2 * i, 3, tilt) for i, tilt in enumerate(tilts))
+    own = Ring("upper_arm", 0.5, 3, shared)
+    scene = replace(paper_scene(), rules=Rules(mount="free", shared_tilt=True, fixed=fixed))
+    named = otherwise_tilted(scene, (own, *fixed))
+    assert named == [1 + i for i, tilt in enumerate(tilts) if abs(tilt) != shared]
+    line = shared_tilt_line(scene, Setup((own, *fixed)))
+    assert (line is None) == (named == [])
+    assert all(f"ring {i} " in (line or "") for i in named)
+    free = replace(scene, rules=replace(scene.rules, shared_tilt=False))
+    assert otherwise_tilted(free, (own, *fixed)) == []

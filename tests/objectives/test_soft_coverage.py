@@ -191,10 +191,10 @@ def check_sharp(scene, soft, setup, aim, rng, blind=0.0):
 @given(st.integers(0, 1), setups(st.lists(NARROW, min_size=3, max_size=3), 12), GENERATORS)
 def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
     """Exactly, where nothing occludes, or no more sensors of a ring have a point in their beams
-    than are evaluated. The first return of one zone reads bodies as rows of balls."""
+    than are evaluated. The distance of a first return is found to less than a millimetre."""
     aim, fields = CASES[case]
     scene, soft = soft_of(number, aim, **fields)
-    check_sharp(scene, soft, setup, aim, rng, 0.02 if scene.occlusion == "blind" else 0.0)
+    check_sharp(scene, soft, setup, aim, rng, 0.001 if scene.occlusion == "blind" else 0.0)
 
 
 @pytest.mark.slow
