@@ -10,7 +10,8 @@ from typing import Any, ParamSpec, TypeVar
 from ._errors import InputError
 from .coverage.volumes import Coordinates
 
-P, R = ParamSpec("P"), TypeVar("R")
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 def renamed(**names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:

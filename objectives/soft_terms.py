@@ -27,7 +27,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import carried_at, robot_capsules
 from ..coverage.soft.beams import RingsAt
 from ..coverage.soft.estimator import Choices, choices, log_uncovered
-from ..coverage.soft.first_return import soft_stop
+from ..coverage.soft.first_return import of_each, soft_stop
 from ..coverage.soft.line_of_sight import Occluding
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron, polyhedron_shadow
@@ -263,7 +263,7 @@ class SoftTerms:
         def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
             cones = arrays.beams.solids(*seats)
             obstacles = tuple(Polyhedron(*one) for one in solids)
-            planes = tuple(polyhedron_shadow(cones.apex, one) for one in obstacles)
+            planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
             if not blind:
                 return Occluding(bodies, planes)
             zoned = cones.zoned if isinstance(cones, MixedBeams) else False

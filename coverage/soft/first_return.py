@@ -7,6 +7,7 @@ the end moves from the body to beyond the range. As the width approaches zero, t
 approaches the exact one.
 """
 
+from collections.abc import Callable, Sequence
 from functools import reduce
 from typing import Any
 
@@ -20,6 +21,8 @@ from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
 
 ROUNDS = 1  # of the searches along a body's axis, to 0.002 of it: errors are of second order
+# otherwise XLA computes the argument again for each part of what uses it
+_computed_once: Any = jax.lax.optimization_barrier
 FADE = 0.25  # of the width, over which a body beside a beam fades
 _ROUNDING = 1e-5  # m, above the error of 32-bit numbers: a point this near to both is in both
 
@@ -38,7 +41,7 @@ def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
     places = capsule_places(beam, *each, ROUNDS)
     body = stop(beam, each, places).argmin(axis=1)
     of_body = [jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places]
-    body, of_body = jax.lax.optimization_barrier((body, of_body))
+    body, of_body = _computed_once((body, of_body))
     return stop(looks, tuple(a[body] for a in bodies.arrays()), of_body)
 
 
@@ -81,19 +84,18 @@ def _outside(points: Array, body: Polyhedron) -> Any:
     return jax.lax.fori_loop(0, len(body.offset), more, nothing)
 
 
-def _by_obstacles(looks: Beam, obstacles: tuple[Polyhedron, ...], fade: Numbers) -> list[Any]:
-    """Return the first returns (K,) m of obstacles; those with equally many faces and edges are
+def of_each(function: Callable[[Polyhedron], Any], obstacles: Sequence[Polyhedron]) -> list[Any]:
+    """Return a function's results for obstacles; those with equally many faces and edges are
     compiled once."""
-    alike: dict[Any, list[Polyhedron]] = {}
-    for body in obstacles:
-        alike.setdefault((body.normal.shape, body.edges.shape), []).append(body)
-    stops = [
-        jax.vmap(lambda body: _by_obstacle(looks, body, fade))(
-            jax.tree.map(lambda *each: jnp.stack(each), *bodies)
-        )
-        for bodies in alike.values()
-    ]
-    return [stop for each in stops for stop in each]
+    alike: dict[Any, list[int]] = {}
+    for i, body in enumerate(obstacles):
+        alike.setdefault((body.normal.shape, body.edges.shape), []).append(i)
+    results: dict[int, Any] = {}
+    for some in alike.values():
+        bodies = jax.tree.map(lambda *each: jnp.stack(each), *(obstacles[i] for i in some))
+        together = jax.vmap(function)(bodies)
+        results |= {i: jax.tree.map(lambda a, n=n: a[n], together) for n, i in enumerate(some)}
+    return [results[i] for i in range(len(obstacles))]
 
 
 def soft_stop(
@@ -107,5 +109,6 @@ def soft_stop(
     axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
     looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
     fade = FADE * width
-    stops = [_by_bodies(looks, bodies, fade), *_by_obstacles(looks, obstacles, fade)]
-    return jax.lax.optimization_barrier(reduce(jnp.minimum, stops, _beyond(looks)))
+    by_obstacles = of_each(lambda body: _by_obstacle(looks, body, fade), obstacles)
+    stops = [_by_bodies(looks, bodies, fade), *by_obstacles]
+    return _computed_once(reduce(jnp.minimum, stops, _beyond(looks)))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import Setup
@@ -50,8 +50,19 @@ class ProofModel(StrictModel):
         )
 
 
+def _without_ends(schema: dict[str, Any]) -> None:
+    """Let files omit the ends of an interval that is ζ itself, as proposals do."""
+    ends = ("low_percent", "high_percent")
+    schema["required"] = [key for key in schema["required"] if key not in ends]
+
+
+_ENDS_OMITTED = ConfigDict(json_schema_extra=_without_ends)
+
+
 class PoseZetaModel(MappedModel[PoseZeta]):
     """Coverage at one pose."""
+
+    model_config = _ENDS_OMITTED
 
     weight: float = Field(description="weight of the pose")
     zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(description="coverage, percent")
@@ -75,6 +86,8 @@ def joint_keys_of(chain: Chain, q: Float[np.ndarray, " J"]) -> dict[str, Any]:
 
 class WorstModel(MappedModel[PoseZeta]):
     """The pose with the lowest coverage."""
+
+    model_config = _ENDS_OMITTED
 
     pose: int = Field(ge=0, description="number of the pose, counted from 0")
     time_s: float | None = Field(default=None, description="time in the recorded motion, s")
@@ -168,6 +181,8 @@ class CalibrationEffectModel(StrictModel):
 
 class VerifyResult(MappedModel[Verified]):
     """Output of ``verify --json`` for each target. A proposal with many poses omits ``poses``."""
+
+    model_config = _ENDS_OMITTED
 
     setup: str = Field(description="name or file of the setup")
     target: str = Field(description="name of the target")

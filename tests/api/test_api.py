@@ -611,8 +611,8 @@ def test_degrees_given_as_radians_are_recognised(degrees, sign):
 @given(counts=st.lists(st.integers(1, 9), min_size=1, max_size=4), fov=st.floats(0.1, 1.0))
 def test_a_setup_prints_a_common_sensor_once(counts, fov):
     sensor = pr.Sensor(fov=fov)
-    rings = [pr.Ring("forearm", i / 4, n, sensor=sensor) for i, n in enumerate(counts)]
+    rings = tuple(pr.Ring("forearm", i / 4, n, sensor=sensor) for i, n in enumerate(counts))
     assert str(pr.Setup(rings)).count("Sensor(") == 1
-    mixed = pr.Setup([*rings, pr.Ring("tool", 0, 3, sensor=pr.Sensor(fov=fov + 0.1))])
+    mixed = pr.Setup((*rings, pr.Ring("tool", 0.0, 3, sensor=pr.Sensor(fov=fov + 0.1))))
     assert str(mixed) == repr(mixed)
     assert str(mixed).count("Sensor(") == len(mixed.rings)
