@@ -68,7 +68,6 @@ def _attributes(model: type[BaseModel], loc: tuple[int | str, ...]) -> Iterator[
         if at is None or isinstance(part, int) or part not in at.model_fields:
             yield part
             continue
-        scene = at.__name__ in ("SceneModel", "SceneFile")  # ``Scene`` has the names of the keys
-        mapped = issubclass(at, MappedModel) and not scene
-        yield domain_field(at, part) if mapped else part
+        scene = at.__name__ == "SceneModel"  # ``Scene`` has the names of the keys
+        yield domain_field(at, part) if issubclass(at, MappedModel) and not scene else part
         at = next(_models_in(at.model_fields[part].annotation), None)

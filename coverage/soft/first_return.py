@@ -21,7 +21,7 @@ from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
 
 ROUNDS = 1  # of the searches along a body's axis, to 0.002 of it: errors are of second order
-# otherwise XLA computes the argument again for each part of what uses it
+# XLA would compute the argument again for each part of what uses it
 _computed_once: Any = jax.lax.optimization_barrier
 FADE = 0.25  # of the width, over which a body beside a beam fades
 _ROUNDING = 1e-5  # m, above the error of 32-bit numbers: a point this near to both is in both
@@ -31,18 +31,19 @@ def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
     """Return the first return (K,) m of the robot's bodies in each beam; only that of the body
     that counts has a slope."""
 
-    def stop(beam: Beam, body: tuple[Any, ...], places: Any) -> Any:
+    def stop(beam: Beam, body: tuple[Any, Any, Any], places: Any) -> Any:
         first, gap = capsule_return(beam, *body, places)
         beside = jnp.clip((gap / fade + 1) / 2, 0.0, 1.0)
         return first + _beyond(beam) * beside * beside * (3 - 2 * beside)
 
     beam, each = jax.lax.stop_gradient((Beam(*(a[:, None] for a in looks)), bodies.arrays()))
-    each = tuple(a[None] for a in each)
+    each = each[0][None], each[1][None], each[2][None]
     places = capsule_places(beam, *each, ROUNDS)
     body = stop(beam, each, places).argmin(axis=1)
     of_body = [jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places]
     body, of_body = _computed_once((body, of_body))
-    return stop(looks, tuple(a[body] for a in bodies.arrays()), of_body)
+    start, end, radius = (a[body] for a in bodies.arrays())
+    return stop(looks, (start, end, radius), of_body)
 
 
 def _beyond(beam: Beam) -> Any:
