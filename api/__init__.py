@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from ._verify import Coverage, certify, verify
     from ._views import view
     from ._weight_field import weight_field
+    from .coverage.electronics.electronics import Electronics
     from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
@@ -72,6 +73,7 @@ __all__ = [
     "Coverage",
     "Cylinder",
     "DifferenceOf",
+    "Electronics",
     "HalfSpace",
     "Implicit",
     "Improvement",
@@ -174,6 +176,7 @@ _MODULES = {
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.sensors.sensor": ("Sensor",),
+    "coverage.electronics.electronics": ("Electronics",),
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),

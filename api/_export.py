@@ -1,15 +1,18 @@
 """Export of a setup to files for other programs."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ._arguments import whole
 from ._errors import InputError, input_errors, new_files
 from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
+from .coverage.electronics.controllers import CONTROLLERS
+from .coverage.electronics.electronics import BUSES, Bus, Electronics
 from .formats.errors import shown
-from .formats.firmware.controllers import DEFAULT_CONTROLLER, controller
-from .formats.firmware.wiring import WIRINGS, Wiring, plan_setup
+from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
 from .objectives.scene import CoreScene
 
@@ -29,6 +32,22 @@ def formats_of(to: str | Sequence[str]) -> tuple[str, ...]:
     return kinds
 
 
+def electronics_of(core: CoreScene, board: str | None, wiring: str | None) -> Electronics:
+    """Return the electronics of a scene, with another board or bus if they are stated.
+
+    Raises:
+        InputError: for an unknown board or bus.
+    """
+    given = {"controller": (board, CONTROLLERS, "board"), "bus": (wiring, BUSES, "wiring")}
+    for value, known, name in given.values():
+        if value is not None and value not in known:
+            raise InputError(f"found {shown(value)}, allowed: {', '.join(known)}", name)
+    changes: dict[str, Any] = {
+        key: value for key, (value, *_) in given.items() if value is not None
+    }
+    return replace(core.electronics, **changes)
+
+
 def export(
     setup: SetupLike,
     scene: Scene | CoreScene | None = None,
@@ -40,8 +59,8 @@ def export(
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
     points: int = 0,
-    board: str = DEFAULT_CONTROLLER,
-    wiring: Wiring = "auto",
+    board: str | None = None,
+    wiring: Bus | None = None,
     keep: Sequence[str | Path] = (),
 ) -> tuple[Path, ...]:
     """Write a setup as files for other programs: robot models with a frame for each sensor, a 3D
@@ -57,9 +76,11 @@ def export(
         packages: folders with the meshes of that URDF.
         package: folders of its packages by the packages' names, where the folders have others.
         points: number of points of each target in a GLB.
-        board: controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit, pico.
+        board: controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit, pico;
+            None: that of the scene.
         wiring: how the sensors of a ring share its bus, for firmware: ``direct``, each XSHUT on a
-            pin; ``multiplexer``, each sensor on a channel; ``auto``, direct where the bus bears it.
+            pin; ``multiplexer``, each sensor on a channel; ``auto``, direct where the bus bears it;
+            None: that of the scene.
         keep: files that must not be overwritten, because they were inputs.
 
     Returns:
@@ -87,19 +108,16 @@ def export(
         last = len(core.poses) - 1
         allowed = f"0 to {last}, the scene's poses" if last else "0, the scene's only pose"
         raise InputError(f"found {pose}, allowed: {allowed}", "pose")
-    with input_errors("board"):
-        chosen = controller(board)
-    if wiring not in WIRINGS:
-        raise InputError(f"found {shown(wiring)}, allowed: {', '.join(WIRINGS)}", "wiring")
+    core = replace(core, electronics=electronics_of(core, board, wiring))
     if "firmware" in kinds:
         with input_errors("wiring"):
-            plan_setup(placed, chosen, wiring)
+            plan_setup(placed, core.electronics)
     out = Path(folder)
     with input_errors():
         robot = None if urdf is None else read_urdf(Path(urdf))
         folders = tuple(Path(p) for p in packages)
         named = {name: Path(path) for name, path in (package or {}).items()}
-        what = PlacedSetup(core, placed, pose, out, robot, folders, named, points, board, wiring)
+        what = PlacedSetup(core, placed, pose, out, robot, folders, named, points)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
     given = [setup] if isinstance(setup, str | Path) else []
     read = {Path(p).resolve() for p in (*keep, *given, *([urdf] if urdf else []))}

@@ -14,7 +14,6 @@ from ._validation import ResolvedSetup, SetupLike, check_scene, resolve_setup
 from ._versions import versions
 from .formats.fingerprints import file_sha256, scene_sha256
 from .formats.loader import how_found
-from .formats.ring_frame import frame_length
 from .formats.schema.proposal_models import FoundModel
 from .formats.writing import write_text
 from .objectives.scene import CoreScene
@@ -132,7 +131,7 @@ def write_report(
         with log.status("drawing"), TemporaryDirectory() as pictures:
             _draw(facts, Path(pictures))
             words = arguments or ("report", name)
-            markdown = page(facts, words, versions(), identity, frame_length)
+            markdown = page(facts, words, versions(), identity)
             write_text(new / FILE, html(markdown, Path(pictures), heading(facts)))
         if browser:
             with log.status("printing"):

@@ -12,6 +12,7 @@ from ._errors import InputError, input_errors
 from ._scene_arguments import changed, checked, robot_named, with_robot
 from ._scene_poses import Poses, with_poses
 from ._targets import TargetVolume
+from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
@@ -38,6 +39,7 @@ _KEYS = (
     "cell_sensors",
     "over_poses",
     "safety",
+    "electronics",
     "prices",
 )
 
@@ -70,6 +72,7 @@ class Scene:
             they see counts as covered with any setup.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
+        electronics: rate, bus and controller of each ring, which limit its sensors.
         prices: what a ring and a sensor cost; results then have a ``price``.
 
     Raises:
@@ -101,6 +104,7 @@ class Scene:
         cell_sensors: Sequence[MountedSensor] | MountedSensor | None = None,
         over_poses: Literal["mean", "worst"] = "mean",
         safety: Safety | None = None,
+        electronics: Electronics | None = None,
         prices: Prices | None = None,
     ) -> None:
         given: dict[str, Any] = {
@@ -114,6 +118,7 @@ class Scene:
             "cell_sensors": cell_sensors,
             "over_poses": over_poses,
             "safety": safety,
+            "electronics": electronics,
             "prices": prices,
         }
         if attached is not None:
@@ -216,6 +221,11 @@ class Scene:
     def safety(self) -> Safety:
         """Terms of the separation distance that defines ``ProtectiveVolume``."""
         return self._core.safety
+
+    @property
+    def electronics(self) -> Electronics:
+        """Rate, bus and controller of each ring."""
+        return self._core.electronics
 
     @property
     def prices(self) -> Prices | None:

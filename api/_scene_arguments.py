@@ -10,6 +10,7 @@ from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._model_errors import model_error
 from ._targets import TargetVolume
+from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.robots.attached import Attached
@@ -22,7 +23,12 @@ from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Obstacle
 
-_KINDS: dict[str, type] = {"sensor": Sensor, "rules": Rules, "safety": Safety}
+_KINDS: dict[str, type] = {
+    "sensor": Sensor,
+    "rules": Rules,
+    "safety": Safety,
+    "electronics": Electronics,
+}
 
 
 def with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Setup
@@ -106,6 +107,8 @@ class CoreScene:
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
+    electronics: Electronics = field(default_factory=Electronics)
+    """How the sensors of each ring are read."""
     prices: Prices | None = None
     """What rings and sensors cost, if known."""
 

@@ -12,7 +12,6 @@ from ..formats.export.sensor_tables import csv, json
 from ..formats.export.srdf import srdf
 from ..formats.export.urdf import urdf
 from ..formats.export.xacro import xacro
-from ..formats.firmware.controllers import controller
 from ..formats.firmware.wiring import plan_setup
 
 Files = Mapping[str, bytes]  # contents by file name
@@ -32,11 +31,14 @@ def _stl(placed: PlacedSetup) -> Files:
 
 
 def _firmware(placed: PlacedSetup) -> Files:
+    from ..formats.firmware.power_plan import power_page, power_plan
     from ..formats.firmware.sketch import DRAWING, sketch
     from .wiring_drawing import wiring_drawing
 
-    files: dict[str, bytes] = {}
-    for wiring in plan_setup(placed.setup, controller(placed.board), placed.wiring):
+    wirings = plan_setup(placed.setup, placed.scene.electronics)
+    power = power_plan(placed.scene, placed.setup, wirings)
+    files = {"POWER.md": power_page(power).encode()}
+    for wiring in wirings:
         files |= sketch(wiring) | {f"{wiring.name}/{DRAWING}": wiring_drawing(wiring)}
     return files
 

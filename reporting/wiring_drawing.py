@@ -7,8 +7,8 @@ through a text.
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..formats.firmware.bus_load import MOST_MA, MOST_PF, RISE_NS
-from ..formats.firmware.ring_bus import BusSegment
+from ..coverage.electronics.bus_load import MOST_MA, MOST_PF, RISE_NS
+from ..coverage.electronics.ring_bus import BusSegment
 from ..formats.firmware.wiring import FIRST_MULTIPLEXER, RingWiring, address_pads
 from .plots import COLOURS, GREY, GRID, INK
 from .rendering.figures import png
@@ -214,7 +214,7 @@ def _feed(sheet: _Sheet, wiring: RingWiring, top: float) -> None:
         sheet.box(_PORTS_X, ys, fc="#f4f6f8")
         at = sum(ys) / 2
         sheet.line((_PORTS_X[1], at), (_CHIPS_X[0], at), colour=_SUPPLY, wide=3.0)
-        _port(sheet, at, "3.3 V supply, GND")
+        _port(sheet, at, "3.3 V regulator, GND")
         sheet.text(_CHIPS_X[0] + 0.08, at, "VIN", fontsize=8)
 
 

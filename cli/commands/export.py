@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ...formats.firmware.controllers import DEFAULT_CONTROLLER
 from ..options.common import (
     WHOLE,
     Json,
@@ -56,20 +55,20 @@ def export(
         ),
     ] = 0,
     board: Annotated[
-        str,
+        str | None,
         Parameter(
             help="Controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit or"
-            " pico."
+            " pico. Default: the scene's."
         ),
-    ] = DEFAULT_CONTROLLER,
+    ] = None,
     wiring: Annotated[
-        Literal["auto", "direct", "multiplexer"],
+        Literal["auto", "direct", "multiplexer"] | None,
         Parameter(
             help="How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on"
             " a pin), multiplexer (each sensor on a channel), or auto (direct where the bus bears"
-            " it)."
+            " it). Default: the scene's."
         ),
-    ] = "auto",
+    ] = None,
     mounted: FrameOptions = NO_FRAMES,
     as_json: Json = False,
 ) -> None:
@@ -78,7 +77,8 @@ def export(
     URDF holds the robot with a frame for each sensor and the rings' bodies, MJCF with a rangefinder
     for each sensor. GLB is a scene to look at, which moves if the scene has several poses, and MCAP
     a log of the same motion. STL gives the rings to print, part by part and as 3MF plates. Firmware
-    is an Arduino sketch for each ring's board, with a drawing and a page that say how to wire it.
+    is an Arduino sketch for each ring's board, with a drawing and a page that say how to wire it,
+    and a power plan of all rings.
 
     For example:
 
@@ -91,10 +91,9 @@ def export(
 
     ``place-rings --help`` explains the terms.
     """
+    from ..._export import electronics_of, formats_of
     from ..._export import export as write
-    from ..._export import formats_of
     from ..._validation import ResolvedSetup
-    from ...formats.firmware.controllers import controller
     from ...formats.firmware.wiring import plan_setup
     from ...formats.loader import resolve
     from ...formats.schema.written_models import ExportResult
@@ -122,7 +121,7 @@ def export(
             keep=[path for path in (subject, scene, robot) if path is not None],
         )
     if "firmware" in kinds:
-        for ring in plan_setup(setup, controller(board), wiring):
+        for ring in plan_setup(setup, electronics_of(place, board, wiring)):
             if ring.note:
                 say(ring.note, error=True)
     if as_json:

@@ -16,6 +16,7 @@ from ...placement.search.progress import Outcome, Progress, RepeatedProgress
 from ...placement.search.result import SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
+from ...reporting.lines.electronics import electronics_lines
 from ...reporting.lines.gap import gap_line
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
@@ -99,7 +100,7 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
 
         def tell(p: Progress) -> None:
             if p == Progress():  # the request is valid, the search has not begun
-                for line in reach_lines(scene):
+                for line in (*electronics_lines(scene), *reach_lines(scene)):
                     console.print(line, highlight=False, soft_wrap=True)
             bar.start()
             if p == Progress():

@@ -5,9 +5,10 @@ from pathlib import Path
 
 from ..._report import PDF, ReportOptions, write_report
 from ..._validation import ResolvedSetup
-from ...formats.schema.written_models import ReportResult, RequirementModel
+from ...formats.schema.written_models import ReportResult, RequirementModel, VerdictModel
 from ...formats.writing import made_folder
 from ...reporting.setup_report.coverage_section import answer
+from ...reporting.setup_report.verdicts import verdicts
 from ...reporting.tables import count_error_line
 from ...reporting.terminal import Terminal, say, say_json
 
@@ -36,12 +37,16 @@ def report(
                 )
                 for one in facts.required
             ],
+            verdicts=[
+                VerdictModel(question=v.question, state=v.state, figure=v.figure)
+                for v in verdicts(facts)
+            ],
         )
         say_json(record.model_dump_json(indent=2))
         return
     say(answer(facts).replace("**", ""))
-    for one in facts.required:
-        say(f"{'passes' if one.passes else 'fails'}: {one.sentence}")
+    for verdict in verdicts(facts):
+        say(f"{verdict.question}: {verdict.state}: {verdict.figure}")
     if (line := count_error_line(options.voxel)) is not None:
         say(line)
     say(f"  {page}")

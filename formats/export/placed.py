@@ -14,7 +14,6 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import CoreScene
-from ..firmware.controllers import DEFAULT_CONTROLLER
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..robots.urdf_model import Urdf
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
@@ -42,10 +41,6 @@ class PlacedSetup:
     """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
-    board: str = DEFAULT_CONTROLLER
-    """Controller board of the rings' firmware."""
-    wiring: str = "auto"
-    """How the firmware's sensors share their bus."""
 
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:

@@ -4,13 +4,12 @@ import math
 from functools import cache
 from importlib.resources import files
 
-from .bus_load import CABLE_PF_M, MOST_MA, MOST_PF, RISE_NS
-from .ring_bus import CHANNELS, BusSegment
-from .wiring import FIRST_MULTIPLEXER, RingWiring, address_pads
+from ...coverage.electronics.bus_load import CABLE_PF_M, MOST_MA, MOST_PF, RISE_NS
+from ...coverage.electronics.ring_bus import CHANNELS, BusSegment
+from .wiring import FEED_V, FIRST_MULTIPLEXER, RingWiring, address_pads
 
 _FOLDER = "place_rings_ring"
 DRAWING = "wiring.png"
-_MOST_HZ = {4: 60, 8: 15}  # of a VL53L5CX, by the number of zones in a row
 
 
 @cache
@@ -41,12 +40,11 @@ def config(wiring: RingWiring) -> str:
         lines.append(f"#define RING_DISTANCE_MODE {wiring.mode}")
     if wiring.driver.bytes_zone:
         zones, tangent = wiring.sensor.zones, math.tan(wiring.sensor.fov / 2)
-        most = _MOST_HZ[zones]
         lines += [
             f"#define RING_ROWS {zones}",
             f"#define RING_COLUMNS {zones}",
             f"#define RING_TANGENT {tangent:.6f}f  // of half the field of view",
-            f"#define RING_RANGING_HZ {min(most, 1000 // wiring.period_ms)}",
+            f"#define RING_RANGING_HZ {wiring.rate_hz}",
         ]
     lines += [
         "",
@@ -113,8 +111,11 @@ def instructions(wiring: RingWiring) -> str:
         "## Bus",
         "",
         *([f"Why multiplexers: {wiring.because}.", ""] if wiring.because else []),
-        f"Clock {wiring.hertz // 1000} kHz, a frame each {wiring.period_ms} ms. Limits by NXP's"
-        f" UM10204: {MOST_PF:.0f} pF, {MOST_MA:g} mA, rise {RISE_NS[wiring.hertz]:.0f} ns.",
+        f"Clock {wiring.hertz // 1000} kHz, busy for {100 * wiring.bus.busy:.0f} % of the time."
+        f" {wiring.rate_hz} readings of every sensor a second, in frames of {wiring.frame_bytes}"
+        f" bytes: {wiring.rate_hz * wiring.frame_bytes} bytes a second."
+        f" Limits by NXP's UM10204: {MOST_PF:.0f} pF, {MOST_MA:g} mA, rise"
+        f" {RISE_NS[wiring.hertz]:.0f} ns.",
         "",
         "| part | cable, m | load, pF | rise, ns | current, mA | pull-up to add |",
         "| --- | ---: | ---: | ---: | ---: | --- |",
@@ -192,9 +193,10 @@ def _supply(wiring: RingWiring) -> list[str]:
     if not wiring.own_supply:
         return [f"{text} Supply VIN of all boards from the controller's {board.supply} pin."]
     return [
-        f"{text} The {board.supply} pin of the {board.title} gives {board.supply_ma} mA: supply"
-        " VIN of all boards from a separate 3.3 V supply, and connect its ground to the"
-        f" controller's. Do not connect it to {board.supply}.",
+        f"{text} The {board.supply} pin of the {board.title} has {board.spare_ma} mA to spare:"
+        f" supply VIN of all boards from a step-down regulator, {FEED_V:g} V to 3.3 V,"
+        f" {wiring.regulator_a} A, and connect its ground to the controller's. Do not connect it to"
+        f" {board.supply}. POWER.md has the feed of all rings.",
         "",
         "Not 5 V: the boards pull the bus up to VIN, and the controller bears 3.3 V.",
     ]

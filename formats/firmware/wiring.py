@@ -13,27 +13,32 @@ All sensors of this kind answer at the same address after power-up. Two ways aro
 
 import math
 from collections import Counter
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass, replace
 
+from ...coverage.electronics.controllers import ControllerBoard
+from ...coverage.electronics.drivers import MODES, Driver, driver, model_name
+from ...coverage.electronics.electronics import Electronics, ring_bus
+from ...coverage.electronics.ring_bus import (
+    CHANNELS,
+    HEADROOM,
+    MOST_SENSORS,
+    REGULATORS,
+    BusSegment,
+    RingBus,
+)
 from ...coverage.rings.ring import Group, Setup
 from ...coverage.sensors.sensor import Sensor
-from .controllers import ControllerBoard
-from .drivers import MODES, Driver, driver, model_name
-from .ring_bus import CHANNELS, BusSegment, ring_buses
-
-Wiring = Literal["auto", "direct", "multiplexer"]
-WIRINGS: tuple[str, ...] = get_args(Wiring)
+from ..ring_frame import Grid, frame_length
 
 FIRST_MULTIPLEXER = 0x70
-MOST_SENSORS = CHANNELS * 8  # multiplexers have eight addresses
+FEED_V = 24.0  # V, of the supply at the base that feeds the regulators of all rings
 _SENSOR_ADDRESS = 0x29
 FIRST_ADDRESS = _SENSOR_ADDRESS + 1  # of sensors with their own addresses
 
 
 @dataclass(frozen=True)
 class RingWiring:
-    """ControllerBoard, pins and bus of one ring."""
+    """Controller, pins and bus of one ring."""
 
     name: str
     """Name of the sketch and of its folder."""
@@ -51,18 +56,46 @@ class RingWiring:
     """Whether the sensor of the scene names no model, so that the driver is an assumption."""
     angles_deg: tuple[float, ...]
     """Direction of each sensor about the mount axis, degrees; the order is that of the frames."""
-    hertz: int
-    """Clock of the bus, Hz."""
-    period_ms: int
-    """Time between frames, ms."""
+    bus: RingBus
+    """Its bus, with its clock and rate."""
     xshut: tuple[int, ...]
     """Pin of each sensor's XSHUT; empty with multiplexers."""
     channels: tuple[int, ...]
     """Sensors on each multiplexer, in the order of their addresses; empty without."""
     because: str
     """Why the sensors need multiplexers; empty without them, or if they were chosen."""
-    segments: tuple[BusSegment, ...]
-    """Parts of the bus."""
+
+    @property
+    def hertz(self) -> int:
+        """Clock of the bus, Hz."""
+        return self.bus.hertz
+
+    @property
+    def segments(self) -> tuple[BusSegment, ...]:
+        """Parts of the bus."""
+        return self.bus.segments
+
+    @property
+    def rate_hz(self) -> int:
+        """Readings of every sensor, and frames, per second."""
+        return self.bus.rate_hz
+
+    @property
+    def period_ms(self) -> int:
+        """Time between frames, ms."""
+        return 1000 // self.bus.rate_hz
+
+    @property
+    def zones(self) -> int:
+        """Zones of a sensor that a frame holds."""
+        return self.sensor.zones**2 if self.driver.bytes_zone else 1
+
+    @property
+    def frame_bytes(self) -> int:
+        """Length of a frame, bytes."""
+        rows = self.sensor.zones
+        grid = Grid(rows, rows, measured=True) if self.driver.bytes_zone else None
+        return frame_length(self.count, grid)
 
     @property
     def count(self) -> int:
@@ -99,8 +132,15 @@ class RingWiring:
 
     @property
     def own_supply(self) -> bool:
-        """Whether the sensors need a supply of their own."""
-        return self.supply_ma > self.controller.supply_ma
+        """Whether the sensors need a regulator of their own."""
+        return self.supply_ma > self.controller.spare_ma
+
+    @property
+    def regulator_a(self) -> float | None:
+        """Current of the regulator to 3.3 V that the sensors need, A, with its headroom; None if
+        the controller feeds them."""
+        need = HEADROOM * self.supply_ma / 1000
+        return next(a for a in REGULATORS if a >= need) if self.own_supply else None
 
     @property
     def note(self) -> str:
@@ -122,32 +162,31 @@ class RingWiring:
             for ohm, number in added.items()
         ]
         multiplexers = [(len(self.channels), "TCA9548A multiplexer board")]
-        amperes = math.ceil(self.supply_ma / 500) / 2
-        supply = [(1, f"supply 3.3 V, {amperes:g} A")]
+        regulator = f"step-down regulator {FEED_V:g} V to 3.3 V, {self.regulator_a} A"
         return (
             (1, f"{self.controller.title} board"),
             *(multiplexers if self.channels else []),
             (self.count, f"{self.driver.title} on a board ({self.driver.carrier.title})"),
             *resistors,
-            *(supply if self.own_supply else []),
+            *([(1, regulator)] if self.own_supply else []),
         )
 
 
-def plan_ring(
-    title: str, group: Group, board: ControllerBoard, wiring: str = "auto", name: str = "ring"
-) -> RingWiring:
+def plan_ring(title: str, group: Group, electronics: Electronics, name: str = "ring") -> RingWiring:
     """Return the wiring of a ring, or of a single sensor.
 
     Args:
         title: number and link of the ring, for messages and pages.
         group: the ring.
-        board: its controller.
-        wiring: ``direct``, ``multiplexer``, or ``auto``: direct where that works.
+        electronics: its controller, rate and bus.
         name: name of the sketch.
 
     Raises:
         ValueError: if no firmware reads the sensor, or the bus does not bear so many; one line.
     """
+    wiring = electronics.bus
+    if wiring == "own":
+        raise ValueError(f'{title}: the scene states electronics of your own, bus = "own"')
     try:
         kind = driver(group.sensor)
     except ValueError as error:
@@ -155,13 +194,16 @@ def plan_ring(
     if not 1 <= group.count <= MOST_SENSORS:
         raise ValueError(f"{title}: found {group.count} sensors, allowed: 1 to {MOST_SENSORS}")
     plural = "sensor" if group.count == 1 else "sensors"
-    buses = ring_buses(kind, group, board, wiring)
-    bus = next((one for one in buses if not one.fault), None)
-    if bus is None:
-        last = next(one for one in buses if one.wiring == buses[-1].wiring)
+    radius = getattr(group, "radius", 0.0)
+    bus = ring_bus(electronics, group.sensor, group.count, radius)
+    if bus.fault:
         advice = "; multiplexers bear more" if wiring == "direct" else ""
-        raise ValueError(f"{title}: {group.count} {plural}, {wiring}: {last.fault}{advice}")
-    because = f"{group.count} {plural} on one bus: {buses[0].fault}" if buses[0].fault else ""
+        raise ValueError(f"{title}: {group.count} {plural}, {wiring}: {bus.fault}{advice}")
+    because = ""
+    if wiring == "auto" and bus.wiring == "multiplexer":
+        direct = replace(electronics, bus="direct")
+        fault = ring_bus(direct, group.sensor, group.count, radius).fault
+        because = f"{group.count} {plural} on one bus: {fault}"
     each = 360 / group.count
     start = math.degrees(group.phase)
     number = math.ceil(group.count / CHANNELS)
@@ -169,31 +211,27 @@ def plan_ring(
     return RingWiring(
         name=name,
         title=title,
-        controller=board,
+        controller=electronics.board,
         driver=kind,
         sensor=group.sensor,
         mode=MODES.get(model_name(group.sensor), ""),
         assumed=group.sensor.use is None,
         angles_deg=tuple(round((start + i * each) % 360, 1) % 360 for i in range(group.count)),
-        hertz=bus.hertz,
-        period_ms=bus.period_ms,
-        xshut=board.lines[: group.count] if bus.wiring == "direct" else (),
+        bus=bus,
+        xshut=electronics.board.lines[: group.count] if bus.wiring == "direct" else (),
         channels=spread if bus.wiring == "multiplexer" else (),
-        because=because if bus.wiring != buses[0].wiring else "",
-        segments=bus.segments,
+        because=because,
     )
 
 
-def plan_setup(
-    setup: Setup, board: ControllerBoard, wiring: str = "auto"
-) -> tuple[RingWiring, ...]:
+def plan_setup(setup: Setup, electronics: Electronics) -> tuple[RingWiring, ...]:
     """Return the wirings of all rings and single sensors of a setup, in the order of their numbers.
 
     Raises:
         ValueError: if one cannot be wired so.
     """
     return tuple(
-        plan_ring(f"ring {i} ({one.link})", one, board, wiring, f"ring{i}_{_plain(one.link)}")
+        plan_ring(f"ring {i} ({one.link})", one, electronics, f"ring{i}_{_plain(one.link)}")
         for i, one in enumerate(setup.groups)
     )
 

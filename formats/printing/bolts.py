@@ -11,6 +11,9 @@ from .primitives import SMALL, union
 from .print_plan import MM, PrintPlan
 
 _COVER = MM * clamp.NUT_COVER
+# mm, lengths of screws M1.6 to M5 as shops sell them (ISO 4762, ISO 7045)
+_SOLD = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100)
+_ROUNDING = 1e-6  # mm, rounding
 _ROOT = 0.5  # mm, extension of an ear's slope into the collar, whose facets lie inside its radius
 
 
@@ -89,18 +92,30 @@ def fastening(plan: PrintPlan) -> str:
     return f"{count} × {bolt}, {count} × {held}"
 
 
+def longest_sold(most: float) -> float:
+    """Return the longest screw that is sold with at most ``most`` mm; 0 if there is none."""
+    return max((length for length in _SOLD if length <= most + _ROUNDING), default=0)
+
+
+def shortest_sold(least: float) -> float:
+    """Return the shortest screw that is sold with at least ``least`` mm, or ``least`` rounded up
+    beyond the longest."""
+    longer = (length for length in _SOLD if length >= least - _ROUNDING)
+    return next(longer, math.ceil(least))
+
+
 def fasteners(plan: PrintPlan) -> tuple[str, str]:
     """Return the kind of bolt and of what it is screwed into; a ring has one of each per joint."""
     b = plan.bolt
     if plan.printing.fastening == "insert":
         insert = _insert(plan)
         return (
-            f"M{b.size:.0f} × {math.ceil(2 * plan.reach)} mm",
+            f"M{b.size:.0f} × {shortest_sold(2 * plan.reach - insert.length + b.size)} mm bolt",
             f"heat-set insert M{b.size:.0f} × {insert.length:.1f} mm in a hole of"
             f" {insert.hole:.1f} mm ({clamp.INSERT_SOURCE})",
         )
-    longest = math.ceil(2 * plan.reach + b.nut_height)
-    return f"M{b.size:.0f} × {longest} mm or longer", f"nut M{b.size:.0f}"
+    through = 2 * plan.reach + (0.0 if plan.printing.nut else b.nut_height)
+    return f"M{b.size:.0f} × {shortest_sold(through)} mm bolt", f"nut M{b.size:.0f}"
 
 
 def _insert(plan: PrintPlan) -> clamp.Insert:

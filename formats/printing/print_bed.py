@@ -15,6 +15,9 @@ from .ring_solids import Assembly, assemble
 _MOST_PARTS = 8  # of one ring
 _STEP = 3.0  # degrees, between the rotations in which a part is tried
 Bed = tuple[float, float, float] | None
+PLATE = (0.25, 0.21, 1.0)
+"""Width and depth of plates, m, where no bed is stated; a larger part lies on one of its own. The
+height does not matter."""
 
 
 def bed_yaw(solid: Manifold, bed: Bed) -> float | None:

@@ -17,16 +17,17 @@ from ..errors import UserError
 from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
 from .blocks import thread
-from .bolts import fastening
+from .bolts import fastening, longest_sold
 from .lettering import part_label
 from .lid_checks import check_lids
 from .lids import flat_lid, lid_frames
-from .print_bed import Bed, bed_yaw, build_ring, rotation_z
+from .print_bed import PLATE, Bed, bed_yaw, build_ring, rotation_z
 from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError
 from .print_plates import print_plates
 from .ring_solids import Assembly
 
+_LEAST_GRIP = 1.0  # length of a screw in the ring, over its diameter, at least
 ASSEMBLED = "assembled.png"  # picture of the robot with all rings
 MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
 
@@ -43,7 +44,7 @@ def print_ring(
     """
     scene = replace(scene, printing=printing or scene.printing)
     plan, made = build_ring(scene, ring, number)
-    yaws = [bed_yaw(part, plan.printing.bed) or 0.0 for part in made.parts]
+    yaws = [bed_yaw(part, plan.printing.bed or PLATE) or 0.0 for part in made.parts]
     files = [stl(part, yaw) for part, yaw in zip(made.parts, yaws, strict=True)]
     name = f"ring{number}_{_plain(ring.link)}"
     lids, lid_files = printed_lids(scene.robot, plan, f"{name}_lid.stl")
@@ -126,11 +127,14 @@ def board_screws(plan: PrintPlan) -> tuple[int, str] | None:
     if not board.holes:
         return None
     deep = min(thread(plan, MM * (y - board.lens[1])) for _, y in board.holes)
-    kind = f"M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
-    if (lid := plan.pocket.lid) is not None:
-        grip = MM * lid.grip
-        kind += f" behind {grip:.1f} mm of lid and board: at most {grip + deep:.1f} mm long"
-    return plan.ring.count * len(board.holes), kind
+    lid, size = plan.pocket.lid, _screw(MM * board.hole)
+    grip = MM * (board.thickness if lid is None else lid.grip)
+    length = longest_sold(grip + deep)
+    number = plan.ring.count * len(board.holes)
+    if length - grip < _LEAST_GRIP * size:  # no length that is sold holds: cut one to length
+        length = math.floor(10 * (grip + deep)) / 10
+        return number, f"M{size:g} screw, cut to {length:.1f} mm"
+    return number, f"M{size:g} × {length:g} mm screw"
 
 
 def _turned(part: Manifold, yaw: float) -> Manifold:

@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import trimesh
 
-from .print_bed import Bed
+from .print_bed import PLATE, Bed
 from .print_checks import read_stl
 from .print_plan import MM
 
@@ -52,11 +52,11 @@ class PlatePart:
 def print_plates(
     files: Mapping[str, bytes], bed: Bed, copies: Mapping[str, int] | None = None
 ) -> dict[str, bytes]:
-    """Return plates with all parts as 3MF files by name: as many as the bed needs, or one.
+    """Return plates with all parts as 3MF files by name, as many as they need.
 
     Args:
         files: STL files by name.
-        bed: width, depth and height that can be printed, m; None: any.
+        bed: width, depth and height that can be printed, m; None: plates of 250 × 210 mm.
         copies: number of copies by file; 1 where it is not stated.
     """
     meshes = {name.removesuffix(".stl"): read_stl(data) for name, data in files.items()}
@@ -70,19 +70,21 @@ def _packed(
 ) -> list[list[PlatePart]]:
     """Return the parts of each plate, in rows, the deepest parts first.
 
-    Each part fits the bed alone.
+    Each part fits the bed alone; without a bed, a part larger than the usual plate lies on a plate
+    of its own.
     """
     sizes = {name: mesh.extents for name, mesh in meshes.items()}
     each = [name for name in sizes for _ in range(copies.get(name, 1))]
-    area = sum(float((x + _GAP) * (y + _GAP)) for x, y, _ in (sizes[name] for name in each))
-    widest = max((float(size[0]) for size in sizes.values()), default=0.0)
-    wide, deep = (MM * bed[0], MM * bed[1]) if bed else (max(1.1 * area**0.5, widest), np.inf)
+    wide, deep = (MM * side for side in (bed or PLATE)[:2])
     plates, x, y, row = list[list[PlatePart]](), np.inf, np.inf, 0.0
     for name in sorted(each, key=lambda name: -sizes[name][1]):
         width, depth, _ = (float(v) for v in sizes[name])
+        if width > wide + 1e-3 or depth > deep + 1e-3:  # without a bed: on a plate of its own
+            plates.insert(0, [PlatePart(name, meshes[name], (0.0, 0.0))])
+            continue
         if x + width > wide + 1e-3:  # a new row
             x, y, row = 0.0, y + row, depth + _GAP
-        if y + depth > deep + 1e-3 or not plates:  # a new plate
+        if y + depth > deep + 1e-3:  # a new plate
             x, y, row = 0.0, 0.0, depth + _GAP
             plates.append([])
         plates[-1].append(PlatePart(name, meshes[name], (x, y)))

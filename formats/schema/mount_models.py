@@ -74,7 +74,8 @@ class PrintingModel(MappedModel[Printing]):
         Of("bed", _MILLIMETRES),
     ] = Field(
         default=None,
-        description="width, depth and height that the printer can print, mm; default: any",
+        description="width, depth and height that the printer can print, mm; default: parts of any"
+        " size, on plates of 250 × 210 mm",
     )
     lettering: bool = Field(
         default=True,

@@ -26,6 +26,7 @@ from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
+from .electronics_models import ElectronicsModel
 from .field_types import Metres, RingRadius
 from .link_models import LinkLimitsModel
 from .mapping import MappedModel, Of
@@ -137,6 +138,9 @@ class SceneModel(MappedModel[CoreScene]):
     rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
     printing: PrintingModel = Field(
         default=PrintingModel(), description="parameters of printed rings"
+    )
+    electronics: ElectronicsModel = Field(
+        default=ElectronicsModel(), description="electronics of the rings"
     )
     prices: PricesModel | None = Field(
         default=None, description="what a ring and a sensor cost, for the price of a setup"

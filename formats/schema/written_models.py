@@ -1,5 +1,7 @@
 """Models of the output of ``report --json`` and ``export --json``: the files that were written."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from .base_model import StrictModel
@@ -16,6 +18,16 @@ class RequirementModel(StrictModel):
     passes: bool = Field(description="whether the lower end reaches the required coverage")
 
 
+class VerdictModel(StrictModel):
+    """Verdict of a report on one question."""
+
+    question: Literal["mountable", "wireable", "powered", "covered"] = Field(
+        description="what is decided"
+    )
+    state: Literal["pass", "fail", "not known"] = Field(description="the verdict")
+    figure: str = Field(description="its figure, or the reason")
+
+
 class ReportResult(StrictModel):
     """Output of ``report --json``."""
 
@@ -25,6 +37,9 @@ class ReportResult(StrictModel):
     zeta: list[VerifyResult] = Field(description="coverage of the setup for each target")
     requirements: list[RequirementModel] = Field(
         default=[], description="required coverages, decided"
+    )
+    verdicts: list[VerdictModel] = Field(
+        default=[], description="verdicts of the cover, each with its figure"
     )
 
 

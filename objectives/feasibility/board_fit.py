@@ -1,11 +1,12 @@
-"""How many boards fit on a ring of a scene: around the ring and, where rings have bodies, clear of
-its link.
+"""How many sensors a ring of a scene can have: whose boards fit around it and, where rings have
+bodies, clear its link, and which its electronics carry.
 """
 
 import math
 
 import numpy as np
 
+from ...coverage.electronics.electronics import limit_text, most_on_ring
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
@@ -28,11 +29,30 @@ def innermost(scene: CoreScene, link: str) -> float:
     return inner_radius(around, scene.printing)
 
 
+def most_wired(scene: CoreScene, ring: Ring) -> int | None:
+    """Return the maximum sensor count of a ring by its electronics; None without electrical data,
+    and where rings have no bodies."""
+    if not scene.real:
+        return None
+    return most_on_ring(scene.electronics, ring.sensor, ring.radius)
+
+
+def unwired(scene: CoreScene, ring: Ring, count: int = 0) -> str:
+    """Return a message on why a ring's electronics do not carry its sensors, or ``count``; empty if
+    they do."""
+    if not scene.real:
+        return ""
+    return limit_text(scene.electronics, ring.sensor, ring.radius, count or ring.count)
+
+
 def fitting_tilts(scene: CoreScene, ring: Ring) -> Tilts | None:
     """Return the lowest and highest allowed tilt, rad, at which all boards of a ring fit around it.
 
-    Returns None if there is no such tilt.
+    Returns None if there is no such tilt, or its electronics do not carry so many sensors.
     """
+    wired = most_wired(scene, ring)
+    if wired is not None and ring.count > wired:
+        return None
     low, high = scene.limits_of(ring.link).tilt
     board = board_of(scene, ring.sensor)
     if board is None:

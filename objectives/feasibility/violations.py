@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_envelope import Envelope
 from ..scene import CoreScene
-from .board_fit import unfit
+from .board_fit import unfit, unwired
 from .clearance import MountClearance
 from .mounting import REAL, standing
 from .ring_envelopes import envelope, spacing
@@ -18,6 +18,8 @@ from .ring_envelopes import envelope, spacing
 # rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
 _BUILT = ("spacing", "printing")  # keys of the rules that this module checks of a real mount
+ELECTRONICS = "electronics"
+"""Rule of a ring whose sensors its bus, controller or regulator does not carry."""
 _SAME_PLACE = 2e-6  # of a link: tolerance for a file's ring to match a ring of a scene
 
 
@@ -175,6 +177,8 @@ def _alone(scene: CoreScene, i: int, ring: Ring) -> list[Fault]:
         broken.append(Fault((i,), "sensors_per_ring", text))
     if text := unfit(scene, ring) or "":
         broken.append(Fault((i,), "printing", f"{name}: {text}"))
+    if text := unwired(scene, ring):
+        broken.append(Fault((i,), ELECTRONICS, f"{name}: {text}"))
     if length == 0:
         if any(low <= 0 <= high for low, high in limits.keep_out):
             broken.append(Fault((i,), "keep_out", f"{name} sits in a keep-out"))

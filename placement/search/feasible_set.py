@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Group, Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
-from ...objectives.feasibility.board_fit import board_of, fitting_tilts
+from ...objectives.feasibility.board_fit import board_of, fitting_tilts, most_wired, unwired
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import (
     Room,
@@ -95,6 +95,7 @@ class FeasibleSet:
                 "a shared tilt needs limits that allow a tilt and its opposite on every link"
             )
         if layout is None:
+            self._check_electronics()
             largest = self.largest()
             self.places = min(len(largest), max(self.free, 0) // self.least)
             if rings is None:
@@ -155,11 +156,29 @@ class FeasibleSet:
         end of a sentence."""
         if self.clear is None:
             return ""
+        wired = [] if link else [self._wired(s.link) for s in self.segments]
+        few = [n for n in wired if n is not None and n < self.scene.rules.sensors[1]]
+        least = f" (electronics: at most {min(few)} sensors on a ring)" if few else ""
         links = (
             [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
         )
         why = "; ".join(text for x in links if (text := self.clear.why(x, self.radii[x])))
-        return f" (rules.mount is real: {why})" if why else ""
+        return least + (f" (rules.mount is real: {why})" if why else "")
+
+    def _wired(self, link: str) -> int | None:
+        """Return the largest sensor count of a ring on ``link`` by its electronics; None: any."""
+        return most_wired(self.scene, self.ring(link, 1))
+
+    def _check_electronics(self) -> None:
+        """Refuse a search in which no ring can carry the fewest sensors.
+
+        Raises:
+            InfeasibleError: if that is so.
+        """
+        links = dict.fromkeys(s.link for s in self.segments) if self.free > 0 else {}
+        texts = [unwired(self.scene, self.ring(link, self.least)) for link in links]
+        if texts and all(texts):
+            raise InfeasibleError(texts[0], "electronics")
 
     def tilts(self, link: str, count: int) -> tuple[float, float] | None:
         """Return the lowest and highest tilt, rad, of a ring of ``count`` sensors on ``link``; None
@@ -349,6 +368,8 @@ def _check_layout(space: FeasibleSet, layout: Setup) -> None:
             beside = f"limits, keep-outs, spacing and fixed rings{space.barred(ring.link)}"
             raise InfeasibleError(f"no room for {n} rings on {ring.link} within its {beside}")
         used.append(free[0])
+        if text := unwired(space.scene, space.ring(ring.link, ring.count)):
+            raise InfeasibleError(f"{ring.link}: {text}", "electronics")
         if space.tilts(ring.link, ring.count) is None:
             raise InfeasibleError(_too_many(space, ring))
 

@@ -4,33 +4,24 @@ printed rings, and data rates.
 
 import math
 from collections import Counter
-from collections.abc import Callable
 
-from ...coverage.rings.ring import Setup
+from ...coverage.electronics.drivers import supply_of
+from ...coverage.electronics.electronics import known_driver
+from ...coverage.rings.ring import Group, Setup
 from ...coverage.sensors.catalogue import model_of
 from ...coverage.sensors.sensor import Sensor
-from ...coverage.sensors.sensor_model import Supply
 from ...formats.firmware.cabling import cable_run
-from ...formats.firmware.controllers import DEFAULT_CONTROLLER, controller
-from ...formats.firmware.wiring import RingWiring
+from ...formats.firmware.wiring import FEED_V, RingWiring
+from ...formats.ring_frame import MOST_ZONES, Grid, frame_length
 from ...formats.schema.sensor_records import title
 from ...objectives.scene import CoreScene
 from ..pages import escaped, table
 from ..text import counted
-from .cable_section import bus_cable, wirings
+from .cable_section import arm_power, bus_cable, wirings
 from .directions import plain
 from .printed_parts import DENSITY, printed_parts
 
 UNKNOWN = "not known"
-
-
-def _supply(sensor: Sensor) -> Supply | None:
-    return None if sensor.use is None else model_of(sensor.use).supply
-
-
-def rate_hz(sensor: Sensor) -> float | None:
-    """Return the highest rate of readings in Hz, or None if its model states none."""
-    return None if sensor.use is None else model_of(sensor.use).rate_hz
 
 
 def distances(sensor: Sensor) -> int:
@@ -42,7 +33,7 @@ def distances(sensor: Sensor) -> int:
 
 
 def _power(count: int, sensor: Sensor) -> tuple[str, str]:
-    supply = _supply(sensor)
+    supply = supply_of(sensor)
     if supply is None:
         return UNKNOWN, UNKNOWN
     least = "at most " if supply.limit else ""
@@ -81,12 +72,13 @@ def _bought(scene: CoreScene, setup: Setup) -> list[str]:
 
 def _parts(scene: CoreScene, setup: Setup) -> list[str]:
     """Return a table of everything around the sensors: electronics, cables and printed rings."""
-    board, parts = controller(DEFAULT_CONTROLLER), Counter[str]()
-    planned, notes = wirings(setup)
+    board, parts = scene.electronics.board, Counter[str]()
+    planned, notes = wirings(scene, setup)
     for wiring in planned:
         for number, name in () if wiring is None else wiring.parts:
             parts[name] += number
     rows = [("electronics", str(number), name) for name, number in parts.items()]
+    rows += _feed(scene, setup)
     if any(group.sensor.use is None for group in setup.groups):
         notes.append("A sensor without a model counts as a VL53L1X in the electronics.")
     rows += _cables(scene, setup, planned)
@@ -108,6 +100,17 @@ def _parts(scene: CoreScene, setup: Setup) -> list[str]:
         table(("for", "number", "part"), rows, right=(1,)),
         " ".join(notes),
         "",
+    ]
+
+
+def _feed(scene: CoreScene, setup: Setup) -> list[tuple[str, str, str]]:
+    """Return the rows of the feed of all rings, if they have one."""
+    plan = arm_power(scene, setup)
+    if plan is None or plan.supply_a is None or plan.awg is None:
+        return []
+    return [
+        ("feed", "1", f"supply {FEED_V:g} V, {plan.supply_a:g} A"),
+        ("feed", f"{plan.feed_m:.1f} m", f"two-wire cable, AWG {plan.awg}, along the arm"),
     ]
 
 
@@ -140,40 +143,38 @@ def _kinds(setup: Setup) -> Counter[Sensor]:
     return kinds
 
 
-def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> list[str]:
+def materials(scene: CoreScene, setup: Setup) -> list[str]:
     """Return the bill of materials as lines of Markdown: kinds of sensors, prices, then rings and
     single sensors with their data.
 
     Args:
         scene: scene of the setup, with its prices.
         setup: setup to list.
-        length: returns the bytes of a frame for a ring with a given number of sensors.
     """
-    kinds = _kinds(setup)
+    kinds, (wired, _) = _kinds(setup), wirings(scene, setup)
     rows = [
         (
             str(n),
             title(s),
             f"{s.range_m:.2f}",
             *_power(n, s),
-            UNKNOWN if (hz := rate_hz(s)) is None else f"{hz:g}",
         )
         for s, n in kinds.items()
     ]
-    heads = ("sensors", "kind", "range, m", "power of one", "power of all", "rate, Hz")
+    heads = ("sensors", "kind", "range, m", "power of one", "power of all")
     rings = [
-        (str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length))
-        for i, r in enumerate(setup.groups)
+        (str(i), plain(r.link), f"{r.count}", *_data(r, w))
+        for i, (r, w) in enumerate(zip(setup.groups, wired, strict=True))
     ]
-    total = _total(setup, length)
+    total = _total(setup, wired)
     sources = {
         f"Power of the {model_of(s.use).title}: {found.source}."
         for s in kinds
-        if s.use and (found := _supply(s))
+        if s.use and (found := supply_of(s))
     }
     return [
         table(heads, rows, right=(0, 2)),
-        "Look up unknown powers and rates in the manufacturer's"
+        "Look up unknown powers in the manufacturer's"
         " datasheet." + "".join(f" {line}" for line in sorted(sources)),
         "",
         *_bought(scene, setup),
@@ -183,47 +184,49 @@ def materials(scene: CoreScene, setup: Setup, length: Callable[[int], int]) -> l
                 "ring",
                 "link",
                 "sensors",
+                "rate, Hz",
                 "distances per reading",
                 "distances per second",
                 "bytes per second",
             ),
             rings,
-            right=(0, 2, 3, 4, 5),
+            right=(0, 2, 3, 4, 5, 6),
         ),
         (
             f"All{' rings' if setup.rings else ''}{' and' * bool(setup.rings and setup.singles)}"
             f"{' single sensors' if setup.singles else ''} together send {total}. Bytes are those"
-            " of the place-rings ring protocol: one frame for each of them and reading. For"
-            " multi-zone sensors a frame holds the"
-            " nearest distance of each sensor only."
+            " of the place-rings ring protocol, one frame for each of them and reading, which holds"
+            " each zone; rates are those of the wiring."
         ),
         "",
     ]
 
 
-def _data(count: int, sensor: Sensor, length: Callable[[int], int]) -> tuple[str, str, str]:
-    each, hz = count * distances(sensor), rate_hz(sensor)
-    return (
-        f"{each}",
-        *(
-            (UNKNOWN, UNKNOWN)
-            if hz is None
-            else (f"{each * hz:,.0f}", f"{length(count) * hz:,.0f}")
-        ),
-    )
+def _sent(group: Group, wiring: RingWiring | None) -> tuple[int | float | None, int]:
+    """Return the rate of a ring in Hz and the bytes of its frames: those of its wiring, or, where
+    no firmware reads its sensors, the highest rate of their model; None if that is not known."""
+    if wiring is not None:
+        return wiring.rate_hz, wiring.frame_bytes
+    use = group.sensor.use
+    hz = None if use is None or known_driver(group.sensor) else model_of(use).rate_hz
+    zones = distances(group.sensor)
+    grid = Grid(1, zones) if 1 < zones <= MOST_ZONES else None
+    return hz, frame_length(group.count, grid)
 
 
-def _total(setup: Setup, length: Callable[[int], int]) -> str:
-    groups = setup.groups
-    rates = [rate_hz(group.sensor) for group in groups]
-    each = sum(group.count * distances(group.sensor) for group in groups)
-    if None in rates:
-        bytes_: float = sum(length(group.count) for group in groups)
-        return (
-            f"{each:,} distances in each reading, {bytes_:,} bytes; the rate of readings is unknown"
-        )
-    second = sum(
-        hz * g.count * distances(g.sensor) for hz, g in zip(rates, groups, strict=True) if hz
-    )
-    bytes_ = sum(hz * length(g.count) for hz, g in zip(rates, groups, strict=True) if hz)
+def _data(group: Group, wiring: RingWiring | None) -> tuple[str, ...]:
+    each, (hz, bytes_) = group.count * distances(group.sensor), _sent(group, wiring)
+    if hz is None:
+        return UNKNOWN, f"{each}", UNKNOWN, UNKNOWN
+    return f"{hz:g}", f"{each}", f"{each * hz:,.0f}", f"{bytes_ * hz:,.0f}"
+
+
+def _total(setup: Setup, wired: list[RingWiring | None]) -> str:
+    sent = [_sent(group, one) for group, one in zip(setup.groups, wired, strict=True)]
+    each = [group.count * distances(group.sensor) for group in setup.groups]
+    rates = [hz for hz, _ in sent if hz is not None]
+    if len(rates) < len(sent):
+        return f"{sum(each):,} distances in each reading; the rate of readings is unknown"
+    second = sum(n * hz for n, hz in zip(each, rates, strict=True))
+    bytes_ = sum(n * hz for (_, n), hz in zip(sent, rates, strict=True))
     return f"{second:,.0f} distances and {bytes_:,.0f} bytes per second"

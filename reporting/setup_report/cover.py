@@ -9,7 +9,7 @@ from ..pages import escaped, table
 from ..text import counted
 from .blind_spot_section import blind_sentence
 from .facts import Facts
-from .requirements import verdict
+from .verdicts import overall, verdicts
 
 PICTURE = "placement.png"
 
@@ -35,12 +35,14 @@ def heading(f: Facts) -> str:
     return f"Sensor coverage of {f.scene.robot.name} with {sensors}{on}"
 
 
-def verdict_quote(f: Facts) -> str:
-    """Return the verdict against the requirements as a Markdown block quote."""
-    lines = [f"{escaped(one.sentence)}." for one in f.required]
-    if not lines:
-        lines = ["State one as `--require V_S:0.5=90`: target, radius in metres, percent."]
-    return f"> **{verdict(f.required)}** {' '.join(lines)}\n"
+def verdict_lines(f: Facts) -> Iterator[str]:
+    """Yield the verdict as a Markdown block quote, and its table: a row for each question."""
+    each = verdicts(f)
+    doubts = ", ".join(one.question for one in each if one.state != "pass")
+    said = "mountable, wireable, powered and covered" if not doubts else f"see {doubts}"
+    yield f"> **{overall(each)}** {said[0].upper()}{said[1:]}.\n"
+    rows = [(one.question, f"**{one.state}**", escaped(one.figure)) for one in each]
+    yield table(("", "verdict", "figure"), rows)
 
 
 def cover(f: Facts, identity: Identity, sentence: str, version: str) -> Iterator[str]:
@@ -53,7 +55,7 @@ def cover(f: Facts, identity: Identity, sentence: str, version: str) -> Iterator
         version: version of place-rings.
     """
     yield f"# {escaped(heading(f))}\n"
-    yield verdict_quote(f)
+    yield from verdict_lines(f)
     yield f"{sentence} {' '.join(f'{escaped(blind_sentence(b))}.' for b in f.blind)}\n"
     yield (
         "![The setup from two sides: sensors, beams, and the uncovered part of the"
@@ -71,7 +73,8 @@ def cover(f: Facts, identity: Identity, sentence: str, version: str) -> Iterator
     ]
     yield table(("", ""), rows)
     yield (
-        f"{DISCLAIMER} The verdict compares a proved lower bound of the coverage with the required"
-        " value.\n"
+        f"{DISCLAIMER} *Covered* compares a proved lower bound of the coverage with the required"
+        " value; *wireable* and *powered* follow from the boards' and buses' limits, not from a"
+        " test on a bench.\n"
     )
     yield "---\n"

@@ -12,7 +12,7 @@ from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
 from ...formats.schema.robustness_models import RobustnessResult
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
-from ...objectives.feasibility.violations import faults
+from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, RobustnessSettings, robustness
 from ...objectives.scene import CoreScene
@@ -50,7 +50,7 @@ class Facts:
     """Number of poses over which ``robust`` is computed."""
     blind: list[Blind]
     """Blind spots for each target."""
-    broken: list[str]
+    broken: list[Fault]
     """Violated rules of the scene, and of a real mount."""
     found: FoundModel | None
     """Record of the search that found the setup, or None."""
@@ -131,7 +131,7 @@ def gather(
             for t in (goal.target for goal in scene.goals)
             for verifier in [Verifier(scene, voxel)]
         ]
-    broken = [f.text for f in faults(scene, setup.rings)]
+    broken = faults(scene, setup.rings)
     with console.status("proving the requirements"):
         required = decide(scene, setup)
     sensors = {n: one.sensors for n, one in setups.items()}

@@ -1,6 +1,6 @@
 """Report of a setup as Markdown."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from ...formats.schema.sensor_records import sensor_records
 from ..detection_page import DISCLAIMER
@@ -25,7 +25,6 @@ def page(
     words: Sequence[str],
     versions: Mapping[str, str],
     identity: Identity,
-    frame_length: Callable[[int], int],
 ) -> str:
     """Return the whole report.
 
@@ -34,7 +33,6 @@ def page(
         words: words of the command line.
         versions: versions of the programs.
         identity: what tells the report from others.
-        frame_length: returns the bytes that a ring with a given number of sensors sends at once.
     """
     parts = (
         cover(f, identity, answer(f), versions["place-rings"]),
@@ -51,7 +49,7 @@ def page(
     lines += [
         "## Bill of materials",
         "",
-        *materials(f.scene, f.setup, frame_length),
+        *materials(f.scene, f.setup),
         *_effective(f),
     ]
     lines += [*reproduction_section(f, words, versions), *_limits(f)]
@@ -61,7 +59,7 @@ def page(
 def _faults(f: Facts) -> Iterator[str]:
     if f.broken:
         yield "Violated rules of the scene or of a real mount:\n"
-        yield "\n".join(f"- {escaped(line)}" for line in f.broken) + "\n"
+        yield "\n".join(f"- {escaped(one.text)}" for one in f.broken) + "\n"
 
 
 def _effective(f: Facts) -> Iterator[str]:

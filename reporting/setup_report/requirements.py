@@ -64,10 +64,3 @@ def decide(scene: CoreScene, setup: Setup) -> list[Requirement]:
             )
         )
     return decided
-
-
-def verdict(requirements: list[Requirement]) -> str:
-    """Return ``Passes.``, ``Fails.`` or ``No requirement stated.``"""
-    if not requirements:
-        return "No requirement stated."
-    return "Passes." if all(one.passes for one in requirements) else "Fails."

@@ -35,7 +35,6 @@ from place_rings.formats.export import ring_bodies as rings_as_bodies
 from place_rings.formats.export.link_contacts import link_solids, ring_solid
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.ring_bodies import ring_bodies
-from place_rings.formats.firmware.controllers import controller
 from place_rings.formats.firmware.sketch import sketch
 from place_rings.formats.firmware.wiring import plan_setup
 from place_rings.formats.printing.payload import ring_parts
@@ -293,7 +292,7 @@ def read_firmware(what, folder):
     for picture in folder.rglob("*.png"):
         with Image.open(picture) as image:
             image.load()
-    for wiring in plan_setup(what.setup, controller(what.board), what.wiring):
+    for wiring in plan_setup(what.setup, what.scene.electronics):
         for file, data in sketch(wiring).items():
             assert (folder / file).read_bytes() == data
         if COMPILER is not None:

@@ -14,7 +14,6 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.coverage.sensors.sensor_model import DARK, Figure, Light, Model, Price, Supply
 from place_rings.formats.loader import read_proposal, read_scene, read_sensor
-from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.own_sensor_models import OwnSensorFile, OwnSensorModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
@@ -168,7 +167,7 @@ def test_a_ring_and_a_mount_name_a_file(mine, tmp_path):
 
 def test_the_bill_of_an_own_sensor(mine):
     setup = Setup((Ring("forearm", 0.5, 5, sensor=pr.load(mine)),))
-    said = "\n".join(materials(paper_scene(), setup, frame_length))
+    said = "\n".join(materials(paper_scene(), setup))
     assert "| 5 | mine |" in said
     assert "1.50 W" in said
     assert f"{5 * 32 * 20:,} distances" in said

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from manifold3d import Manifold
+from place_rings.coverage.electronics.electronics import Electronics
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -50,6 +51,7 @@ from place_rings.reporting.ring_pictures import ring_pictures
 from ..support import drawing
 from ..support.refusals import has_parts, refused
 
+OWN = Electronics(bus="own")
 BOARDED = ("vl53l0x", "vl53l1x", "vl53l4cd", "vl53l5cx")
 
 
@@ -306,7 +308,7 @@ def test_files_and_pictures_of_a_proposal():
 @pytest.mark.parametrize(("seed", "sensors"), [(0, 12), (1, 40)])
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     rng, sensor = np.random.default_rng(seed), sensor_of("vl53l5cx")
-    scene = CoreScene(sensor=sensor, ring_radius=0.085, radius_stated=True)
+    scene = CoreScene(sensor=sensor, ring_radius=0.085, radius_stated=True, electronics=OWN)
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
     for _ in range(5):
@@ -318,7 +320,7 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
 
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
-    scene = CoreScene(sensor=sensor_of("vl53l5cx"))
+    scene = CoreScene(sensor=sensor_of("vl53l5cx"), electronics=OWN)
     with refused("20 forearm 15", error=InfeasibleError):
         Space(scene, ring_layout(scene, 2, 20))
     tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))

@@ -13,7 +13,6 @@ from place_rings.coverage.sensors.catalogue import model
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Sensor, Use
 from place_rings.formats.loader import read_scene
-from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.own_sensor_models import OwnSensorFile
 from place_rings.formats.schema.price_models import PriceModel
 from place_rings.formats.writing import to_toml
@@ -63,7 +62,7 @@ def test_the_bill_of_materials_adds_up_to_the_price():
     rings = Ring("forearm", 0.5, 3), Ring("upper_arm", 0.5, 2, sensor=L1X)
     prices = Prices(10.0, 2.0, "EUR", {"vl53l1x": 7.5})
     scene = CoreScene(prices=prices, rules=Rules(fixed=rings[:1]))
-    bill = "\n".join(materials(scene, Setup(rings), frame_length))
+    bill = "\n".join(materials(scene, Setup(rings)))
     assert f"**{escaped(prices.text(10 + 2 * 7.5))}**" in bill
 
 

@@ -194,16 +194,16 @@ def test_a_verdict_has_its_colour(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(paper_scene(), setup, frame_length))
+    said = "\n".join(materials(paper_scene(), setup))
     hostile, mount = "<b>`a`</b>*", ROBOTS["ur10"].mount("forearm")
     odd = replace(ROBOTS["ur10"], mounts=(replace(mount, link=hostile),))
     assert escaped(hostile) in "\n".join(
-        materials(paper_scene(robot=odd), Setup((replace(nominal, link=hostile),)), frame_length)
+        materials(paper_scene(robot=odd), Setup((replace(nominal, link=hostile),)))
     )
     power, sent = 11 * MODELS["tfmini-s"].supply.power_w, 100 * (frame_length(5) + frame_length(6))
     for part in (f"{power:.2f} W", f"{11 * 100:,} distances", f"{sent:,} bytes"):
         assert part in said
-    said = "\n".join(materials(paper_scene(), Setup((nominal,)), frame_length))
+    said = "\n".join(materials(paper_scene(), Setup((nominal,))))
     assert re.search(r"^\| 7 \| .* \| 1\.50 \| ", said, re.M)
 
 

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from ...coverage.sensors.catalogue import model_of
-from ...coverage.sensors.sensor import Sensor
+from ..sensors.catalogue import MODELS, model_of
+from ..sensors.sensor import Sensor
+from ..sensors.sensor_model import Supply
+from .bus_load import SUPPLY
 
 
 @dataclass(frozen=True)
@@ -47,10 +49,19 @@ class Driver:
     """Bytes in addition for each zone; 0: a sensor of one zone."""
     enable: str = "XSHUT"
     """Name of the pin that takes the sensor off the bus."""
+    shortest_ms: int = 0
+    """Shortest period of readings that the sketch can set, ms; 0: that of the model."""
+    ram: int = 500
+    """Memory of the controller for each sensor, bytes: an estimate."""
 
     def bytes_of(self, sensor: Sensor) -> int:
         """Return the bytes on the bus for one reading of all zones."""
         return self.bytes_each + self.bytes_zone * sensor.zones**2
+
+    def most_hz(self, sensor: Sensor) -> int:
+        """Return the highest whole rate of readings at which the sketch runs the sensor, Hz."""
+        stated = MODELS[model_name(sensor)].rate_hz or math.inf
+        return int(min(stated, 1000 / self.shortest_ms if self.shortest_ms else math.inf))
 
 
 _ADAFRUIT = Carrier(
@@ -83,6 +94,7 @@ _ROW = (
         models=("vl53l1x", "vl53l1x-medium", "vl53l1x-short"),
         carrier=_ADAFRUIT,
         bytes_each=60,
+        shortest_ms=38,
     ),
     Driver(
         name="vl53l0x",
@@ -91,6 +103,7 @@ _ROW = (
         models=("vl53l0x",),
         carrier=_ADAFRUIT,
         bytes_each=50,
+        shortest_ms=30,
     ),
     Driver(
         name="vl53l4cd",
@@ -99,6 +112,7 @@ _ROW = (
         models=("vl53l4cd",),
         carrier=_ADAFRUIT,
         bytes_each=80,
+        shortest_ms=15,
     ),
     Driver(
         name="vl53l5cx",
@@ -109,6 +123,7 @@ _ROW = (
         bytes_each=240,
         bytes_zone=20,
         enable="LPn",
+        ram=5000,
     ),
 )
 DRIVERS = {one.name: one for one in _ROW}
@@ -121,6 +136,19 @@ ASSUMED = "vl53l1x"
 def model_name(sensor: Sensor) -> str:
     """Return the name of a sensor's model, or of the one that is assumed."""
     return ASSUMED if sensor.use is None else model_of(sensor.use).name
+
+
+def supply_of(sensor: Sensor) -> Supply | None:
+    """Return the power of a sensor by its model, or at most that of the board that carries it; None
+    if neither is known."""
+    if sensor.use is None:
+        return None
+    try:
+        stated, carrier = model_of(sensor.use).supply, driver(sensor).carrier
+    except ValueError:
+        return model_of(sensor.use).supply
+    watts = SUPPLY * carrier.peak_ma / 1000
+    return stated or Supply(watts, True, f"peak of the {carrier.title}; {carrier.source}")
 
 
 def driver(sensor: Sensor) -> Driver:

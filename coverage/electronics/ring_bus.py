@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from ...coverage.rings.ring import Group
+from ..sensors.sensor import Sensor
 from .bus_load import CABLE_PF_M, PIN_PF, RISE_NS, BusLine, fault, load, pull_up, weakest_pull_up
 from .controllers import ControllerBoard
 from .drivers import Driver
@@ -15,7 +15,10 @@ TRUNK_PULL_UP = 10_000.0  # Ω on each line of Adafruit's board of it, by its sc
 _LEAD_M = 0.3  # cable from the controller to the ring, and to the first multiplexer
 _APART_M = 0.1  # cable between two multiplexers, and from one to the ring
 _SLACK = 1.2  # of a cable along the ring
-_PERIOD_MS = (50, 100)  # least and most between frames: the protocol wants ten a second
+LEAST_HZ, USUAL_HZ = 10, 20  # readings a second: the protocol's least, and most by default
+REGULATORS = (0.5, 1.0, 2.0, 3.0, 5.0)  # A, of step-down regulators to 3.3 V as sold
+HEADROOM = 1.25  # of a regulator's current over the sensors' peak
+MOST_SENSORS = CHANNELS * 8  # multiplexers have eight addresses
 _MOST_BUSY = 0.8  # share of the time that transfers may take
 
 
@@ -84,39 +87,74 @@ class RingBus:
     """``direct`` or ``multiplexer``."""
     hertz: int
     """Clock, Hz."""
-    period_ms: int
-    """Time between frames, ms."""
+    rate_hz: int
+    """Readings of every sensor, and frames, per second."""
+    busy: float
+    """Share of the time that transfers take."""
     segments: tuple[BusSegment, ...]
     """Its parts."""
     fault: str
     """Limit that it exceeds; empty if it works."""
 
 
-def _bus(driver: Driver, group: Group, wiring: str, hertz: int) -> RingBus:
+def _bus(
+    driver: Driver,
+    sensor: Sensor,
+    count: int,
+    radius: float,
+    rate: int | None,
+    way: str,
+    hertz: int,
+) -> RingBus:
     """Return the bus of a ring at a clock of ``hertz``."""
-    parts = _multiplexed if wiring == "multiplexer" else _direct
-    segments = parts(driver, group.count, group.radius, hertz)
-    busy_ms = 9e3 * driver.bytes_of(group.sensor) * group.count / hertz
-    least, most = _PERIOD_MS
-    period = max(least, math.ceil(busy_ms / _MOST_BUSY))
+    parts = _multiplexed if way == "multiplexer" else _direct
+    segments = parts(driver, count, radius, hertz)
+    busy_ms = 9e3 * driver.bytes_of(sensor) * count / hertz
+    fastest = driver.most_hz(sensor)
+    usual = max(LEAST_HZ, min(USUAL_HZ, fastest, int(1000 * _MOST_BUSY / busy_ms)))
+    chosen = usual if rate is None else rate
     reason = next((line for s in segments if (line := fault(s.line, hertz))), "")
-    if not reason and period > most:
-        reason = f"{busy_ms:.0f} ms for one reading of all, allowed: {_MOST_BUSY * most:.0f}"
-    return RingBus(wiring, hertz, period, segments, reason)
+    if not reason and chosen > fastest:
+        reason = f"{chosen} readings a second, allowed: {fastest}"
+    if not reason and busy_ms * chosen > 1000 * _MOST_BUSY:
+        allowed = 1000 * _MOST_BUSY / chosen
+        reason = f"{busy_ms:.0f} ms for one reading of all, allowed: {allowed:.0f} at {chosen} Hz"
+    return RingBus(way, hertz, chosen, busy_ms * chosen / 1000, segments, reason)
 
 
-def ring_buses(driver: Driver, group: Group, board: ControllerBoard, wiring: str) -> list[RingBus]:
+def ring_buses(
+    driver: Driver,
+    sensor: Sensor,
+    count: int,
+    radius: float,
+    board: ControllerBoard,
+    wiring: str,
+    rate: int | None = None,
+) -> list[RingBus]:
     """Return the buses that a ring may have, best first.
 
     Args:
         driver: driver of its sensors.
-        group: the ring, or a single sensor.
+        sensor: its sensors.
+        count: number of its sensors.
+        radius: radius of the ring, m; 0 for a single sensor.
         board: its controller.
         wiring: ``direct``, ``multiplexer``, or ``auto`` for both.
+        rate: readings per second; None: at most 20, as many as sensor and bus allow.
     """
     choices = (wiring,) if wiring != "auto" else ("direct", "multiplexer")
-    buses = [_bus(driver, group, one, hertz) for one in choices for hertz in RISE_NS]
-    if group.count <= len(board.lines):
-        return buses
-    short = f"the {board.title} has {len(board.lines)} free pins for XSHUT"
-    return [replace(bus, fault=short) if bus.wiring == "direct" else bus for bus in buses]
+    buses = [
+        _bus(driver, sensor, count, radius, rate, way, hertz)
+        for way in choices
+        for hertz in RISE_NS
+    ]
+    amperes = HEADROOM * count * driver.carrier.peak_ma / 1000
+    short = {"direct": "", "multiplexer": ""}
+    if count > len(board.lines):
+        short["direct"] = f"the {board.title} has {len(board.lines)} free pins for XSHUT"
+    for limit, exceeded in (
+        (f"the {board.title} has {board.ram} bytes of memory", count * driver.ram > board.ram),
+        (f"{amperes:.1f} A at 3.3 V, allowed: {REGULATORS[-1]:g} A", amperes > REGULATORS[-1]),
+    ):
+        short = {way: limit if exceeded else reason for way, reason in short.items()}
+    return [replace(bus, fault=short[bus.wiring] or bus.fault) for bus in buses]

@@ -7,6 +7,7 @@ Arduino cores; headers and exclusions from the makers' user guides and datasheet
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+USB_MA = 500  # of a USB 2.0 port
 _FLASH = "wired to the flash chip"
 _UART = "the serial line to the USB bridge"
 _USB = "USB data"
@@ -43,10 +44,19 @@ class ControllerBoard:
     """Name of the 3.3 V pin on the header."""
     supply_ma: int
     """Current that the 3.3 V pin can give to sensors, mA."""
+    own_ma: int
+    """Current that the board draws itself, without radio, mA: an estimate."""
+    ram: int
+    """Memory for variables, bytes, as its core states it (``maximum_data_size``)."""
     port: str
     """Socket that carries the frames."""
     source: str
     """Sources of the facts."""
+
+    @property
+    def spare_ma(self) -> int:
+        """Current for sensors at the 3.3 V pin while the board is fed by a USB 2.0 port, mA."""
+        return min(self.supply_ma, USB_MA - self.own_ma)
 
     def label(self, pin: int) -> str:
         """Return the name of a pin as the board has it."""
@@ -99,6 +109,8 @@ _ROW = (
         right=_header("GND 43 44 1 2 42 41 40 39 38 37 36 35 0 45 48 47 21 20 19 GND GND"),
         supply="3V3",
         supply_ma=500,
+        own_ma=100,
+        ram=327680,
         port="the socket marked UART",
         source="arduino-esp32, variants/esp32s3; Espressif, user guide of the ESP32-S3-DevKitC-1"
         " v1.1; what the regulator has left: an estimate",
@@ -117,6 +129,8 @@ _ROW = (
         right=_header("GND 23 22 1 3 21 GND 19 18 5 17 16 4 0 2 15 8 7 6"),
         supply="3V3",
         supply_ma=500,
+        own_ma=100,
+        ram=327680,
         port="its only USB socket",
         source="arduino-esp32, variants/esp32; Espressif, guide of the ESP32-DevKitC V4 and page"
         " on GPIO of the ESP32; what the regulator has left: an estimate",
@@ -135,6 +149,8 @@ _ROW = (
         right=_header("15 14 GND 13 12 11 10 GND 9 8 7 6 GND 5 4 3 2 GND 1 0"),
         supply="3V3",
         supply_ma=300,
+        own_ma=50,
+        ram=262144,
         port="its only USB socket",
         source="arduino-pico, variants/rpipico; Raspberry Pi, Pico datasheet: pinout, and at most"
         " 300 mA from its 3V3 pin",
@@ -142,10 +158,3 @@ _ROW = (
 )
 CONTROLLERS = {one.name: one for one in _ROW}
 DEFAULT_CONTROLLER = "esp32-s3-devkitc-1"
-
-
-def controller(name: str) -> ControllerBoard:
-    """Return the board ``name``; raise a ``ValueError`` that lists the known names."""
-    if name not in CONTROLLERS:
-        raise ValueError(f'found "{name}", allowed: {", ".join(CONTROLLERS)}')
-    return CONTROLLERS[name]

@@ -1,0 +1,148 @@
+"""Electronics of the rings of a scene: how many sensors a ring carries electrically, and its bus.
+
+Search, export, wiring, firmware and report all take the bus of a ring from ``ring_bus``. A sensor
+that names no model, such as the paper's, and one that no firmware reads have no electrical data, so
+that no limit applies to them.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, get_args
+
+from ..sensors.catalogue import model_of
+from ..sensors.effective_range import effective
+from ..sensors.sensor import Sensor, Use
+from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard
+from .drivers import Driver, driver
+from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses
+
+Bus = Literal["auto", "direct", "multiplexer", "own"]
+BUSES: tuple[str, ...] = get_args(Bus)
+MOST_HZ = 100
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """How the sensors of each ring are read."""
+
+    rate_hz: int | None = None
+    """Readings of every sensor per second; None: at most 20, as many as sensor and bus allow."""
+    bus: Bus = "auto"
+    """How the sensors of a ring share its bus: ``direct``, each XSHUT on a pin; ``multiplexer``,
+    each sensor on a channel; ``auto``, direct where the bus bears it; ``own``, by electronics of
+    your own, which limit nothing here."""
+    controller: str = DEFAULT_CONTROLLER
+    """Controller board of each ring."""
+
+    def __post_init__(self) -> None:
+        """Reject values outside their range with a ``ValueError``."""
+        rate = self.rate_hz
+        whole = rate is None or (type(rate) is int and LEAST_HZ <= rate <= MOST_HZ)
+        for name, value, allowed, holds in (
+            ("rate_hz", rate, f"None, or whole, {LEAST_HZ} to {MOST_HZ}", whole),
+            ("bus", self.bus, ", ".join(BUSES), self.bus in BUSES),
+            (
+                "controller",
+                self.controller,
+                ", ".join(CONTROLLERS),
+                self.controller in CONTROLLERS,
+            ),
+        ):
+            if not holds:
+                raise ValueError(f"{name}: found {value!r}, allowed: {allowed}")
+
+    @property
+    def board(self) -> ControllerBoard:
+        """The controller board of each ring."""
+        return CONTROLLERS[self.controller]
+
+
+def known_driver(sensor: Sensor) -> Driver | None:
+    """Return the driver of a sensor that names a model; None for others."""
+    return None if unknown_reason(Electronics(), sensor) else driver(sensor)
+
+
+def unknown_reason(electronics: Electronics, sensor: Sensor) -> str:
+    """Return why nothing limits a ring of a sensor electrically, in one line; empty if something
+    does."""
+    if electronics.bus == "own":
+        return 'the scene states electronics of your own, bus = "own"'
+    if sensor.use is None:
+        return "the sensor names no model, so that it has no electrical data"
+    try:
+        driver(sensor)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def ring_bus(electronics: Electronics, sensor: Sensor, count: int, radius: float) -> RingBus:
+    """Return the best bus of a ring, or that with the fewest limits exceeded, whose ``fault`` says
+    why no bus works.
+
+    Args:
+        electronics: how sensors are read; its bus is not ``own``.
+        sensor: the sensors.
+        count: number of sensors.
+        radius: radius of the ring, m; 0 for a single sensor.
+
+    Raises:
+        ValueError: if no firmware reads the sensor.
+    """
+    e = electronics
+    buses = ring_buses(driver(sensor), sensor, count, radius, e.board, e.bus, e.rate_hz)
+    last = next(one for one in buses if one.wiring == buses[-1].wiring)
+    return next((one for one in buses if not one.fault), last)
+
+
+@lru_cache(maxsize=1024)
+def most_on_ring(electronics: Electronics, sensor: Sensor, radius: float) -> int | None:
+    """Return the largest number of sensors that a ring carries electrically; 0 if it carries none,
+    None without electrical data.
+
+    Args:
+        electronics: how the sensors are read.
+        sensor: the sensors.
+        radius: radius of the ring, m.
+    """
+    if unknown_reason(electronics, sensor):
+        return None
+    counts = range(MOST_SENSORS, 0, -1)
+    works = (n for n in counts if not ring_bus(electronics, sensor, n, radius).fault)
+    return next(works, 0)
+
+
+def limit_text(electronics: Electronics, sensor: Sensor, radius: float, count: int) -> str:
+    """Return why a ring carries no ``count`` sensors: what one more than the largest number
+    exceeds, and what would do; empty if it carries them."""
+    most = most_on_ring(electronics, sensor, radius)
+    if most is None or count <= most or sensor.use is None:
+        return ""
+    name = model_of(sensor.use).name
+    fault = ring_bus(electronics, sensor, most + 1, radius).fault
+    advice = _advice(electronics, sensor, radius, count)
+    advice += [f"rings of {most} (rules.sensors_per_ring)"] if most else []
+    return (
+        f"a ring carries at most {most} {name} ({most + 1}: {fault}), not {count}; what would do:"
+        f' {", ".join(advice)}, or bus = "own" for electronics of your own'
+    )
+
+
+def _advice(electronics: Electronics, sensor: Sensor, radius: float, count: int) -> list[str]:
+    """Return the modes of a sensor, and the rate and bus, with which a ring carries ``count``."""
+
+    def most(e: Electronics, one: Sensor) -> int:
+        return most_on_ring(e, one, radius) or 0
+
+    modes = {mode: effective(Use(mode)).sensor for mode in driver(sensor).models}
+    advice = [
+        f"{mode} ({n} on a ring)"
+        for mode, one in modes.items()
+        if (n := most(electronics, one)) >= count
+    ]
+    rates = range((electronics.rate_hz or LEAST_HZ) - 1, LEAST_HZ - 1, -1)
+    slower = (r for r in rates if most(replace(electronics, rate_hz=r), sensor) >= count)
+    advice += [f"rate_hz = {rate}" for rate in [next(slower, None)] if rate is not None]
+    if most(replace(electronics, bus="auto"), sensor) >= count:
+        advice.append('bus = "auto"')
+    return advice

@@ -1,0 +1,101 @@
+"""Verdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
+each with its figure."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from ...coverage.electronics.electronics import known_driver, unknown_reason
+from ...objectives.feasibility.violations import ELECTRONICS
+from ..tables import target_label
+from ..text import counted
+from .cable_section import arm_power, wirings
+from .facts import Facts
+
+State = Literal["pass", "fail", "not known"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict on one question."""
+
+    question: str
+    """``mountable``, ``wireable``, ``powered`` or ``covered``."""
+    state: State
+    """The verdict."""
+    figure: str
+    """Its figure, or the reason, as one line of text."""
+
+
+def verdicts(f: Facts) -> tuple[Verdict, ...]:
+    """Return the verdict on each question."""
+    return (
+        Verdict("mountable", *_mountable(f)),
+        Verdict("wireable", *_wireable(f)),
+        Verdict("powered", *_powered(f)),
+        Verdict("covered", *_covered(f)),
+    )
+
+
+def overall(each: tuple[Verdict, ...]) -> str:
+    """Return ``Passes.`` if all questions pass, ``Fails.`` if one fails, or ``Not decided.``"""
+    states = {one.state for one in each}
+    if "fail" in states:
+        return "Fails."
+    return "Not decided." if "not known" in states else "Passes."
+
+
+def _mountable(f: Facts) -> tuple[State, str]:
+    rings, broken = len(f.setup.rings), [x for x in f.broken if x.rule != ELECTRONICS]
+    if broken:
+        more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
+        return "fail", f"{broken[0].text}{more}"
+    if not f.scene.real:
+        return "not known", "rings have no bodies in this scene"
+    gap = 1000 * f.scene.rules.clearance
+    return "pass", f"{rings} of {counted(rings, 'ring')}, at least {gap:g} mm clear of everything"
+
+
+def _electrical(f: Facts) -> str:
+    """Return why the setup has no electrical data; empty if it has."""
+    texts = (unknown_reason(f.scene.electronics, group.sensor) for group in f.setup.groups)
+    return next((text for text in texts if text), "")
+
+
+def _wireable(f: Facts) -> tuple[State, str]:
+    planned, reasons = wirings(f.scene, f.setup)
+    known = [known_driver(group.sensor) is not None for group in f.setup.groups]
+    failed = [i for i, one in enumerate(planned) if one is None and known[i]]
+    if failed and f.scene.electronics.bus != "own":
+        text = next(line for line in reasons if line.startswith(f"ring {failed[0]}:"))
+        return "fail", f"{len(failed)} of {counted(len(planned), 'ring')} cannot be wired; {text}"
+    if reason := _electrical(f):
+        return "not known", reason
+    wired = [one for one in planned if one is not None]
+    if not wired:
+        return "not known", "there are no sensors"
+    rates = sorted({one.rate_hz for one in wired})
+    busy = max(one.bus.busy for one in wired)
+    sent = sum(one.rate_hz * one.frame_bytes for one in wired)
+    hertz = f"{rates[0]} Hz" if len(rates) == 1 else f"{rates[0]} to {rates[-1]} Hz"
+    return "pass", (
+        f"{len(wired)} of {counted(len(planned), 'ring')}, {hertz}, buses busy for at most"
+        f" {100 * busy:.0f} % of the time, {sent} bytes a second"
+    )
+
+
+def _powered(f: Facts) -> tuple[State, str]:
+    plan = arm_power(f.scene, f.setup)
+    if reason := _electrical(f):
+        return "not known", reason
+    if plan is None:
+        return "not known", "not all rings can be wired"
+    return ("fail", plan.fault) if plan.fault else ("pass", plan.sentence)
+
+
+def _covered(f: Facts) -> tuple[State, str]:
+    if f.required:
+        state: State = "pass" if all(one.passes for one in f.required) else "fail"
+        return state, "; ".join(one.sentence for one in f.required)
+    counts = ", ".join(f"{target_label(r)}: {r.zeta_percent:.2f} %" for r in f.own)
+    how = "state one as --require V_S:0.5=90"
+    return "not known", f"no requirement is stated ({how}); counted: {counts}"
