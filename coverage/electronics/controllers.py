@@ -6,6 +6,7 @@ Arduino cores; headers and exclusions from the makers' user guides and datasheet
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 USB_MA = 500  # of a USB 2.0 port
 _FLASH = "wired to the flash chip"
@@ -157,4 +158,5 @@ _ROW = (
     ),
 )
 CONTROLLERS = {one.name: one for one in _ROW}
-DEFAULT_CONTROLLER = "esp32-s3-devkitc-1"
+ControllerName = Literal["esp32-s3-devkitc-1", "esp32-devkit", "pico"]
+DEFAULT_CONTROLLER: ControllerName = "esp32-s3-devkitc-1"

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 from ..sensors.catalogue import model_of
 from ..sensors.effective_range import effective
 from ..sensors.sensor import Sensor, Use
-from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard
+from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard, ControllerName
 from .drivers import Driver, driver
 from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses
 
@@ -31,7 +31,7 @@ class Electronics:
     """How the sensors of a ring share its bus: ``direct``, each XSHUT on a pin; ``multiplexer``,
     each sensor on a channel; ``auto``, direct where the bus bears it; ``own``, by electronics of
     your own, which limit nothing here."""
-    controller: str = DEFAULT_CONTROLLER
+    controller: ControllerName = DEFAULT_CONTROLLER
     """Controller board of each ring."""
 
     def __post_init__(self) -> None:

@@ -1,10 +1,8 @@
 """Model of the electronics of rings."""
 
-from typing import Literal
-
 from pydantic import Field
 
-from ...coverage.electronics.controllers import DEFAULT_CONTROLLER
+from ...coverage.electronics.controllers import DEFAULT_CONTROLLER, ControllerName
 from ...coverage.electronics.electronics import MOST_HZ, Bus, Electronics
 from ...coverage.electronics.ring_bus import LEAST_HZ, USUAL_HZ
 from .mapping import MappedModel
@@ -26,6 +24,6 @@ class ElectronicsModel(MappedModel[Electronics]):
         " channel of a multiplexer, the first of both that works, or by electronics of your own,"
         " which limit nothing",
     )
-    controller: Literal["esp32-s3-devkitc-1", "esp32-devkit", "pico"] = Field(
+    controller: ControllerName = Field(
         default=DEFAULT_CONTROLLER, description="controller board of each ring"
     )

@@ -118,7 +118,8 @@ def _cables(
     scene: CoreScene, setup: Setup, planned: list[RingWiring | None]
 ) -> list[tuple[str, str, str]]:
     """Return the rows of cables: USB cables by length, and the four-wire cable of all rings."""
-    lengths = Counter(round(cable_run(scene, group).length, 1) for group in setup.groups)
+    runs = [cable_run(scene, group).length for group in setup.groups]
+    lengths = Counter(math.ceil(2 * run - 1e-9) / 2 for run in runs)
     rows = [
         ("cables", str(n), f"USB cable, {metres:.1f} m, ring to base")
         for metres, n in sorted(lengths.items())

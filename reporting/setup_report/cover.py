@@ -38,8 +38,11 @@ def heading(f: Facts) -> str:
 def verdict_lines(f: Facts) -> Iterator[str]:
     """Yield the verdict as a Markdown block quote, and its table: a row for each question."""
     each = verdicts(f)
-    doubts = ", ".join(one.question for one in each if one.state != "pass")
-    said = "mountable, wireable, powered and covered" if not doubts else f"see {doubts}"
+    named = {
+        state: ", ".join(one.question for one in each if one.state == state)
+        for state in ("pass", "fail", "not known")
+    }
+    said = "; ".join(f"{state}: {names}" for state, names in named.items() if names)
     yield f"> **{overall(each)}** {said[0].upper()}{said[1:]}.\n"
     rows = [(one.question, f"**{one.state}**", escaped(one.figure)) for one in each]
     yield table(("", "verdict", "figure"), rows)

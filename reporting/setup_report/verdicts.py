@@ -11,6 +11,7 @@ from ..text import counted
 from .cable_section import arm_power, wirings
 from .facts import Facts
 
+Question = Literal["mountable", "wireable", "powered", "covered"]
 State = Literal["pass", "fail", "not known"]
 
 
@@ -18,8 +19,8 @@ State = Literal["pass", "fail", "not known"]
 class Verdict:
     """Verdict on one question."""
 
-    question: str
-    """``mountable``, ``wireable``, ``powered`` or ``covered``."""
+    question: Question
+    """The question."""
     state: State
     """The verdict."""
     figure: str
@@ -51,8 +52,7 @@ def _mountable(f: Facts) -> tuple[State, str]:
         return "fail", f"{broken[0].text}{more}"
     if not f.scene.real:
         return "not known", "rings have no bodies in this scene"
-    gap = 1000 * f.scene.rules.clearance
-    return "pass", f"{rings} of {counted(rings, 'ring')}, at least {gap:g} mm clear of everything"
+    return "pass", f"{rings} of {counted(rings, 'ring')} keep to the scene's rules for real rings"
 
 
 def _electrical(f: Facts) -> str:

@@ -178,7 +178,7 @@ def test_nothing_limits_a_ring_without_electrical_data(model, electronics):
     ("table", "names"),
     [
         ("", "cell.toml electronics vl53l5cx 3 103 80 10 vl53l5cx-4x4"),
-        ("rate_hz = 20\n", "electronics 20 15 vl53l5cx-4x4 10"),
+        ("rate_hz = 20\n", "electronics 20 15 vl53l5cx-4x4"),
         ('bus = "direct"\n', "electronics 3"),
     ],
 )
