@@ -71,7 +71,11 @@ QUESTIONS = {
     "near_and_far": _near(targets=[_NEAR | {"weight": 0.6}, _FAR | {"weight": 0.4}]),
     "ur5e": _near(robot="ur5e"),
     "panda_any": _near(40, robot="panda"),
-    "square": _near(sensor={"model": "vl53l5cx"}, rules={"sensors_per_ring": [3, 12]}),
+    "square": _near(
+        sensor={"model": "vl53l5cx"},
+        rules={"sensors_per_ring": [3, 12]},
+        electronics={"bus": "own"},
+    ),
     "blind": _near(occlusion="blind"),
     "redundancy": _near(aim=Criterion(seen=2)),
     "losing_ring": _near(aim=Criterion(losing="ring")),

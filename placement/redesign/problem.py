@@ -15,7 +15,7 @@ from ...coverage.rings.ring import Group, Ring, Setup, ring_values
 from ...coverage.rings.ring_kinematics import RingArrays, any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
-from ...objectives.feasibility.violations import commonest_tilt, faults, held
+from ...objectives.feasibility.violations import ELECTRONICS, commonest_tilt, faults, held
 from ...objectives.link_segments import Segment, fits, segments
 from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
 from ...objectives.scene import CoreScene
@@ -286,7 +286,7 @@ class RedesignProblem:
         places = [i for i, ring in enumerate(t.rings) if ring is not None]
         for fault in faults(self.scene, t.setup.rings, self.clear):
             concerned = {places[k] for k in fault.rings} & set(t.free)
-            if fault.rule == "sensors_per_ring":
+            if fault.rule in ("sensors_per_ring", ELECTRONICS):
                 concerned = {i for i in concerned if not _same_count(self.before[i], t.rings[i])}
             if concerned:
                 return False

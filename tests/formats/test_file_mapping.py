@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.electronics.electronics import Electronics
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
@@ -221,6 +222,12 @@ SCENES = drawn(
     motion=MOTIONS,
     link=LINKS,
     printing=PRINTINGS,
+    electronics=drawn(
+        Electronics,
+        rate_hz=st.none() | st.integers(10, 100),
+        bus=st.sampled_from(["auto", "direct", "multiplexer", "own"]),
+        controller=st.sampled_from(["esp32-s3-devkitc-1", "esp32-devkit", "pico"]),
+    ),
     prices=st.none()
     | drawn(
         Prices,

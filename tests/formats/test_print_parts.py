@@ -18,11 +18,13 @@ from place_rings.coverage.rings.clamp import INSERTS
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.board_packing import Printing
+from place_rings.formats.printing.blocks import thread
+from place_rings.formats.printing.bolts import fasteners
 from place_rings.formats.printing.lettering import DEPTH, part_label
 from place_rings.formats.printing.primitives import box, tube, union
 from place_rings.formats.printing.print_bed import bed_yaw, build_ring
 from place_rings.formats.printing.print_checks import open_edges, read_stl, stl
-from place_rings.formats.printing.print_files import print_ring, ring_files
+from place_rings.formats.printing.print_files import board_screws, print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.print_plates import print_plates
 from place_rings.formats.printing.ring_solids import assemble
@@ -34,6 +36,7 @@ from ..support.refusals import refused
 from .test_printing import L4CD, sensor_of
 
 SCENE = CoreScene(occlusion="shadow", sensor=L4CD)
+SOLD = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # mm, as in a shop's list
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", re.IGNORECASE)
 
@@ -210,7 +213,8 @@ def test_plates_hold_all_parts_and_a_lid_for_each_board_with_names_and_millimetr
     scene = replace(SCENE, printing=Printing(bed=bed, cover=True))
     result, data = ring_files(setup, scene, lambda *_: {})
     assert result.plates == [f"plate{i}.3mf" for i in range(len(result.plates))]
-    assert (len(result.plates) > 1) == (bed is not None)
+    assert result.plates
+    wide = np.array([0.25, 0.21, 0.2] if bed is None else bed)
     count = dict[str, int]()
     for plate in result.plates:
         boxes, built = [], plate_parts(data[plate])
@@ -222,8 +226,7 @@ def test_plates_hold_all_parts_and_a_lid_for_each_board_with_names_and_millimetr
             np.testing.assert_allclose(mesh.extents, same.extents, atol=1e-3)
             boxes.append(mesh.bounds)
             assert mesh.bounds[0].min() >= -1e-3
-            if bed:
-                assert np.all(mesh.bounds[1] <= 1000 * np.array(bed) + 1e-3)
+            assert np.all(mesh.bounds[1] <= 1000 * wide + 1e-3)
         for (a, b), (c, d) in itertools.combinations(boxes, 2):
             assert np.maximum(a - d, c - b)[:2].max() >= 5 - 1e-3
         # trimesh's own reader
@@ -280,3 +283,40 @@ def plate_parts(data: bytes) -> list[tuple[str, trimesh.Trimesh]]:
 def test_equal_parts_give_equal_plates():
     data = {"a.stl": trimesh.creation.box((10, 20, 5)).export(file_type="stl")}
     assert print_plates(data, None) == print_plates(data, None)
+
+
+@settings(max_examples=8)
+@given(
+    st.sampled_from(["vl53l1x", "vl53l5cx"]),
+    st.floats(-1.0, 1.0),
+    st.sampled_from(["nut", "insert"]),
+    st.sampled_from([0.003, 0.004, 0.005]),
+    st.booleans(),
+)
+def test_screws_and_bolts_are_sold_and_hold(model, tilt, fastening, bolt, cover):
+    """A screw ends in the post of its board, and its thread holds by a diameter; a bolt passes both
+    ears and ends in or behind its nut or insert."""
+    sensor = sensor_of(model)
+    printing = Printing(fastening=fastening, bolt=bolt, cover=cover)
+    scene = replace(SCENE, sensor=sensor, printing=printing)
+    radius = scene.radius_of("upper_arm")
+    plan = plan_ring(scene, Ring("upper_arm", 0.3, 3, tilt, 0.2, radius, sensor))
+    board, lid = plan.pocket.board, plan.pocket.lid
+    grip = 1000 * (board.thickness if lid is None else lid.grip)
+    deep = min(thread(plan, 1000 * (y - board.lens[1])) for _, y in board.holes)
+    count, text = board_screws(plan)
+    size, length = map(float, re.match(r"M([\d.]+)\D+([\d.]+) mm", text).groups())
+    assert count == 3 * len(board.holes)
+    assert size <= 1000 * board.hole
+    assert length <= grip + deep + 1e-6
+    assert "cut" in text or (length in SOLD and length - grip >= size)
+    text, held = fasteners(plan)
+    size, length = map(float, re.match(r"M([\d.]+) × ([\d.]+) mm", text).groups())
+    assert size == 1000 * bolt
+    assert length in SOLD
+    insert = fastening == "insert"
+    thick = 1000 * INSERTS[round(size)].length if insert else plan.bolt.nut_height
+    end = 2 * plan.reach - (0 if insert else 0.3)  # a nut is covered by 0.3 mm
+    inside = min(length, end) - (end - thick)
+    assert inside >= (size if insert else thick) - 1e-6
+    assert "insert" in held or "nut" in held
