@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.electronics.controllers import CONTROLLERS
 from place_rings.coverage.electronics.drivers import DRIVERS
-from place_rings.coverage.electronics.electronics import Electronics, most_on_ring
+from place_rings.coverage.electronics.electronics import Electronics, known_driver, most_on_ring
 from place_rings.coverage.electronics.ring_bus import MOST_SENSORS
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -21,6 +21,7 @@ from place_rings.formats.firmware.power_plan import _GAUGES, power_plan
 from place_rings.formats.firmware.sketch import sketch
 from place_rings.formats.firmware.wiring import FEED_V, plan_ring, plan_setup
 from place_rings.objectives.feasibility.board_fit import unwired
+from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
@@ -29,6 +30,9 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.starts import fresh
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.cable_section import cable_section
+from place_rings.reporting.setup_report.facts import Facts
+from place_rings.reporting.setup_report.requirements import Requirement
+from place_rings.reporting.setup_report.verdicts import Verdict, overall, verdicts
 
 from ..support.refusals import refused
 
@@ -209,3 +213,41 @@ def test_electronics_of_a_file_are_checked(run, tmp_path, line, parts):
     assert (code, out, err.count("\n")) == (2, "", 1)
     for part in ("cell.toml", *parts.split()):
         assert part in err
+
+
+def facts(setup, scene, required=()):
+    """Facts of a report without counts."""
+    few = ([], [], 1, [], faults(scene, setup.rings), None, [])
+    return Facts("mine", setup, scene, 0.05, 0, {}, *few, [*required], ())
+
+
+@settings(max_examples=25)
+@given(
+    st.lists(st.sampled_from([*DRIVEN, "tfmini", None]), min_size=1, max_size=3),
+    st.integers(1, 10),
+    st.sampled_from([None, 10, 20]),
+    st.sampled_from(["auto", "own"]),
+    st.sampled_from([None, 80.0, 90.0]),
+)
+def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, bus, low):
+    """A ring that exceeds its limit fails, one without data is not known; both never pass."""
+    electronics = Electronics(rate, bus)
+    sensors = [pr.Sensor() if name is None else pr.sensors[name] for name in models]
+    setup = Setup(tuple(Ring("forearm", 0.5, count, 0.0, 0.0, 0.08, s) for s in sensors))
+    scene = CoreScene(electronics=electronics, rules=Rules(mount="free"))
+    required = [] if low is None else [Requirement("V_S(0.5)", 85.0, low, low + 1)]
+    each = {v.question: v for v in verdicts(facts(setup, scene, required))}
+    assert each["mountable"].state == "not known"
+    limits = [most_on_ring(electronics, s, 0.08) for s in sensors]
+    over = [most is not None and count > most for most in limits]
+    unknown = any(most is None for most in limits)
+    assert each["wireable"].state == ("fail" if any(over) else "not known" if unknown else "pass")
+    assert each["powered"].state == ("not known" if any(over) or unknown else "pass")
+    covered = "not known" if low is None else "pass" if low >= 85 else "fail"
+    assert each["covered"].state == covered
+    if each["powered"].state == "pass":
+        total = sum(count * known_driver(s).carrier.peak_ma for s in sensors)
+        assert f"{total:.0f} mA" in each["powered"].figure
+    states = {v.state for v in each.values()}
+    assert overall(tuple(each.values())) == ("Fails." if "fail" in states else "Not decided.")
+    assert overall((Verdict("covered", "pass", ""),)) == "Passes."
