@@ -5,6 +5,7 @@ that names no model, such as the paper's, and one that no firmware reads have no
 that no limit applies to them.
 """
 
+from bisect import bisect
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, get_args
@@ -107,9 +108,8 @@ def most_on_ring(electronics: Electronics, sensor: Sensor, radius: float) -> int
     """
     if unknown_reason(electronics, sensor):
         return None
-    counts = range(MOST_SENSORS, 0, -1)
-    works = (n for n in counts if not ring_bus(electronics, sensor, n, radius).fault)
-    return next(works, 0)
+    counts = range(1, MOST_SENSORS + 1)  # each limit of a bus grows with the number of sensors
+    return bisect(counts, 0.5, key=lambda n: bool(ring_bus(electronics, sensor, n, radius).fault))
 
 
 def limit_text(electronics: Electronics, sensor: Sensor, radius: float, count: int) -> str:

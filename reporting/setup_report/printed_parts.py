@@ -48,5 +48,6 @@ def printed_parts(scene: CoreScene, setup: Setup) -> PrintedParts:
         for kind in fasteners(plan):
             parts.hardware[f"{kind} (to close the rings)"] += len(plan.joints)
         if screws := board_screws(plan):
-            parts.hardware[f"{screws[1]} (for the boards)"] += screws[0]
+            held = "boards and lids" if record.lids else "boards"
+            parts.hardware[f"{screws[1]} (for the {held})"] += screws[0]
     return parts

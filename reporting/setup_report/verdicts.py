@@ -1,4 +1,4 @@
-"""Verdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
+"""CoverVerdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
 each with its figure."""
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ State = Literal["pass", "fail", "not known"]
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """Verdict on one question."""
+class CoverVerdict:
+    """CoverVerdict on one question."""
 
     question: Question
     """The question."""
@@ -27,17 +27,17 @@ class Verdict:
     """Its figure, or the reason, as one line of text."""
 
 
-def verdicts(f: Facts) -> tuple[Verdict, ...]:
+def verdicts(f: Facts) -> tuple[CoverVerdict, ...]:
     """Return the verdict on each question."""
     return (
-        Verdict("mountable", *_mountable(f)),
-        Verdict("wireable", *_wireable(f)),
-        Verdict("powered", *_powered(f)),
-        Verdict("covered", *_covered(f)),
+        CoverVerdict("mountable", *_mountable(f)),
+        CoverVerdict("wireable", *_wireable(f)),
+        CoverVerdict("powered", *_powered(f)),
+        CoverVerdict("covered", *_covered(f)),
     )
 
 
-def overall(each: tuple[Verdict, ...]) -> str:
+def overall(each: tuple[CoverVerdict, ...]) -> str:
     """Return ``Passes.`` if all questions pass, ``Fails.`` if one fails, or ``Not decided.``"""
     states = {one.state for one in each}
     if "fail" in states:

@@ -32,7 +32,7 @@ from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.cable_section import cable_section
 from place_rings.reporting.setup_report.facts import Facts
 from place_rings.reporting.setup_report.requirements import Requirement
-from place_rings.reporting.setup_report.verdicts import Verdict, overall, verdicts
+from place_rings.reporting.setup_report.verdicts import CoverVerdict, overall, verdicts
 
 from ..support.refusals import refused
 
@@ -250,4 +250,4 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
         assert f"{total:.0f} mA" in each["powered"].figure
     states = {v.state for v in each.values()}
     assert overall(tuple(each.values())) == ("Fails." if "fail" in states else "Not decided.")
-    assert overall((Verdict("covered", "pass", ""),)) == "Passes."
+    assert overall((CoverVerdict("covered", "pass", ""),)) == "Passes."

@@ -3,6 +3,7 @@ free.
 """
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -217,9 +218,7 @@ def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
     scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
     ring = Ring("forearm", 0.5, 2, 0.5, 0.1, scene.radius_of("forearm"), sensor)
     record, _, plan, made = print_ring(scene, 0, ring)
-    size, longest = (float(text.split(" mm")[0].split()[-1].strip("M,")) for text in (
-        record.screws.split(" × ")[1].split(",")[0], record.screws.rsplit("at most ")[1]
-    ))  # fmt: skip
+    size, longest = map(float, re.search(r"M([\d.]+)\D+([\d.]+) mm", record.screws).groups())
     frame, lid = plan.frame(1), plan.pocket.lid
     for x, y in lid.spots:
         at = (1000 * x, 1000 * y, 1000 * lid.front - longest + 0.06)
@@ -228,8 +227,8 @@ def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
         assert (pin ^ made.lids[1]).volume() < 0.01
         assert (bored.translate(at).transform(frame) ^ made.parts[0]).volume() < 0.01
         assert (bored.translate(at).transform(frame) ^ made.parts[1]).volume() < 0.01
-    plain = board_screws(plan_ring(replace(scene, printing=Printing()), ring))
-    assert record.screws.startswith(f"{plain[0]} × {plain[1]}")
+    number, _ = board_screws(plan_ring(replace(scene, printing=Printing()), ring))
+    assert record.screws.startswith(f"{number} × M{size:g}")
 
 
 def test_a_lid_clears_the_plugs_and_rests_on_its_board():
