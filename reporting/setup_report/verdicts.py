@@ -1,4 +1,4 @@
-"""CoverVerdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
+"""Verdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
 each with its figure."""
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ State = Literal["pass", "fail", "not known"]
 
 @dataclass(frozen=True)
 class CoverVerdict:
-    """CoverVerdict on one question."""
+    """Verdict on one question."""
 
     question: Question
     """The question."""
