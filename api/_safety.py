@@ -44,7 +44,8 @@ def safety(
         trajectory: recorded motion of the robot; by default it stays in each of the scene's poses.
         approaches: number of people, 1 to 100,000.
         directions: number of sectors with a share of their own, 1 to 360.
-        rate: readings of each sensor, Hz; by default the catalogue's, or 20.
+        rate: readings of each sensor, Hz; by default that of the ring's bus, else the
+            catalogue's, or 20.
         latency: time from a reading to the report, s, 0 to 5.
         occlusion: model of occlusion; by default the scene's, with ``shadow`` for ``ignore``.
         seed: random seed of directions and moments.

@@ -9,15 +9,15 @@ import numpy as np
 from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from ._trajectory import Trajectory
+from .coverage.electronics.electronics import readings_hz
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.ring import Setup
 from .coverage.robots.separation_distance import Safety
-from .coverage.sensors.catalogue import model_of
 from .objectives.scene import CoreScene
 from .simulation.detection import Timing
 from .simulation.motion_samples import Moments, moments_of_record, moments_of_scene
 
-_ASSUMED_HZ = 20.0  # where the catalogue has no rate
+_ASSUMED_HZ = 20.0  # where no rate is known
 _MOST_APPROACHES, _MOST_DIRECTIONS, _MOST_HZ, _MOST_LATENCY = 100_000, 360, 10_000, 5
 
 
@@ -30,7 +30,7 @@ class SafetyOptions:
     directions: int
     """Number of sectors with a share of their own."""
     rate: float | None
-    """Readings of each sensor, Hz; None for the catalogue's."""
+    """Readings of each sensor, Hz; None for those of its ring's bus, or the catalogue's."""
     latency: float
     """Time from a reading to the report, s."""
     occlusion: Occlusion
@@ -86,7 +86,7 @@ def motion_of(
         InputError: for a motion that does not fit the robot, or a robot without a stopping time.
     """
     rates = [
-        options.rate or (model_of(r.sensor.use).rate_hz if r.sensor.use else None)
+        options.rate or readings_hz(scene.electronics, r.sensor, r.count, r.radius)
         for r in setup.groups
     ]
     period = np.repeat(

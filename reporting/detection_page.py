@@ -117,7 +117,7 @@ def _sensor_ranges(r: SafetyResult) -> list[str]:
             "A person who stays in a beam for one period is reported at most"
             f" {1000 * (r.period_s + r.latency_s):.0f} ms after entering it: a period of"
             f" {1000 * r.period_s:.0f}"
-            f" ms{' (assumed: the catalogue has no rate)' if r.rate_assumed else ''} and a latency"
+            f" ms{' (assumed: no rate is known)' if r.rate_assumed else ''} and a latency"
             f" of {1000 * r.latency_s:.0f} ms. {_in_the_way(r)}"
         ),
         "",

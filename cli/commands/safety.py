@@ -39,7 +39,7 @@ def safety(
         float | None,
         Parameter(
             validator=Number(gt=0, lte=10_000),
-            help="Measurements per second. Default: the rate of the sensor, or 20.",
+            help="Measurements per second. Default: those of the ring's bus or the sensor, or 20.",
         ),
     ] = None,
     latency: Annotated[

@@ -96,6 +96,22 @@ def ring_bus(electronics: Electronics, sensor: Sensor, count: int, radius: float
     return next((one for one in buses if not one.fault), last)
 
 
+def readings_hz(
+    electronics: Electronics, sensor: Sensor, count: int, radius: float
+) -> float | None:
+    """Return the readings of each sensor of a ring per second: those of its bus, or the model's
+    highest rate where nothing limits it electrically; None if not known, or if no bus works.
+
+    The arguments are those of ``ring_bus``.
+    """
+    if sensor.use is None:
+        return None
+    if unknown_reason(electronics, sensor):
+        return model_of(sensor.use).rate_hz
+    bus = ring_bus(electronics, sensor, count, radius)
+    return None if bus.fault else bus.rate_hz
+
+
 @lru_cache(maxsize=1024)
 def most_on_ring(electronics: Electronics, sensor: Sensor, radius: float) -> int | None:
     """Return the largest number of sensors that a ring carries electrically; 0 if it carries none,

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 
 from ...coverage.electronics.drivers import supply_of
-from ...coverage.electronics.electronics import known_driver
+from ...coverage.electronics.electronics import readings_hz
 from ...coverage.rings.ring import Group, Setup
 from ...coverage.sensors.catalogue import model_of
 from ...coverage.sensors.sensor import Sensor
@@ -164,10 +164,10 @@ def materials(scene: CoreScene, setup: Setup) -> list[str]:
     ]
     heads = ("sensors", "kind", "range, m", "power of one", "power of all")
     rings = [
-        (str(i), plain(r.link), f"{r.count}", *_data(r, w))
+        (str(i), plain(r.link), f"{r.count}", *_data(scene, r, w))
         for i, (r, w) in enumerate(zip(setup.groups, wired, strict=True))
     ]
-    total = _total(setup, wired)
+    total = _total(scene, setup, wired)
     sources = {
         f"Power of the {model_of(s.use).title}: {found.source}."
         for s in kinds
@@ -203,27 +203,27 @@ def materials(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
-def _sent(group: Group, wiring: RingWiring | None) -> tuple[int | float | None, int]:
-    """Return the rate of a ring in Hz and the bytes of its frames: those of its wiring, or, where
-    no firmware reads its sensors, the highest rate of their model; None if that is not known."""
+def _sent(
+    scene: CoreScene, group: Group, wiring: RingWiring | None
+) -> tuple[int | float | None, int]:
+    """Return the rate of a ring in Hz, None if it is not known, and the bytes of its frames."""
     if wiring is not None:
         return wiring.rate_hz, wiring.frame_bytes
-    use = group.sensor.use
-    hz = None if use is None or known_driver(group.sensor) else model_of(use).rate_hz
+    hz = readings_hz(scene.electronics, group.sensor, group.count, group.radius)
     zones = distances(group.sensor)
     grid = Grid(1, zones) if 1 < zones <= MOST_ZONES else None
     return hz, frame_length(group.count, grid)
 
 
-def _data(group: Group, wiring: RingWiring | None) -> tuple[str, ...]:
-    each, (hz, bytes_) = group.count * distances(group.sensor), _sent(group, wiring)
+def _data(scene: CoreScene, group: Group, wiring: RingWiring | None) -> tuple[str, ...]:
+    each, (hz, bytes_) = group.count * distances(group.sensor), _sent(scene, group, wiring)
     if hz is None:
         return UNKNOWN, f"{each}", UNKNOWN, UNKNOWN
     return f"{hz:g}", f"{each}", f"{each * hz:,.0f}", f"{bytes_ * hz:,.0f}"
 
 
-def _total(setup: Setup, wired: list[RingWiring | None]) -> str:
-    sent = [_sent(group, one) for group, one in zip(setup.groups, wired, strict=True)]
+def _total(scene: CoreScene, setup: Setup, wired: list[RingWiring | None]) -> str:
+    sent = [_sent(scene, group, one) for group, one in zip(setup.groups, wired, strict=True)]
     each = [group.count * distances(group.sensor) for group in setup.groups]
     rates = [hz for hz, _ in sent if hz is not None]
     if len(rates) < len(sent):

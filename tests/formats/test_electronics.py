@@ -10,6 +10,7 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings._safety_conditions import SafetyOptions, motion_of
 from place_rings.coverage.electronics.controllers import CONTROLLERS
 from place_rings.coverage.electronics.drivers import DRIVERS
 from place_rings.coverage.electronics.electronics import Electronics, known_driver, most_on_ring
@@ -252,3 +253,17 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
     states = {v.state for v in each.values()}
     assert overall(tuple(each.values())) == ("Fails." if "fail" in states else "Not decided.")
     assert overall((CoverVerdict("covered", "pass", ""),)) == "Passes."
+
+
+@given(ELECTRONICS, st.sampled_from(sorted(MODELS)), st.integers(1, 8))
+def test_safety_reacts_at_the_rate_of_the_wiring(electronics, model, count):
+    sensor = pr.sensors[model]
+    ring = Ring("forearm", 0.5, count, sensor=sensor)
+    scene = CoreScene(electronics=electronics)
+    options = SafetyOptions(1, 1, None, 0.0, "shadow", 0)
+    timing = motion_of(Setup((ring,)), scene, None, options).timing
+    rate = MODELS[model].rate_hz if model in UNDRIVEN else 20  # 20 where none is known
+    most = most_on_ring(electronics, sensor, 0.08)
+    if most is not None and count <= most:
+        rate = plan_ring("ring 0", ring, electronics).rate_hz
+    np.testing.assert_allclose(timing.period, 1 / (rate or 20))
