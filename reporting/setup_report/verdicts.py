@@ -4,7 +4,7 @@ each with its figure."""
 from dataclasses import dataclass
 from typing import Literal
 
-from ...coverage.electronics.electronics import known_driver, unknown_reason
+from ...coverage.electronics.electronics import limit_text, unknown_reason
 from ...objectives.feasibility.violations import ELECTRONICS
 from ..tables import target_label
 from ..text import counted
@@ -62,12 +62,17 @@ def _electrical(f: Facts) -> str:
 
 
 def _wireable(f: Facts) -> tuple[State, str]:
-    planned, reasons = wirings(f.scene, f.setup)
-    known = [known_driver(group.sensor) is not None for group in f.setup.groups]
-    failed = [i for i, one in enumerate(planned) if one is None and known[i]]
-    if failed and f.scene.electronics.bus != "own":
-        text = next(line for line in reasons if line.startswith(f"ring {failed[0]}:"))
-        return "fail", f"{len(failed)} of {counted(len(planned), 'ring')} cannot be wired; {text}"
+    planned, _ = wirings(f.scene, f.setup)
+    limits = [
+        f"ring {i}: {text}"
+        for i, one in enumerate(f.setup.groups)
+        if (text := limit_text(f.scene.electronics, one.sensor, one.radius, one.count))
+    ]
+    if limits:
+        return (
+            "fail",
+            f"{len(limits)} of {counted(len(planned), 'ring')} cannot be wired; {limits[0]}",
+        )
     if reason := _electrical(f):
         return "not known", reason
     wired = [one for one in planned if one is not None]
