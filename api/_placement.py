@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from ._pictures import Picture, picture
 from ._scene import Scene
 from .coverage.rings.ring import Setup
+from .objectives.verified import Verified
+from .reporting.text import coverage_caption
 
 if TYPE_CHECKING:
     from ._views import View
@@ -115,3 +117,18 @@ class Placement:
         where = [f"in {rings} ring{'s' * (rings != 1)}"] * (rings > 0)
         where += [f"{singles} of them single"] * (singles > 0)
         return f"{name}{self.setup.sensors} sensors {', '.join(where)}"
+
+
+def dark_rows(dark: Iterable[Verified | None]) -> Iterable[Sequence[str]]:
+    """Yield ζ of each target for dark clothing, where it is known."""
+    for v in dark:
+        if v is not None:
+            yield f"{v.target}, dark clothing", f"{100 * v.zeta:.2f} %"
+
+
+def dark_captions(each: Iterable[Verified], dark: Iterable[Verified | None]) -> list[str]:
+    """Return ζ of each target as text, with that for dark clothing where it is known."""
+    return [
+        coverage_caption(str(v.target), 100 * v.zeta, None if d is None else 100 * d.zeta)
+        for v, d in zip(each, dark, strict=True)
+    ]

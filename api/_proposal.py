@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ._errors import input_errors
-from ._placement import Placement
+from ._placement import Placement, dark_captions, dark_rows
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
@@ -25,6 +25,7 @@ from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
+from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.pose_subset import MANY
 from .objectives.robustness import RingSensitivity
 from .objectives.verified import Verified
@@ -95,6 +96,19 @@ class Proposal(Placement):
         if the scene has ``over_poses="worst"``.
         """
         return self._verifier.judged(self.each)[1]
+
+    @property
+    def dark_clothing(self) -> float | None:
+        """``coverage`` with the sensors' range on dark clothing (17 %) at their light; None if a
+        sensor has no figures of a catalogue.
+        """
+        return judge_dark(self._verifier, self._dark)
+
+    @cached_property
+    def _dark(self) -> tuple[Verified | None, ...]:
+        goals = self.scene.core.goals
+        with input_errors():
+            return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
 
     @property
     def by_target(self) -> dict[str, float]:
@@ -270,11 +284,12 @@ class Proposal(Placement):
         return Path(path)
 
     def captions(self) -> list[str]:
-        return [f"{v.target}: {100 * v.zeta:.1f} % covered" for v in self.each]
+        return dark_captions(self.each, self._dark)
 
     def rows(self) -> Iterable[Sequence[str]]:
         for v in self.each:
             yield str(v.target), f"{100 * v.zeta:.2f} %"
+        yield from dark_rows(self._dark)
         if len(self.each) > 1:
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
         if not self.criterion.plain and self.value is not None:

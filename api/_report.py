@@ -162,10 +162,10 @@ def _draw(facts: "Facts", folder: Path) -> None:
         mounting_drawing,
         ringed_links,
     )
-    from .reporting.tables import target_label
+    from .reporting.tables import result_caption
 
     scene, setup = facts.scene, facts.setup
-    captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
+    captions = [result_caption(r) for r in facts.own]
     placement_picture(folder / PICTURE, scene, setup, captions)
     definition_picture(folder / SECTION, scene, setup)
     for n, blind in enumerate(facts.blind):

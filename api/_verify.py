@@ -8,7 +8,7 @@ from typing import Any
 
 from ._arguments import number, renamed
 from ._errors import InputError, input_errors
-from ._placement import Placement
+from ._placement import Placement, dark_captions, dark_rows
 from ._scene import Scene
 from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Rule
@@ -19,6 +19,7 @@ from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, V
 from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
 from .objectives.feasibility.violations import mount_faults
+from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.occlusion import unseeing
 from .objectives.scene import CoreScene
 from .objectives.verified import Verified
@@ -63,6 +64,19 @@ class Coverage(Placement):
         return min(self._mean("high"), 1.0)
 
     @property
+    def dark_clothing(self) -> float | None:
+        """``coverage`` with the sensors' range on dark clothing (17 %) at their light; None if a
+        sensor has no figures of a catalogue, and for an interval.
+        """
+        return judge_dark(self.verifier, self._dark)
+
+    @cached_property
+    def _dark(self) -> tuple[Verified | None, ...]:
+        goals = self.scene.core.goals
+        with input_errors():
+            return tuple(verify_dark(self.verifier, self.setup, g.target) for g in goals)
+
+    @property
     def by_target(self) -> dict[str, float]:
         """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
         return {str(v.target): v.zeta for v in self.each}
@@ -88,6 +102,7 @@ class Coverage(Placement):
         effects = CalibrationEffectModel.each(calibration_effect(self.verifier, self.setup))
         return tuple(
             VerifyResult.of(self.name, one, core)
+            .with_dark(self._dark[i])
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
             .model_copy(
                 update=more
@@ -117,7 +132,7 @@ class Coverage(Placement):
         return {part: COVERAGE.write(zeta) for part, zeta in zetas.items()}
 
     def captions(self) -> list[str]:
-        return [f"{v.target}: {100 * v.zeta:.1f} % covered" for v in self.each]
+        return dark_captions(self.each, self._dark)
 
     def rows(self) -> Iterable[Sequence[str]]:
         for v in self.each:
@@ -125,6 +140,7 @@ class Coverage(Placement):
                 yield str(v.target), f"{100 * v.low:.4f} … {100 * v.high:.4f} %"
             else:
                 yield str(v.target), f"{100 * v.zeta:.2f} %"
+        yield from dark_rows(self._dark)
         if len(self.each) > 1:
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
         yield from self.price_rows()

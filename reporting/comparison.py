@@ -10,6 +10,7 @@ from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.criterion import Criterion, judge
+from ..objectives.dark_clothing import verify_dark
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
@@ -81,6 +82,8 @@ def counted(
             for target in some:
                 verified = known.get((name, target)) or counts[target]
                 result = VerifyResult.of(name, verified, scene)
+                if target in goals:
+                    result = result.with_dark(verify_dark(verifier, one, target))
                 if target in sighted:
                     result = result.with_occlusion(
                         by_occlusion(verifier, one, verified, few if name in brief else OCCLUSIONS),

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,18 +16,17 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
+from ..formats.export.palette import CELL, OBSTACLE, link_colours
+from ..formats.escaping import printable
 from ..objectives.occlusion import sight
 from ..objectives.scene import CoreScene
 from .plots import GREY, INK
 from .rendering.canvas import Canvas
-from .rendering.colours import LINK_COLOURS, UNSEEN_COLOUR, paler, rgb
+from .rendering.colours import UNSEEN_COLOUR, paler, rgb
 from .rendering.far_side import add_far_side
 from .rendering.figures import write_png
-from .rendering.meshes import (
-    body,
-    convex_pieces,
-    faces_within,
-)
+from .rendering.meshes import body, convex_pieces
+from .rendering.obstacles import add_obstacles, with_obstacles
 from .rendering.robot import add_robot
 from .rendering.room import draw_room
 from .text import counted
@@ -40,11 +38,18 @@ if TYPE_CHECKING:
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
 
-_OBSTACLE = "#c9b48c"
 _TARGET, _TARGET_EDGE = "#f5f5f5", "#8f8a80"
 _PALE = 0.5  # share of white in the colours of the target's far side
 _SAMPLES = 5_000  # points drawn in the target; the uncovered ones become dots
 _SENSOR_RADIUS = 0.0085  # m
+_NAME = 24  # characters of a sensor's name
+_BESIDE: dict[str, Any] = {
+    "xytext": (6, 0),
+    "textcoords": "offset points",
+    "va": "center",
+    "fontsize": 9,
+    "color": INK,
+}
 
 
 @dataclass(frozen=True)
@@ -121,8 +126,10 @@ def _draw_robot(canvas: Canvas, scene: CoreScene, shown: _Shown, colour: dict[st
     # the paper's rings go around joints' axes
     bodies = scene.real or scene.robot.name not in PAPER_ROBOTS
     add_robot(canvas, scene, frames, shown.setup, colour, bodies)
-    for obstacle in scene.obstacles:
-        canvas.faces(faces_within(obstacle.body, canvas.box), _OBSTACLE, 0.65)
+    add_obstacles(canvas, scene)
+    for one in scene.cell_sensors:
+        at = canvas.project(np.array(one.position))[0]
+        canvas.ax.annotate(printable(one.label)[:_NAME], at, **_BESIDE)
     # a little nearer than the ring they sit on
     canvas.points(cones.apex, INK, _SENSOR_RADIUS + 0.0006 * canvas.size, 0.019)
     canvas.points(cones.apex, "#ffffff", _SENSOR_RADIUS, 0.02)
@@ -221,8 +228,10 @@ def _draw(
     apexes = [one.cones.apex for one in each.values()]
     corners = np.vstack([*pieces, body(robot, forward(robot.chain, q)), *apexes])
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
+    box = with_obstacles(box, scene)
     links = list(dict.fromkeys(group.link for one in each.values() for group in one.groups))
-    colour = dict(zip(dict.fromkeys((*robot.links, *links)), cycle(LINK_COLOURS), strict=False))
+    colour = link_colours([one for one in dict.fromkeys((*robot.links, *links)) if one != BASE_LINK])
+    colour[BASE_LINK] = CELL
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (setup, caption, *eye) in zip((0.01, 0.51), views, strict=True):
         canvas = Canvas(_axes(figure, left), box, *eye)
@@ -265,7 +274,7 @@ def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None
         *(Patch(fc=paler(c, _PALE), ec=c, label=covered(link)) for link, c in colour.items()),
         Line2D([], [], label=f"uncovered: {target}", **dot),
         Patch(fc="white", ec=_TARGET_EDGE, label="far side of the target"),
-        *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
+        *([Patch(fc=OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
     plain: dict[str, Any] = {
         "handles": key,

@@ -12,7 +12,7 @@ from ..formats.schema.proposal_models import SensitivityModel
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
 from .explained import Explained
-from .text import counted
+from .text import counted, coverage_caption
 
 _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
@@ -71,6 +71,12 @@ def target_label(result: VerifyResult | RobustnessResult) -> str:
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 
 
+def result_caption(result: VerifyResult) -> str:
+    """Return the coverage of a record's target as a caption."""
+    dark = result.dark_clothing_percent
+    return coverage_caption(target_label(result), result.zeta_percent, dark)
+
+
 def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
     """Return ζ in percent, or its certified interval, rounded outward."""
     if rule == "certified":
@@ -116,6 +122,19 @@ def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
     return "; ".join(lines) + "." if lines else ""
 
 
+DARK = "dark clothing: with the sensors' range on cloth of 17 % at their light"
+
+
+def dark_columns(results: Sequence[VerifyResult]) -> dict[str, dict[str, str]]:
+    """Return ζ for dark clothing in percent by the target's label and the setup, of those targets
+    for which it is known."""
+    known: dict[str, dict[str, str]] = {}
+    for r in results:
+        if r.dark_clothing_percent is not None:
+            known.setdefault(target_label(r), {})[r.setup] = f"{r.dark_clothing_percent:.2f}"
+    return known
+
+
 def zeta_table(
     results: list[VerifyResult],
     sensors: dict[str, int],
@@ -144,6 +163,9 @@ def zeta_table(
     worst = worst if len(labels) <= _WIDE else []
     for label in worst:
         table.add_column(f"{label} worst", justify="right")
+    dark = dark_columns(results)
+    for label in dark:
+        table.add_column(f"{label} dark clothing", justify="right")
     for name in dict.fromkeys(r.setup for r in results):
         cells = {target_label(r): percent(r, r.rule) for r in results if r.setup == name}
         least = {
@@ -158,12 +180,14 @@ def zeta_table(
             *([prices.get(name, "")] if prices else []),
             *(cells.get(label, "") for label in labels),
             *(least.get(label, "") for label in worst),
+            *(of_setup.get(name, "") for of_setup in dark.values()),
             style=style,
         )
     title = f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})"
     poses = " Each figure is the mean over the poses" if any(r.worst for r in results) else ""
     poses += "; worst: the pose with the least coverage." if worst else "." * bool(poses)
-    return Explained(title, table, target_legend(results) + poses)
+    below = target_legend(results) + poses + (f" {DARK[0].upper()}{DARK[1:]}." if dark else "")
+    return Explained(title, table, below)
 
 
 _LARGEST_ERROR = {0.0125: 0.12, 0.025: 0.12, 0.05: 0.62, 0.1: 1.48, 0.2: 7.1}

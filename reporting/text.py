@@ -11,3 +11,9 @@ def counted(number: int, thing: str) -> str:
 def listed(parts: Sequence[str]) -> str:
     """Return a list as text: ``a``, ``a and b``, ``a, b and c``."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else list(parts))
+
+
+def coverage_caption(target: str, percent: float, dark_percent: float | None) -> str:
+    """Return the coverage of a target, with that for dark clothing if it is known, percent."""
+    dark = "" if dark_percent is None else f", dark clothing {dark_percent:.1f} %"
+    return f"{target}: {percent:.1f} % covered{dark}"

@@ -32,6 +32,8 @@ class TableRow:
     """Label of the target."""
     values: tuple[tuple[float, float], ...]
     """ζ in [0, 1] of each setup, as opened and now."""
+    dark: tuple[float | None, ...] = ()
+    """ζ in [0, 1] of each setup now for dark clothing; None without figures of its sensors."""
 
 
 def _text(text: str) -> str:
@@ -118,6 +120,10 @@ def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: str, pos
     for name in names:
         head += [f"{name}, as opened", "now"] if several else ["as opened", "now"]
     cells = [[r.target, *(f"{100 * v:.1f}" for pair in r.values for v in pair)] for r in rows]
+    if any(value is not None for r in rows for value in r.dark):
+        head += [f"{name}, dark clothing" if several else "dark clothing" for name in names]
+        for row, r in zip(cells, rows, strict=True):
+            row += ["–" if value is None else f"{100 * value:.1f}" for value in r.dark]
     note = f"<span style='{_FAINT}'>estimated from points{_text(poses)}; {_text(seconds)}</span>"
     return _box(_table(head, cells) + note)
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Ring, Setup
 from ..formats.escaping import printable
+from ..objectives.dark_clothing import in_dark_clothing
 from . import html as words
 from .browser_page import BrowserPage
 from .camera import FittedCamera
@@ -191,6 +192,10 @@ class PageDrawing:
                         glance.zeta(setup, target, occlusion, None if before == setup else count),
                     )
                     for before, setup in zip(opened, setups, strict=True)
+                ),
+                tuple(
+                    None if dark is None else glance.zeta(dark, target, occlusion, count)
+                    for dark in map(in_dark_clothing, setups)
                 ),
             )
             for target in self._room.targets

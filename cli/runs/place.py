@@ -32,7 +32,7 @@ from ...reporting.lines.reach import reach_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar
-from ...reporting.tables import count_error_line, ring_table, target_label, zeta_table
+from ...reporting.tables import count_error_line, result_caption, ring_table, zeta_table
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
 from .late_progress import late_progress
@@ -73,7 +73,7 @@ def place(
         record = proposal.search_file(comparison, criterion, paths)
         write_proposal(new / _FILES["proposal"], record.proposal)
         write_text(new / _FILES["result"], record.model_dump_json(indent=2) + "\n")
-        captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
+        captions = [result_caption(r) for r in mine]
         placement_picture(
             new / _FILES["picture"],
             scene,

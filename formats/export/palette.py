@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from itertools import cycle
 
 UNCOVERED, SHADOWED, COVERED_ONCE, COVERED_TWICE = "#D55E00", "#000000", "#56B4E9", "#0072B2"
-ROBOT, OBSTACLE, SENSOR = "#b4bbc3", "#c9b48c", "#23272b"
-_LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")
+ROBOT, OBSTACLE, SENSOR, CELL = "#b4bbc3", "#c9b48c", "#23272b", "#6b7a8f"
+_LINKS = ("#009E73", "#CC79A7", "#F0E442", "#7A5230", "#999999", "#E69F00")
 
 
 def link_colours(links: Sequence[str]) -> dict[str, str]:

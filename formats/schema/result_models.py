@@ -217,6 +217,13 @@ class VerifyResult(MappedModel[Verified]):
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
     )
+    dark_clothing_percent: Percent | None = Field(
+        default=None,
+        description=(
+            "coverage with the sensors' range on dark clothing (17 %) at their light, percent; none"
+            " without figures of a sensor, and for an interval"
+        ),
+    )
     by_part_percent: dict[str, Percent] = Field(
         default={},
         description=(
@@ -268,6 +275,11 @@ class VerifyResult(MappedModel[Verified]):
                 **joint_keys_of(scene.robot.chain, poses[worst].q),
             ),
         )
+
+    def with_dark(self, dark: Verified | None) -> Self:
+        """Return the record with ζ for dark clothing, if it is known."""
+        percent = None if dark is None else COVERAGE.write(dark.zeta)
+        return self.model_copy(update={"dark_clothing_percent": percent})
 
     def with_occlusion(
         self,

@@ -14,7 +14,7 @@ from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.scene import CoreScene
 from ..explained import Explained
-from ..tables import target_label, target_legend
+from ..tables import DARK, dark_columns, target_label, target_legend
 from ..terminal import Terminal
 from ..text import counted
 
@@ -88,14 +88,18 @@ def occlusion_table(
     if rings is not None:
         table.add_column("rings not mountable", justify="right")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
+    dark = dark_columns(shown)
     for label in labels:
         for model in models:
             table.add_column(f"{label} {model}", justify="right")
+            if model == own and label in dark:
+                table.add_column(f"{label} dark clothing", justify="right")
     for name in dict.fromkeys(r.setup for r in shown):
         mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
-        cells = [
-            f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in models
-        ]
+        cells = []
+        for label in labels:
+            each = [f"{mine[label][m]:.2f}" if label in mine else "" for m in models]
+            cells += [each[0], *([dark[label].get(name, "")] if label in dark else []), *each[1:]]
         faulty = [] if rings is None else [str(rings[name]) if rings[name] else "–"]
         style = "bold" if name == "proposal" else None
         price = [prices.get(name, "")] if prices else []
@@ -103,7 +107,13 @@ def occlusion_table(
     return Explained(
         f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
         table,
-        "; ".join([*filter(None, [target_legend(shown)[:-1]]), *(_MODELS[m] for m in models)])
+        "; ".join(
+            [
+                *filter(None, [target_legend(shown)[:-1]]),
+                *(_MODELS[m] for m in models),
+                *[DARK] * bool(dark),
+            ]
+        )
         + ".",
     )
 

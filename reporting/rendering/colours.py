@@ -7,9 +7,6 @@ from jaxtyping import Float
 
 from ...formats.export.palette import UNCOVERED
 
-# Okabe and Ito's colours, distinguishable with every kind of colour vision: cool colours for
-# sensors, the hot one for uncovered volume.
-LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
 UNSEEN_COLOUR = UNCOVERED
 Colour = Any
 """One colour for all parts, as ``#rrggbb`` or (3,) in [0, 1], or one for each part (N, 3)."""

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from .canvas import Canvas
 
-_ACROSS = 128  # pixels along the longer side
+_ACROSS = 192  # pixels along the longer side
 _LIGHT = 0.4  # weight of the shading; the rest is the plain colour
 
 

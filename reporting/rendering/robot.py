@@ -8,12 +8,13 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import attached_at, carried_at, robot_capsules
 from ...coverage.robots.robot import Robot
+from ...formats.export.palette import ROBOT
 from ...objectives.scene import CoreScene
 from .canvas import Canvas
 from .colours import rgb
 from .meshes import ball, band, body, capsule, circle, closed, faces_of, loops, rod, tube
 
-_LINK, _JOINT = "#b4bbc3", "#7d8791"
+_LINK, _JOINT = ROBOT, "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
 _RIM = 0.7  # points, width of a ring's edges
 _FOOT, _FOOT_HEIGHT = 0.095, 0.03  # m

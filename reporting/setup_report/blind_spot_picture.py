@@ -18,7 +18,8 @@ from ..placement_picture import VIEWS
 from ..plots import COLOURS, GREY, INK
 from ..rendering.canvas import Canvas
 from ..rendering.figures import write_png
-from ..rendering.meshes import ball, body, closed, faces_within
+from ..rendering.meshes import ball, body, closed
+from ..rendering.obstacles import add_obstacles, with_obstacles
 from ..rendering.robot import add_robot
 from ..rendering.room import draw_room
 from ..rendering.voxels import add_skin, skin, voxel_set
@@ -27,7 +28,7 @@ _MOST = 30_000  # largest number of voxels drawn
 _FACES = 24  # corners of a circle of a drawn ball
 _FAINT, _FAINT_ALPHA = "#8a8f96", 0.06  # of the whole uncovered part
 _COLOURS = (*COLOURS[:-1], "#8a6642", "#5b5ea6")
-_RINGS, _OBSTACLE = "#4a525a", "#c9b48c"
+_RINGS = "#4a525a"
 
 
 def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
@@ -64,12 +65,13 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> N
     box = scene.solid(blind.target, pose).a.bounds()
     line = body(scene.robot, frames)
     box = np.stack([np.minimum(box[0], line.min(axis=0)), np.maximum(box[1], line.max(axis=0))])
+    box = with_obstacles(box, scene)
     colours = dict(zip(spots, cycle(_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (caption, azimuth, elevation, _) in zip((0.01, 0.51), VIEWS, strict=True):
         axes = figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal")
         canvas = Canvas(axes, box, azimuth, elevation)
-        _draw_cell(canvas, scene, setup, frames, box)
+        _draw_cell(canvas, scene, setup, frames)
         surface = skin(coarse(blind.uncovered), canvas.rotation[2])
         add_skin(canvas, surface, _FAINT, alpha=_FAINT_ALPHA)
         _draw_spots(canvas, spots, colours)
@@ -90,13 +92,10 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> N
     write_png(path, figure)
 
 
-def _draw_cell(
-    canvas: Canvas, scene: CoreScene, setup: Setup, frames: Array, box: np.ndarray
-) -> None:
+def _draw_cell(canvas: Canvas, scene: CoreScene, setup: Setup, frames: Array) -> None:
     """Draw floor, obstacles and the robot with its rings at ``frames``."""
     draw_room(canvas)
-    for obstacle in scene.obstacles:
-        canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
+    add_obstacles(canvas, scene)
     rings = dict.fromkeys(scene.robot.links, _RINGS)
     add_robot(canvas, scene, frames, setup, rings, bool(scene.robot.bodies))
 

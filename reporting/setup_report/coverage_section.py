@@ -7,7 +7,7 @@ from ..lines.occlusion import ASSUMPTIONS, scene_lines, unseeing_lines
 from ..lines.protective_volume import protective_lines
 from ..pages import escaped, table
 from ..robustness import lines, robustness_rows
-from ..tables import count_error_line, target_label
+from ..tables import DARK, count_error_line, dark_columns, target_label
 from ..text import counted, listed
 from .facts import Facts
 
@@ -22,9 +22,12 @@ def answer(f: Facts) -> str:
     each = []
     for r in f.own:
         others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
-        beyond = ", ".join(f"{r.by_occlusion_percent[m]:.2f} % under `{m}`" for m in others)
+        beyond = [f"{r.by_occlusion_percent[m]:.2f} % under `{m}`" for m in others]
+        if r.dark_clothing_percent is not None:
+            beyond.insert(0, f"**{r.dark_clothing_percent:.2f} % of dark clothing**")
         each.append(
-            f"**{r.zeta_percent:.2f} % of {target_label(r)}**" + (f" ({beyond})" if beyond else "")
+            f"**{r.zeta_percent:.2f} % of {target_label(r)}**"
+            + (f" ({', '.join(beyond)})" if beyond else "")
         )
     return f"{what} cover {listed(each)}."
 
@@ -60,6 +63,14 @@ def coverage_section(f: Facts) -> Iterator[str]:
                 [f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells]
             )
         yield table(["setup", "sensors", *labels], rows, right=range(1, len(labels) + 2))
+    if dark := dark_columns(f.zetas):
+        yield f"### {DARK}\n"
+        rows = [
+            ["this setup" if name == f.name else escaped(name), str(sensors)]
+            + [of_setup.get(name, "") for of_setup in dark.values()]
+            for name, sensors in f.sensors.items()
+        ]
+        yield table(["setup", "sensors", *dark], rows, right=range(1, len(dark) + 2))
     for r in f.own:
         if r.worst is not None:
             yield (

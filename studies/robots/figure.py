@@ -1,7 +1,6 @@
 """Figure of the study of robots: rings found for real mounts, and coverage under each model."""
 
 from collections.abc import Sequence
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,9 @@ from matplotlib.lines import Line2D
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
+from ...formats.export.palette import link_colours
 from ...reporting.plots import COLOURS, GREY, INK, save, sheet
 from ...reporting.rendering.canvas import Canvas
-from ...reporting.rendering.colours import LINK_COLOURS
 from ...reporting.rendering.robot import add_robot
 from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where
@@ -73,7 +72,7 @@ def _keys() -> list[Line2D]:
     ]
     links = [
         Line2D([], [], color=colour, lw=5, label=f"ring on the {link}, searched under {SHOWN}")
-        for link, colour in zip(("upper arm", "forearm", "tool"), LINK_COLOURS, strict=False)
+        for link, colour in link_colours(("upper arm", "forearm", "tool")).items()
     ]
     best = Line2D(
         [], [], color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), label=f"best found under {SHOWN}"
@@ -90,8 +89,9 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
         [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
     )
     view = Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
-    colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
-    add_robot(view, scene, frames, setup_from(row.rings, scene), colour, real=True)
+    add_robot(
+        view, scene, frames, setup_from(row.rings, scene), link_colours(robot.links), real=True
+    )
     corners = view.extent()
     view.draw(fit=False)
     ax.set_aspect("equal")
