@@ -1,7 +1,7 @@
 """Common base of all results: a setup in a scene, with its pictures, pages and exports."""
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,6 +124,12 @@ def dark_rows(dark: Iterable[Verified | None]) -> Iterable[Sequence[str]]:
     for v in dark:
         if v is not None:
             yield f"{v.target}, dark clothing", f"{100 * v.zeta:.2f} %"
+
+
+def part_rows(by_part: Mapping[str, float]) -> Iterable[Sequence[str]]:
+    """Yield ζ of each part of a mixed system alone."""
+    for part, zeta in by_part.items():
+        yield f"{part} alone", f"{100 * zeta:.2f} %"
 
 
 def dark_captions(each: Iterable[Verified], dark: Iterable[Verified | None]) -> list[str]:

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ._errors import input_errors
-from ._placement import Placement, dark_captions, dark_rows
+from ._placement import Placement, dark_captions, dark_rows, part_rows
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
@@ -30,6 +30,7 @@ from .objectives.pose_subset import MANY
 from .objectives.robustness import RingSensitivity
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
+from .objectives.verify_breakdown import mean_by_part
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.progress import Outcome, Statistics
 from .placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
@@ -114,6 +115,13 @@ class Proposal(Placement):
     def by_target(self) -> dict[str, float]:
         """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
         return {str(v.target): v.zeta for v in self.each}
+
+    @cached_property
+    def by_part(self) -> dict[str, float]:
+        """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
+        weighted mean over the targets. Empty unless there are several of these.
+        """
+        return mean_by_part(self._verifier, self.setup, self.each)
 
     @property
     def rings_tried(self) -> dict[int, float]:
@@ -294,6 +302,7 @@ class Proposal(Placement):
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
         if not self.criterion.plain and self.value is not None:
             yield str(self.criterion), f"{100 * self.value:.2f} %"
+        yield from part_rows(self.by_part)
         yield from self.price_rows()
         if self.bound is not None:
             yield "upper bound", f"{100 * self.bound.value:.2f} %"

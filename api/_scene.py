@@ -17,6 +17,7 @@ from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
 from .coverage.robots.attached import Attached
+from .coverage.robots.base_frame import BaseFrame, base_frame
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
@@ -41,6 +42,7 @@ _KEYS = (
     "safety",
     "electronics",
     "prices",
+    "base",
 )
 
 
@@ -74,6 +76,9 @@ class Scene:
         safety: terms of the separation distance that defines ``ProtectiveVolume``.
         electronics: rate, bus and controller of each ring, which limit its sensors.
         prices: what a ring and a sensor cost; results then have a ``price``.
+        base: frame of the coordinates in these arguments, for an arm of Universal Robots:
+            ``base_link`` of its ROS description (the default, and the frame of all results), or
+            ``pendant``, the feature Base of its pendant, which is turned by 180° about z.
 
     Raises:
         InputError: for an invalid argument; the message states the value and the allowed ones.
@@ -106,6 +111,7 @@ class Scene:
         safety: Safety | None = None,
         electronics: Electronics | None = None,
         prices: Prices | None = None,
+        base: BaseFrame | None = None,
     ) -> None:
         given: dict[str, Any] = {
             "targets": targets or None,
@@ -120,6 +126,7 @@ class Scene:
             "safety": safety,
             "electronics": electronics,
             "prices": prices,
+            "base": base,
         }
         if attached is not None:
             given["attached"] = attached
@@ -232,6 +239,12 @@ class Scene:
         """What a ring and a sensor cost; None if unknown."""
         return self._core.prices
 
+    @property
+    def base(self) -> BaseFrame | None:
+        """Frame of all coordinates of the scene: ``base_link``, except for ``ur10_dh``; None for a
+        robot that is no arm of Universal Robots."""
+        return base_frame(self._core.robot)
+
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.
 
@@ -239,7 +252,8 @@ class Scene:
         tubes, rings without bodies on the lines between the joints.
 
         Args:
-            changes: arguments of ``Scene``; None restores an argument's default.
+            changes: arguments of ``Scene``; None restores an argument's default. ``base`` is the
+                frame of the coordinates in the same call.
 
         Returns:
             The new scene.

@@ -14,6 +14,7 @@ from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.robots.attached import Attached
+from .coverage.robots.base_frame import BASE_FRAMES, must_turn
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
@@ -22,6 +23,7 @@ from .formats.schema.target_models import boxed
 from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Obstacle
+from .objectives.turned_cell import turned_attached, turned_goal, turned_obstacle, turned_single
 
 _KINDS: dict[str, type] = {
     "sensor": Sensor,
@@ -60,6 +62,11 @@ def changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
         InputError: for an invalid value, or a model of occlusion that needs the robot's bodies.
     """
     fields, occlusion = _fields(given), given.get("occlusion")
+    turn = _turns(core.robot, given.get("base"))
+    if "base" in given:
+        fields["base_stated"] = given["base"] is not None
+    if turn:
+        fields |= _turned(fields)
     if occlusion in ("shadow", "blind") and not core.robot.bodies:
         raise InputError(
             f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
@@ -67,9 +74,36 @@ def changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
         )
     if "attached" in given:
         each = _each(given["attached"], Attached, "attached", "attached(...)")
+        each = tuple(map(turned_attached, each)) if turn else each
         with input_errors("attached"):
             fields["robot"] = core.robot.with_attached(each)
     return replace(core, **fields)
+
+
+def _turns(robot: Robot, base: Any) -> bool:
+    """Return whether coordinates in the frame ``base`` are turned in the robot's own base."""
+    if base not in (None, *BASE_FRAMES):
+        raise InputError(f"found {base!r}, allowed: {', '.join(BASE_FRAMES)}", "base")
+    try:
+        return must_turn(robot, base)
+    except ValueError as error:
+        raise InputError(f"found {base!r}, allowed: {error}", "base") from error
+
+
+def _turned(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those fields that hold coordinates in the base frame, turned by 180° about z."""
+    turns = {
+        "obstacles": turned_obstacle,
+        "cell_sensors": turned_single,
+        "goals": turned_goal,
+    }
+    new: dict[str, Any] = {
+        name: tuple(map(turn, fields[name])) for name, turn in turns.items() if name in fields
+    }
+    if "rules" in fields:
+        fixed = tuple(map(turned_single, fields["rules"].fixed_sensors))
+        new["rules"] = replace(fields["rules"], fixed_sensors=fixed)
+    return new
 
 
 def _fields(given: Mapping[str, Any]) -> dict[str, Any]:

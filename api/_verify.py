@@ -8,23 +8,22 @@ from typing import Any
 
 from ._arguments import number, renamed
 from ._errors import InputError, input_errors
-from ._placement import Placement, dark_captions, dark_rows
+from ._placement import Placement, dark_captions, dark_rows, part_rows
 from ._scene import Scene
 from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
-from .formats.schema.mapping import COVERAGE
 from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
-from .objectives.feasibility.violations import mount_faults
 from .objectives.dark_clothing import judge_dark, verify_dark
+from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
 from .objectives.scene import CoreScene
 from .objectives.verified import Verified
 from .objectives.verify import VOXEL, Verifier
-from .objectives.verify_breakdown import by_occlusion, by_part
+from .objectives.verify_breakdown import by_occlusion, by_part, mean_by_part
 
 _LEAST_MEMORY = 0.01  # GB
 
@@ -103,33 +102,19 @@ class Coverage(Placement):
         return tuple(
             VerifyResult.of(self.name, one, core)
             .with_dark(self._dark[i])
+            .with_parts(by_part(self.verifier, self.setup, one))
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
-            .model_copy(
-                update=more
-                | {
-                    "by_part_percent": self._by_part(one),
-                    "calibration": effects[i] if effects else None,
-                }
-            )
+            .model_copy(update=more | {"calibration": effects[i] if effects else None})
             for i, one in enumerate(self.each)
         )
 
-    @property
+    @cached_property
     def by_part(self) -> dict[str, float]:
         """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
         weighted mean over the targets. Empty unless there are several of these, and for an
         interval.
         """
-        weights = self.scene.core.goal_weights
-        each = [by_part(self.verifier, self.setup, one) for one in self.each]
-        return {
-            part: float(sum(w * zeta[part] for w, zeta in zip(weights, each, strict=True)))
-            for part in each[0]
-        }
-
-    def _by_part(self, one: Verified) -> dict[str, float]:
-        zetas = by_part(self.verifier, self.setup, one)
-        return {part: COVERAGE.write(zeta) for part, zeta in zetas.items()}
+        return mean_by_part(self.verifier, self.setup, self.each)
 
     def captions(self) -> list[str]:
         return dark_captions(self.each, self._dark)
@@ -143,6 +128,7 @@ class Coverage(Placement):
         yield from dark_rows(self._dark)
         if len(self.each) > 1:
             yield "weighted mean", f"{100 * self.coverage:.2f} %"
+        yield from part_rows(self.by_part)
         yield from self.price_rows()
 
     def __float__(self) -> float:

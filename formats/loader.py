@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from ..coverage.rings.ring import Setup
+from ..coverage.robots.base_frame import must_turn
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.sensors.sensor_model import Model
@@ -83,8 +84,9 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
         except ValidationError as error:
             raise explain(str(path), error, SceneModel) from error
     scene, trajectory = file.to_domain(), file.trajectory
-    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
-    scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read)
+    turn = must_turn(scene.robot, file.base)
+    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read, turn)
+    scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read, turn)
     if trajectory is None:
         return scene
     record = beside(path, f"{key}trajectory.file", trajectory.file)

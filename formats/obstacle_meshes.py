@@ -9,6 +9,7 @@ import numpy as np
 from ..coverage.robots.attached import Attached
 from ..coverage.solids.polyhedra import MOST_FACES, hull
 from ..objectives.scene import CoreScene, Obstacle
+from ..objectives.turned_cell import turned_attached, turned_obstacle
 from .errors import UserError, shown
 from .mesh_readers.mesh_numbers import MeshError
 from .mesh_readers.scene_mesh import read_scene_mesh
@@ -23,7 +24,9 @@ _PIECES = 64  # most separate parts of a mesh
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
-def with_meshes(scene: CoreScene, models: list[ObstacleModel], where: str, read: Any) -> CoreScene:
+def with_meshes(
+    scene: CoreScene, models: list[ObstacleModel], where: str, read: Any, turn: bool
+) -> CoreScene:
     """Return ``scene`` with the meshes of its file; each connected part counts by its convex hull.
 
     Args:
@@ -31,6 +34,7 @@ def with_meshes(scene: CoreScene, models: list[ObstacleModel], where: str, read:
         models: all obstacles of the file.
         where: file and key of the obstacles, for messages.
         read: returns path and bytes of a mesh file, from the key and the file name.
+        turn: whether the file's base is turned by 180° about z in the scene's.
 
     Raises:
         UserError: if a mesh cannot be used.
@@ -41,12 +45,13 @@ def with_meshes(scene: CoreScene, models: list[ObstacleModel], where: str, read:
             continue
         key = f"{where}[{i}].file"
         path, data = read(key, model.file)
-        obstacles += _parts(model, key, path, data)
+        parts = _parts(model, key, path, data)
+        obstacles += map(turned_obstacle, parts) if turn else parts
     return replace(scene, obstacles=tuple(obstacles))
 
 
 def with_attached_meshes(
-    scene: CoreScene, models: list[AttachedModel], where: str, read: Any
+    scene: CoreScene, models: list[AttachedModel], where: str, read: Any, turn: bool
 ) -> CoreScene:
     """Return ``scene`` with the attached meshes of its file; each connected part counts by its
     convex hull. For arguments and errors see ``with_meshes``."""
@@ -60,7 +65,8 @@ def with_attached_meshes(
         path, data = read(key, model.file)
         for part in _parts(model, key, path, data):
             keys = {**part.keys, "link": model.link}
-            attached.append(Attached(part.name, model.link, part.body, keys, part.hulled))
+            one = Attached(part.name, model.link, part.body, keys, part.hulled)
+            attached.append(turned_attached(one) if turn else one)
     return replace(scene, robot=scene.robot.with_attached(tuple(attached)))
 
 

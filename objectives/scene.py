@@ -11,6 +11,7 @@ from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Setup
+from ..coverage.robots.base_frame import BaseFrame
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
@@ -46,6 +47,8 @@ class Goal:
     """Weight in the objective; 0: none."""
     at_least: float = 0.0
     """Minimum zeta, in [0, 1]."""
+    base: BaseFrame | None = None
+    """Frame in which a target file states it; None: the robot's own, as in every scene."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,9 @@ class CoreScene:
     """Limits of a check's links to the robot and its rings."""
     radius_stated: bool = False
     """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
+    base_stated: bool = field(default=False, compare=False)
+    """Whether it was stated in which base frame the coordinates are; they are in the robot's own,
+    into which others are turned when they are read."""
     printing: Printing = field(default_factory=Printing)
     """How rings are printed."""
     electronics: Electronics = field(default_factory=Electronics)

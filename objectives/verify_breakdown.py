@@ -51,3 +51,13 @@ def by_part(verifier: Verifier, setup: Setup, known: Verified) -> dict[str, floa
         return {}
     alone = verifier.in_scene(bare)
     return {name: alone.verify(part, known.target).zeta for name, part in parts.items()}
+
+
+def mean_by_part(verifier: Verifier, setup: Setup, each: Sequence[Verified]) -> dict[str, float]:
+    """Return ``by_part`` as the weighted mean over the scene's goals, whose counts are ``each``."""
+    zetas = [by_part(verifier, setup, one) for one in each]
+    weights = verifier.scene.goal_weights
+    return {
+        part: float(sum(w * zeta[part] for w, zeta in zip(weights, zetas, strict=True)))
+        for part in zetas[0]
+    }

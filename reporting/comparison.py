@@ -18,7 +18,7 @@ from ..objectives.occlusion import unseeing
 from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
 from ..objectives.verify import Verifier
-from ..objectives.verify_breakdown import by_occlusion
+from ..objectives.verify_breakdown import by_occlusion, by_part
 from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -84,6 +84,8 @@ def counted(
                 result = VerifyResult.of(name, verified, scene)
                 if target in goals:
                     result = result.with_dark(verify_dark(verifier, one, target))
+                    if name not in brief:
+                        result = result.with_parts(by_part(verifier, one, verified))
                 if target in sighted:
                     result = result.with_occlusion(
                         by_occlusion(verifier, one, verified, few if name in brief else OCCLUSIONS),

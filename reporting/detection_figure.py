@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.cones import Cones
 from ..simulation.detection import Approaches, turned
@@ -217,7 +218,7 @@ def _approach(
     plain(
         top,
         f"from {np.degrees(azimuth) % 360:.0f}°, at the moment a report is due\n{due}; {end}",
-        "x, m",
+        f"x of {frame_text(robot)}, m",
         "y, m",
     )
     plain(side, "the same, seen across the path", "along the path, m", "z, m")

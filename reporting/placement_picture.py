@@ -13,11 +13,12 @@ from scipy.spatial import KDTree
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
-from ..formats.export.palette import CELL, OBSTACLE, link_colours
 from ..formats.escaping import printable
+from ..formats.export.palette import CELL, OBSTACLE, link_colours
 from ..objectives.occlusion import sight
 from ..objectives.scene import CoreScene
 from .plots import GREY, INK
@@ -230,7 +231,9 @@ def _draw(
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
     box = with_obstacles(box, scene)
     links = list(dict.fromkeys(group.link for one in each.values() for group in one.groups))
-    colour = link_colours([one for one in dict.fromkeys((*robot.links, *links)) if one != BASE_LINK])
+    colour = link_colours(
+        [one for one in dict.fromkeys((*robot.links, *links)) if one != BASE_LINK]
+    )
     colour[BASE_LINK] = CELL
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (setup, caption, *eye) in zip((0.01, 0.51), views, strict=True):
@@ -240,6 +243,7 @@ def _draw(
         _draw_robot(canvas, scene, each[setup], colour)
         ax = canvas.ax
         ax.axis("off")
+        caption += f" · axes of {frame_text(robot)}"
         ax.text(0, 1.01, caption, transform=ax.transAxes, fontsize=12.5, color=GREY, style="italic")
     size = min(18, 1300 / max(1, len(title)))
     figure.text(0.5, 0.945, title, ha="center", fontsize=size, color=INK, weight="bold")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.joint_values import joint_text
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
@@ -19,6 +20,7 @@ from .rendering.canvas import Canvas
 from .rendering.figures import write_png
 from .rendering.meshes import FINE_DISC, circle
 
+_AXIS = 0.16  # length of a drawn axis, as a share of the picture's
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
 
@@ -56,8 +58,23 @@ def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) 
     ax.plot(*xy.T, color=_CURVE, lw=2.0, zorder=3.1, solid_capstyle="round")
     origins = canvas.project(np.vstack([np.zeros(3), frames[:, :3, 3]]))[0]
     ax.plot(*origins.T, "o", ms=4.5, color="white", mec=_CURVE, mew=1.2, zorder=3.2)
+    _axes(canvas, float(np.ptp(box, axis=0).max()))
     for m in robot.mounts:
         _mount(canvas, frames[m.frame], m)
+
+
+def _axes(canvas: Canvas, size: float) -> None:
+    """Draw the axes of the base from its origin; one that points at the eye has no arrow."""
+    start = canvas.project(np.zeros(3))[0]
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        end = canvas.project(_AXIS * size * axis)[0]
+        if np.linalg.norm(end - start) < 0.2 * _AXIS * size:
+            continue
+        arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
+        canvas.ax.annotate("", end, start, arrowprops=arrow, zorder=4)
+        at = start + 1.14 * (end - start)
+        style = {"ha": "center", "va": "center", "fontsize": 10, "color": INK, "zorder": 4}
+        canvas.ax.text(*at, name, **style)
 
 
 def _mount(canvas: Canvas, T: Any, m: Any) -> None:
@@ -133,6 +150,7 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
         ax.set_aspect("equal")
         ax.margins(0.13, 0.04)
         ax.axis("off")
+        caption += f" · axes of {frame_text(robot)}"
         ax.set_title(caption, fontsize=11, color=GREY)
     angles = joint_text(robot.chain, robot.rest)
     figure.text(0.03, 0.955, robot.name, fontsize=17, color=INK, weight="bold")

@@ -6,10 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ...coverage.robots.base_frame import must_turn
+from ...coverage.robots.robot import Robot
 from ...coverage.targets import WITH_RADIUS, Target
 from ...formats.errors import UserError, shown
 from ...formats.loader import read_target
 from ...objectives.scene import CoreScene, Goal
+from ...objectives.turned_cell import turned_goal
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -80,6 +83,7 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
 
 def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radius") -> CoreScene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
+    goals = tuple(_in_own_base(goal, scene.robot) for goal in goals)
     inner = scene.shape.robot_radius
     for radius in (radius for goal in goals for radius in goal.target.radii):
         if radius <= inner:
@@ -92,6 +96,17 @@ def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radiu
         if first[target.key] != target:
             raise UserError(f"--target: found two different targets called {target}; rename one")
     return replace(scene, goals=goals) if goals else scene
+
+
+def _in_own_base(goal: Goal, robot: Robot) -> Goal:
+    """Return a goal of a target file with coordinates in the robot's own base."""
+    try:
+        turn = must_turn(robot, goal.base)
+    except ValueError as error:
+        raise UserError(
+            f"--target {goal.target}: base: found {goal.base}, allowed: {error}"
+        ) from error
+    return replace(turned_goal(goal) if turn else goal, base=None)
 
 
 def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-least") -> CoreScene:
@@ -134,7 +149,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
 def _floored(text: str, scene: CoreScene, option: str) -> Target:
     """Return the target that a minimum names: one of the scene's own, or a named one."""
     own = (goal.target for goal in scene.goals if goal.target.name == text)
-    return next(own, None) or parse_goal(text, None, option).target
+    return next(own, None) or _in_own_base(parse_goal(text, None, option), scene.robot).target
 
 
 def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:
@@ -147,5 +162,5 @@ def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Targ
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
         raise UserError(f"--target: found {' and '.join(targets)}, allowed: two different targets")
-    with_goals(scene, goals)
-    return goals[0].target, goals[1].target
+    near, far = with_goals(scene, goals).goals
+    return near.target, far.target

@@ -21,6 +21,7 @@ from ...reporting.lines.gap import gap_line
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
     occlusion_table,
+    part_lines,
     print_sight,
     shared_tilt_line,
     unmounted_lines,
@@ -188,6 +189,7 @@ def _show(
         )
     lines = (
         shared_tilt_line(scene, setup),
+        *part_lines(mine),
         price_line(scene, setup),
         *(worst_line(r) for r in mine),
         record_line(scene),

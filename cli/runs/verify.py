@@ -10,7 +10,7 @@ from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
 from ...reporting.lines.calibration import calibration_lines
 from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import occlusion_table, print_sight, unmounted_lines
+from ...reporting.lines.occlusion import occlusion_table, part_lines, print_sight, unmounted_lines
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.tables import (
@@ -63,13 +63,8 @@ def verify(
     if rule == "centre" and (line := flat_beam_line(setup, voxel or VOXEL, results)) is not None:
         console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
-    for r in results:
-        if parts := [f"{part} {zeta:.2f}" for part, zeta in r.by_part_percent.items()]:
-            console.print(
-                f"{target_label(r)} by each part alone, in percent: {', '.join(parts)}.",
-                highlight=False,
-                soft_wrap=True,
-            )
+    for line in part_lines(results):
+        console.print(line, highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.base_frame import must_turn
 from ...objectives.scene import CoreScene
+from ...objectives.turned_cell import turned_single
 from .base_model import StrictModel, refuse
 from .field_types import Percent
 from .gap_models import GapModel
@@ -217,7 +219,10 @@ class ProposalFile(VersionedFile):
             ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
         """
         rings = setup_of(self.rings, scene.sensor, scene.ring_radius).rings
-        return Setup(rings, singles_of(self.sensors, scene.sensor))
+        singles = singles_of(self.sensors, scene.sensor)
+        if must_turn(scene.robot, self.scene.base):
+            singles = tuple(map(turned_single, singles))
+        return Setup(rings, singles)
 
     def stated(self) -> dict[str, Any]:
         """Return the keys without those that have their default or repeat another one.

@@ -281,6 +281,11 @@ class VerifyResult(MappedModel[Verified]):
         percent = None if dark is None else COVERAGE.write(dark.zeta)
         return self.model_copy(update={"dark_clothing_percent": percent})
 
+    def with_parts(self, zetas: dict[str, float]) -> Self:
+        """Return the record with ζ in [0, 1] of each part of a mixed system alone."""
+        percent = {part: COVERAGE.write(zeta) for part, zeta in zetas.items()}
+        return self.model_copy(update={"by_part_percent": percent})
+
     def with_occlusion(
         self,
         zetas: dict[Occlusion, float],

@@ -17,11 +17,13 @@ from pydantic import (
 
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import RING_RADIUS, Setup
+from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
 from ...coverage.targets import Shape, Target
 from ...objectives.poses import Pose
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
+from ...objectives.turned_cell import turned_scene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
@@ -82,6 +84,14 @@ class SceneModel(MappedModel[CoreScene]):
     robot: RobotKey = Field(
         default="ur10",
         description="name of a built-in robot, a robot file (.toml), or a robot in-line",
+    )
+    base: BaseFrame | None = Field(
+        default=None,
+        description=(
+            "frame of all coordinates in the base frame, for an arm of Universal Robots: base_link"
+            " of its ROS description, or pendant, the feature Base of its pendant, turned by 180°"
+            " about z; default: base_link"
+        ),
     )
     calibration: CalibrationModel | None = Field(
         default=None,
@@ -205,6 +215,10 @@ class SceneModel(MappedModel[CoreScene]):
 
     def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield targets, rings and rules that the robot does not allow."""
+        try:
+            must_turn(robot, self.base)
+        except ValueError as error:
+            yield ("base",), self.base, str(error)
         if self.calibration is not None:
             yield from self.calibration.faults(robot)
         yield from self._target_faults(robot)
@@ -260,8 +274,9 @@ class SceneModel(MappedModel[CoreScene]):
         robot = robot_of(self.robot)
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
-        return super().to_domain(
+        scene = super().to_domain(
             robot=attached_to(robot, self.attached),
+            base_stated=self.base is not None,
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
@@ -272,6 +287,7 @@ class SceneModel(MappedModel[CoreScene]):
             obstacles=obstacles_of(self.obstacles),
             **given,
         )
+        return turned_scene(scene) if must_turn(robot, self.base) else scene
 
     @classmethod
     def from_domain(cls, value: CoreScene, **given: Any) -> Self:
@@ -280,6 +296,7 @@ class SceneModel(MappedModel[CoreScene]):
         return super().from_domain(
             value,
             robot=robot_key(value.robot),
+            base=base_frame(value.robot),
             calibration=CalibrationModel.of(value.robot),
             poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from ...coverage.robots.base_frame import BaseFrame
 from ...coverage.targets import NAMES, OWN_NAME, WITH_RADIUS, Target, own_name
 from ...coverage.volumes import BoxVolume, CombinedVolume, FunctionVolume, Volume
 from ...objectives.scene import CoreScene, Goal
@@ -145,3 +146,7 @@ def own_keys(target: Target) -> dict[str, Any]:
 
 class TargetFile(TargetModel, VersionedFile):
     """A target of one's own, for ``--target`` (TOML)."""
+
+    base: BaseFrame | None = Field(
+        default=None, description="frame of its coordinates, as the key base of a scene"
+    )

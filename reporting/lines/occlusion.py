@@ -9,10 +9,12 @@ from rich.table import Table
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.base_frame import base_frame, frame_text
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.scene import CoreScene
+from ...objectives.verify_breakdown import PARTS
 from ..explained import Explained
 from ..tables import DARK, dark_columns, target_label, target_legend
 from ..terminal import Terminal
@@ -161,14 +163,15 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
 
 
 def scene_lines(scene: CoreScene) -> list[str]:
-    """Return lines about a robot without bodies, and about obstacles that are not convex, whose
-    convex hulls replace them."""
+    """Return lines about a robot without bodies, about a base frame that was not stated, and about
+    obstacles that are not convex, whose convex hulls replace them."""
     bodiless = (
         f"Robot {scene.robot.name} has no bodies: beams pass through it, and rings need no room on"
         " it. place-rings robot fits bodies to a URDF."
     )
     return (
         [bodiless] * (not scene.robot.bodies)
+        + base_lines(scene)
         + [
             f"Obstacle {o.name} is not convex; its convex hull is used."
             for o in scene.obstacles
@@ -180,6 +183,36 @@ def scene_lines(scene: CoreScene) -> list[str]:
             if one.hulled
         ]
     )
+
+
+def part_lines(results: Sequence[VerifyResult]) -> list[str]:
+    """Return what each part of a mixed system covers alone, and what the rings add to the rest."""
+    lines = []
+    for r in results:
+        parts = dict(r.by_part_percent)
+        if not parts:
+            continue
+        each = ", ".join(f"{part} {zeta:.2f}" for part, zeta in parts.items())
+        line = f"{target_label(r)} by each part alone, in percent: {each}"
+        rings, others = parts.pop(PARTS[0], None), list(parts)
+        if rings is not None and len(others) == 1:
+            added = r.zeta_percent - parts[others[0]]
+            line += f"; the rings add {added:.2f} points to what the {others[0]} cover"
+        lines.append(line + ".")
+    return lines
+
+
+def base_lines(scene: CoreScene) -> list[str]:
+    """Return a line if a UR arm has a cell that half a turn about z would change, and its scene
+    states no base frame."""
+    turns = scene.cell_sensors or any(len(one.body.edges) for one in scene.obstacles)
+    if scene.base_stated or not turns or base_frame(scene.robot) is None:
+        return []
+    return [
+        f"The scene states no base, so its obstacles and sensors of the cell are in"
+        f" {frame_text(scene.robot)}. base_link is the Base of the pendant turned by 180° about z:"
+        ' state base = "pendant" if they were read there, or else base = "base_link".'
+    ]
 
 
 def print_sight(

@@ -18,17 +18,12 @@ _NEAR = 0.3  # m; obstacles as near to what a picture shows are part of it
 
 
 def with_obstacles(box: Float[np.ndarray, "2 3"], scene: CoreScene) -> Float[np.ndarray, "2 3"]:
-    """Return a box (2, 3) m extended to the parts of obstacles that lie near it."""
-    room = box + [[-_NEAR], [_NEAR]] * np.ones(3)
-    parts = [faces_within(one.body, room).reshape(-1, 3) for one in scene.obstacles]
-    ends = [part for part in parts if len(part) and _crosses(part, box)]
-    corners = np.vstack([box, *ends])
+    """Return a box (2, 3) m extended to the parts of obstacles that lie near it; a floor, which has
+    no end, is drawn in the box as it is."""
+    room = box + np.array([[-_NEAR], [_NEAR]])
+    solid = [one.body for one in scene.obstacles if len(one.body.edges)]
+    corners = np.vstack([box, *(faces_within(body, room).reshape(-1, 3) for body in solid)])
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
-
-
-def _crosses(part: Float[np.ndarray, "N 3"], box: Float[np.ndarray, "2 3"]) -> bool:
-    """Return whether something of a part of an obstacle is drawn: not that of a far floor."""
-    return bool(np.ptp(np.clip(part, *(box + [[-_NEAR / 2], [_NEAR / 2]])), axis=0).min() > 0)
 
 
 def add_obstacles(canvas: Canvas, scene: CoreScene) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...coverage.arrays import Array
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.inscribed_balls import coarser
 from ...coverage.voxels.voxel_set import VoxelSet
@@ -76,6 +77,7 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> N
         add_skin(canvas, surface, _FAINT, alpha=_FAINT_ALPHA)
         _draw_spots(canvas, spots, colours)
         canvas.ax.axis("off")
+        caption += f" · axes of {frame_text(scene.robot)}"
         canvas.ax.text(
             0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
         )

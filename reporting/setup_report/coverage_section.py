@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
-from ..lines.occlusion import ASSUMPTIONS, scene_lines, unseeing_lines
+from ..lines.occlusion import ASSUMPTIONS, part_lines, scene_lines, unseeing_lines
 from ..lines.protective_volume import protective_lines
 from ..pages import escaped, table
 from ..robustness import lines, robustness_rows
@@ -29,7 +29,8 @@ def answer(f: Facts) -> str:
             f"**{r.zeta_percent:.2f} % of {target_label(r)}**"
             + (f" ({', '.join(beyond)})" if beyond else "")
         )
-    return f"{what} cover {listed(each)}."
+    alone = [one for one in part_lines(f.own) if f.scene.cell_sensors]
+    return " ".join([f"{what} cover {listed(each)}.", *alone])
 
 
 def coverage_section(f: Facts) -> Iterator[str]:
@@ -77,7 +78,7 @@ def coverage_section(f: Facts) -> Iterator[str]:
                 f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f}"
                 " %.\n"
             )
-    told = [*unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene)]
+    told = [*part_lines(f.own), *unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene)]
     if told:
         yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
 

@@ -10,8 +10,10 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
+from ...formats.export.palette import OBSTACLE
 from ...objectives.occlusion import setup_sight
 from ...objectives.scene import CoreScene
 from ..plots import GREY, INK
@@ -19,10 +21,12 @@ from ..rendering.colours import UNSEEN_COLOUR
 from ..rendering.convex_outline import convex_outline
 from ..rendering.figures import write_png
 
-COVERED, _EXCLUDED, _ROBOT, _OBSTACLE = "#7fb3d9", "#e3e5e8", "#7d8791", "#c9b48c"
+COVERED, _EXCLUDED, _ROBOT = "#7fb3d9", "#e3e5e8", "#7d8791"
 _POINTS = 90_000  # points of the section
 _AT_ONCE = 8_000  # points whose coverage is computed at once
 _MARGIN = 0.08  # m, around the target
+_BELOW, _ABOVE = 1.25, 0.05  # inches of the figure: axis and key below the section, and above it
+_PARALLEL = 0.9995  # least cosine with an axis of a section that is said to lie along it
 _TURN = np.linspace(0.0, 2 * np.pi, 49)  # of the outline of a capsule's end
 
 
@@ -73,6 +77,7 @@ def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
     origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
     along, through = _along(origins), origins.mean(axis=0) * [1, 1, 0]
+    through -= (through @ along) * along  # so that the axis counts from the base
     low, high = scene.solid(scene.goals[0].target, 0).a.bounds()
     corners = np.array([(x, y, 0.0) for x in (low[0], high[0]) for y in (low[1], high[1])])
     reach = (corners - through) @ along
@@ -88,19 +93,30 @@ def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
     }
     wide = 9.0
     tall = min(5.2, max(2.6, wide * height / width))
-    figure = Figure(figsize=(wide, tall + 1.0), dpi=150, facecolor="white")
-    ax = figure.add_axes((0.07, 0.86 / (tall + 1.0), 0.91, tall / (tall + 1.0) * 0.97))
+    whole = tall + _BELOW + _ABOVE
+    figure = Figure(figsize=(wide, whole), dpi=150, facecolor="white")
+    ax = figure.add_axes((0.07, _BELOW / whole, 0.91, tall / whole))
     _paint(ax, u, z, fields)
     _outline(ax, scene, frames, along, through)
     apexes = sensor_cones(scene.robot, scene.with_cell(setup), scene.poses[0].q).apex - through
     ax.plot(apexes @ along, apexes[:, 2], "o", ms=2.6, mfc="white", mec=INK, mew=0.7, zorder=6)
     ax.set(aspect="equal", xlim=ends[0], ylim=ends[1])
-    ax.set_xlabel("along the arm, m", color=GREY, fontsize=9)
-    ax.set_ylabel("height, m", color=GREY, fontsize=9)
+    ax.set_xlabel(_direction(along, scene), color=GREY, fontsize=9)
+    ax.set_ylabel("z, m", color=GREY, fontsize=9)
     ax.tick_params(labelsize=8, colors=GREY)
     ax.spines[["top", "right"]].set_visible(False)
     _legend(figure, scene)
     write_png(path, figure)
+
+
+def _direction(along: Float[np.ndarray, " 3"], scene: CoreScene) -> str:
+    """Return the label of the horizontal axis: x or y of the base, or the direction between."""
+    frame = frame_text(scene.robot)
+    for axis in range(2):
+        if abs(along[axis]) > _PARALLEL:
+            return f"{'xy'[axis]} of {frame}, m"
+    x, y = along[:2]
+    return f"along the arm, m: towards ({x:.2f}, {y:.2f}, 0) in x, y, z of {frame}"
 
 
 def _outline(ax: Any, scene: CoreScene, frames: Any, along: Any, through: Any) -> None:
@@ -135,7 +151,7 @@ def _paint(ax: Any, u: Any, z: Any, fields: dict[str, Any]) -> None:
     fill(target, UNSEEN_COLOUR)
     fill(np.maximum(target, fields["covered"]), COVERED)
     fill(np.maximum(fields["outer"], fields["inner"]), _EXCLUDED)
-    fill(fields["obstacles"], _OBSTACLE)
+    fill(fields["obstacles"], OBSTACLE)
     if fields["outer"].min() < 0 < fields["outer"].max():
         ax.contour(u, z, fields["outer"], levels=[0.0], colors=[INK], linewidths=1.4)
 
@@ -153,7 +169,7 @@ def _legend(figure: Any, scene: CoreScene) -> None:
         Line2D([], [], color=INK, lw=1.4, label=f"boundary of the target {target}"),
         Patch(fc=_EXCLUDED, label="does not count: near the robot itself"),
         Patch(fc=_ROBOT, label="robot, seen from the side"),
-        *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
+        *([Patch(fc=OBSTACLE, label="obstacles")] if scene.obstacles else []),
         Line2D([], [], label="sensors", **dot),
     ]
     figure.legend(handles=keys, loc="lower center", ncols=3, frameon=False, fontsize=8.5)

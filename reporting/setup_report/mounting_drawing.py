@@ -9,8 +9,10 @@ from typing import Any
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
+from ...formats.export.palette import link_colours
 from ...objectives.scene import CoreScene
 from ..plots import COLOURS, GREY, GRID, INK
+from ..rendering.colours import rgb
 from ..rendering.figures import write_png
 from .directions import axis_name
 
@@ -18,7 +20,7 @@ _WIDE = 8.6  # inches
 _SIDE, _STEP = 1.9, 0.22  # inches: height of the side view, and of a dimension line
 _DIALS, _DIAL, _CAPTION = 6, 1.4, 0.72  # dials in a row; their height and that of their captions
 _TITLE = 0.4  # inches
-_LINK_FACE, _RING_FACE, _FIRST = "#dfe3e8", COLOURS[0], COLOURS[1]
+_LINK_FACE, _FIRST = "#dfe3e8", COLOURS[1]
 _BEAM = 0.45  # length of a drawn beam, as a share of the largest radius
 _SMALLEST = 0.02  # m, radius of a link of unknown section
 _MM = 1000.0
@@ -58,21 +60,23 @@ def mounting_drawing(path: Path, scene: CoreScene, setup: Setup, link: str) -> N
     rows = math.ceil(len(rings) / _DIALS)
     tall = _TITLE + side + rows * (_DIAL + _CAPTION)
     figure = Figure(figsize=(_WIDE, tall), dpi=150, facecolor="white")
-    name = link.replace("_", " ")
+    name, colour = link.replace("_", " "), link_colours(scene.robot.links)[link]
     figure.text(0.012, 1 - 0.3 / tall, f"Rings on the {name}", fontsize=13, color=INK, va="center")
     if mount.length > 0:
         area = (0.03, (tall - _TITLE - side) / tall, 0.94, side / tall)
-        _side_view(figure.add_axes(area), scene, mount, rings)
+        _side_view(figure.add_axes(area), scene, mount, rings, colour)
     for k, (number, ring) in enumerate(rings.items()):
         row, column = divmod(k, _DIALS)
         top = tall - _TITLE - side - row * (_DIAL + _CAPTION)
         left = column / _DIALS * 0.98 + 0.01
         area = (left, (top - _DIAL) / tall, 0.98 / _DIALS, _DIAL / tall)
-        _dial(figure.add_axes(area), mount, number, ring, surrounded(scene.robot, link))
+        _dial(figure.add_axes(area), mount, number, ring, surrounded(scene.robot, link), colour)
     write_png(path, figure)
 
 
-def _side_view(ax: Any, scene: CoreScene, mount: Mount, rings: dict[int, Ring]) -> None:
+def _side_view(
+    ax: Any, scene: CoreScene, mount: Mount, rings: dict[int, Ring], colour: str
+) -> None:
     """Draw the link from the side, proximal end on the left, with its rings and dimensions, mm."""
     from matplotlib.patches import Rectangle
 
@@ -95,7 +99,7 @@ def _side_view(ax: Any, scene: CoreScene, mount: Mount, rings: dict[int, Ring]) 
     for level, number in enumerate(order, start=1):
         ring = rings[number]
         x, r = long * ring.position, scale * _MM * ring.radius
-        _ring(ax, x, r, half, ring.tilt, _BEAM * scale * largest)
+        _ring(ax, x, r, half, ring.tilt, _BEAM * scale * largest, colour)
         top = scale * largest * (1 + _BEAM) + (0.03 + 0.16 * (level % 2)) * inch
         ax.text(x, top, str(number), ha="center", va="bottom", fontsize=9, color=INK, weight="bold")
         y = -_SIDE / 2 * inch - (level - 0.5) * _STEP * inch
@@ -105,11 +109,14 @@ def _side_view(ax: Any, scene: CoreScene, mount: Mount, rings: dict[int, Ring]) 
     ax.plot((0, 0), (low, y), color=GRID, lw=0.8, zorder=0)
 
 
-def _ring(ax: Any, x: float, radius: float, half: float, tilt: float, beam: float) -> None:
+def _ring(
+    ax: Any, x: float, radius: float, half: float, tilt: float, beam: float, colour: str
+) -> None:
     """Draw a ring from the side, with a beam above and below it."""
     from matplotlib.patches import Rectangle
 
-    ax.add_patch(Rectangle((x - half, -radius), 2 * half, 2 * radius, fc=_RING_FACE, alpha=0.85))
+    corner, edge = (x - half, -radius), tuple(0.8 * rgb(colour))
+    ax.add_patch(Rectangle(corner, 2 * half, 2 * radius, fc=colour, ec=edge, lw=0.8))
     for sign in (-1.0, 1.0):
         tip = (x + beam * math.sin(tilt), sign * (radius + beam * math.cos(tilt)))
         arrow = {"arrowstyle": "-|>", "color": _FIRST, "lw": 1.0, "shrinkA": 0, "shrinkB": 0}
@@ -125,23 +132,23 @@ def _dimension(ax: Any, x: float, y: float, start: float, text: str) -> None:
     ax.text(0, y, text, ha="right", va="center", fontsize=8.5, color=INK, bbox=box)
 
 
-def _dial(ax: Any, mount: Mount, number: int, ring: Ring, section: float) -> None:
+def _dial(ax: Any, mount: Mount, number: int, ring: Ring, section: float, colour: str) -> None:
     """Draw the sensors of a ring about its link, seen from the distal end."""
     from matplotlib.patches import Circle
 
     ax.add_patch(Circle((0, 0), max(section, _SMALLEST) / ring.radius, fc=_LINK_FACE, ec=GREY))
-    ax.add_patch(Circle((0, 0), 1.0, fc="none", ec=_RING_FACE, lw=1.6))
+    ax.add_patch(Circle((0, 0), 1.0, fc="none", ec=tuple(0.8 * rgb(colour)), lw=1.6))
     ax.plot((0, 1.62), (0, 0), color=GREY, lw=0.9, ls=(0, (5, 3)))
     ax.text(1.66, 0, axis_name(mount.zero), fontsize=8.5, color=GREY, va="center")
     size = 7.0 if ring.count <= 16 else 5.0
     for k in range(ring.count):
         angle = ring.phase + k * math.tau / ring.count
         c, s = math.cos(angle), math.sin(angle)
-        colour = _FIRST if k == 0 else INK
-        ax.plot((c, 1.14 * c), (s, 1.14 * s), color=colour, lw=2.4 if k == 0 else 1.4)
-        ax.plot(c, s, "o", ms=5 if k == 0 else 3, color=colour)
+        ink = _FIRST if k == 0 else INK
+        ax.plot((c, 1.14 * c), (s, 1.14 * s), color=ink, lw=2.4 if k == 0 else 1.4)
+        ax.plot(c, s, "o", ms=5 if k == 0 else 3, color=ink)
         weight = "bold" if k == 0 else "normal"
-        style: dict[str, Any] = {"ha": "center", "va": "center", "color": colour, "weight": weight}
+        style: dict[str, Any] = {"ha": "center", "va": "center", "color": ink, "weight": weight}
         style |= {"bbox": {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none"}}
         ax.text(1.33 * c, 1.33 * s, str(k), fontsize=size + (k == 0), **style)
     phase = round(math.degrees(ring.phase), 2) % 360

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
-from ...coverage.solids.polyhedra import Polyhedron
-from ...objectives.scene import CoreScene, Obstacle
+from ...objectives.scene import CoreScene
+from ...objectives.turned_cell import turned_obstacle
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .channel_assignment import SURE, best_order, costs
@@ -23,18 +23,11 @@ from .solve import MountError
 
 _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _FITS = 1.0  # mean cost of a reading, below which a cell explains the readings of fitted rings
-_HALF_TURN = np.array([-1.0, -1.0, 1.0])
 
 
 def turned(scene: CoreScene) -> CoreScene:
     """Return the scene with its obstacles turned by 180° about the z axis of the base."""
-    obstacles = (replace(one, body=_turned(one)) for one in scene.obstacles)
-    return replace(scene, obstacles=tuple(obstacles))
-
-
-def _turned(one: Obstacle) -> Polyhedron:
-    body = one.body
-    return replace(body, normal=body.normal * _HALF_TURN, edges=body.edges * _HALF_TURN)
+    return replace(scene, obstacles=tuple(map(turned_obstacle, scene.obstacles)))
 
 
 def cell_is_turned(scene: CoreScene, setup: Setup, stops: Stops) -> bool:

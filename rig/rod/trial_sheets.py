@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull, QhullError
 
+from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.polyhedra import Polyhedron
@@ -76,7 +77,8 @@ def _page(scene: CoreScene, plan: RodPlan, pose: int, trials: Any, first: int) -
     figure.text(
         0.07,
         0.928,
-        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in the robot's base frame;"
+        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in"
+        f" {frame_text(scene.robot)};"
         " foot: its lower end, mm above the floor, or z where there is none.\nPut it up on a"
         " stand, step out of the sensors' reach, start the trial, tick it.",
         fontsize=8.5,

@@ -1,0 +1,126 @@
+"""The cell of a scene turned by 180° about z of the base: how coordinates of a UR arm's pendant
+become those of ``base_link``, exactly."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
+from ..coverage.robots.attached import Attached
+from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
+from ..coverage.solids.capsules import Capsules
+from ..coverage.solids.polyhedra import Polyhedron
+from ..coverage.volumes import (
+    BallVolume,
+    BoxVolume,
+    CombinedVolume,
+    CylinderVolume,
+    FunctionVolume,
+    HalfSpaceVolume,
+    MeshVolume,
+    Volume,
+)
+from ..coverage.weight_field import WeightField
+from .scene import CoreScene, Goal, Obstacle
+
+
+@dataclass(frozen=True)
+class TurnedFunction:
+    """A function of points that are turned first."""
+
+    function: Callable[[Float[np.ndarray, "N 3"]], Float[np.ndarray, " N"]]
+
+    def __call__(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+        return self.function(points * HALF_TURN)
+
+
+def turned_scene(scene: CoreScene) -> CoreScene:
+    """Return the scene with all that it states in the base frame turned: obstacles, volumes and
+    weights of targets, sensors of the cell, and what is fixed or attached to the link ``base``."""
+    return replace(
+        scene,
+        robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
+        goals=tuple(map(turned_goal, scene.goals)),
+        obstacles=tuple(map(turned_obstacle, scene.obstacles)),
+        cell_sensors=tuple(map(turned_single, scene.cell_sensors)),
+        rules=replace(
+            scene.rules, fixed_sensors=tuple(map(turned_single, scene.rules.fixed_sensors))
+        ),
+    )
+
+
+def turned_obstacle(one: Obstacle) -> Obstacle:
+    """Return an obstacle turned, with the keys that define it."""
+    return replace(one, body=_turned_solid(one.body), keys=_turned_keys(one.keys))
+
+
+def turned_single(one: MountedSensor) -> MountedSensor:
+    """Return a single sensor turned if it is fixed to the base."""
+    if one.link != BASE_LINK:
+        return one
+    position, direction, up = turned(one.position), turned(one.direction), turned(one.up)
+    return replace(one, position=position, direction=direction, up=up)
+
+
+def turned_attached(one: Attached) -> Attached:
+    """Return a solid turned if it is attached to the base."""
+    if one.link != BASE_LINK:
+        return one
+    return replace(one, solid=_turned_solid(one.solid), keys=_turned_keys(one.keys))
+
+
+def turned_goal(goal: Goal) -> Goal:
+    """Return a goal with its own volume and its weights turned."""
+    target = goal.target
+    own = None if target.volume is None else turned_volume(target.volume)
+    weights = None if target.importance is None else _turned_weights(target.importance)
+    return replace(goal, target=replace(target, volume=own, importance=weights))
+
+
+def turned_volume(volume: Volume) -> Volume:
+    """Return a volume turned; the named ones move with the robot."""
+    match volume:
+        case BoxVolume() | CylinderVolume():
+            return replace(volume, centre=turned(volume.centre), rpy=turned_rpy(volume.rpy))
+        case BallVolume():
+            return replace(volume, centre=turned(volume.centre))
+        case HalfSpaceVolume():
+            return replace(volume, normal=turned(volume.normal), point=turned(volume.point))
+        case MeshVolume():
+            return replace(volume, vertices=volume.vertices * HALF_TURN + 0.0)
+        case CombinedVolume():
+            return replace(volume, of=tuple(map(turned_volume, volume.of)))
+        case FunctionVolume(function, (low, high)):
+            a, b = turned(high), turned(low)
+            return FunctionVolume(TurnedFunction(function), ((*a[:2], low[2]), (*b[:2], high[2])))
+    return volume
+
+
+def _turned_solid(solid: Any) -> Any:
+    if isinstance(solid, Capsules):
+        return replace(solid, start=solid.start * HALF_TURN, end=solid.end * HALF_TURN)
+    assert isinstance(solid, Polyhedron)
+    return replace(solid, normal=solid.normal * HALF_TURN, edges=solid.edges * HALF_TURN)
+
+
+def _turned_keys(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a file that define a solid: R becomes Z R Z, and points Z p."""
+    new = dict(keys)
+    for key in ("centre", "start", "end"):
+        if key in keys:
+            new[key] = list(turned(tuple(keys[key])))
+    if "points" in keys:
+        new["points"] = [list(turned(tuple(point))) for point in keys["points"]]
+    if "rpy_deg" in keys:
+        roll, pitch, yaw = keys["rpy_deg"]
+        new["rpy_deg"] = list(turned_rpy((roll, pitch, yaw)))
+    return new
+
+
+def _turned_weights(field: WeightField) -> WeightField:
+    far = [o + n * c for o, n, c in zip(field.origin, field.level.shape, field.cell, strict=True)]
+    origin = (-far[0], -far[1], field.origin[2])
+    return replace(field, level=np.ascontiguousarray(field.level[::-1, ::-1]), origin=origin)
