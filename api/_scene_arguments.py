@@ -1,6 +1,6 @@
 """The arguments of a scene: from what a user passes to the fields of ``CoreScene``."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -92,7 +92,7 @@ def _turns(robot: Robot, base: Any) -> bool:
 
 def _turned(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return those fields that hold coordinates in the base frame, turned by 180° about z."""
-    turns = {
+    turns: dict[str, Callable[[Any], Any]] = {
         "obstacles": turned_obstacle,
         "cell_sensors": turned_single,
         "goals": turned_goal,

@@ -231,10 +231,7 @@ def _draw(
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
     box = with_obstacles(box, scene)
     links = list(dict.fromkeys(group.link for one in each.values() for group in one.groups))
-    colour = link_colours(
-        [one for one in dict.fromkeys((*robot.links, *links)) if one != BASE_LINK]
-    )
-    colour[BASE_LINK] = CELL
+    colour = link_colours(list(dict.fromkeys((*robot.links, *links)))) | {BASE_LINK: CELL}
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (setup, caption, *eye) in zip((0.01, 0.51), views, strict=True):
         canvas = Canvas(_axes(figure, left), box, *eye)

@@ -103,9 +103,8 @@ def _in_own_base(goal: Goal, robot: Robot) -> Goal:
     try:
         turn = must_turn(robot, goal.base)
     except ValueError as error:
-        raise UserError(
-            f"--target {goal.target}: base: found {goal.base}, allowed: {error}"
-        ) from error
+        found = f"--target {goal.target}: base: found {goal.base}"
+        raise UserError(f"{found}, allowed: {error}") from error
     return replace(turned_goal(goal) if turn else goal, base=None)
 
 

@@ -1,8 +1,8 @@
 """The frame in which coordinates of the cell are stated: ROS's ``base_link``, or Base of a pendant.
 
 The feature Base of the pendant of a Universal Robots arm is ``base_link`` of its ROS description
-turned by 180° about z (ros-industrial/universal_robot, issue 676). The chain of each built-in UR arm
-begins at ``base_link``; that of ``ur10_dh``, the maker's table, begins at the pendant's Base.
+turned by 180° about z (ros-industrial/universal_robot, issue 676). The chain of each built-in UR
+arm begins at ``base_link``; that of ``ur10_dh``, the maker's table, begins at the pendant's Base.
 """
 
 from typing import Literal, TypeVar, get_args
