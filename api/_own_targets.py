@@ -71,7 +71,7 @@ class Box(OwnTarget):
     size: Sequence[float]
     """Sides (x, y, z) along its own axes, m."""
     centre: Sequence[float] = _ORIGIN
-    """Centre (x, y, z) in the base frame, m."""
+    """Centre (x, y, z) in the base frame (``base`` of ``Scene``), m."""
     rpy_deg: Sequence[float] = _ORIGIN
     """Rotations about x, y and z of the base frame, in this order, degrees."""
     symbol: str = field(init=False, default="box", repr=False)
@@ -100,7 +100,7 @@ class Cylinder(OwnTarget):
     height: float
     """Height, m."""
     centre: Sequence[float] = _ORIGIN
-    """Middle of its axis (x, y, z) in the base frame, m."""
+    """Middle of its axis (x, y, z) in the base frame (``base`` of ``Scene``), m."""
     rpy_deg: Sequence[float] = _ORIGIN
     """Rotations about x, y and z of the base frame, in this order, degrees."""
     symbol: str = field(init=False, default="cylinder", repr=False)
@@ -125,7 +125,7 @@ class Sphere(OwnTarget):
     radius: float
     """Radius, m."""
     centre: Sequence[float] = _ORIGIN
-    """Centre (x, y, z) in the base frame, m."""
+    """Centre (x, y, z) in the base frame (``base`` of ``Scene``), m."""
     symbol: str = field(init=False, default="sphere", repr=False)
 
     @property
@@ -148,7 +148,7 @@ class HalfSpace(OwnTarget):
     normal: Sequence[float]
     """Direction (x, y, z) that leads out of the half-space, of any length."""
     point: Sequence[float] = _ORIGIN
-    """A point (x, y, z) of the plane in the base frame, m."""
+    """A point (x, y, z) of the plane in the base frame (``base`` of ``Scene``), m."""
     symbol: str = field(init=False, default="half-space", repr=False)
 
     @property
@@ -188,7 +188,7 @@ class Mesh(OwnTarget):
         Args:
             file: path of the file.
             scale: length of one unit of the mesh, m.
-            centre: origin of the mesh (x, y, z) in the base frame, m.
+            centre: origin of the mesh (x, y, z) in the base frame (``base`` of ``Scene``), m.
             rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
             keys: further arguments of a target, such as ``name`` and ``weight``.
 

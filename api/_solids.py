@@ -28,7 +28,8 @@ def obstacle(
 
     Args:
         name: name of the obstacle in reports.
-        centre: (x, y, z) of the box's centre, or of the origin of the points' frame, m, base frame.
+        centre: (x, y, z) of the box's centre, or of the origin of the points' frame, m, in the base
+            frame (``base`` of ``Scene``).
         rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
         size: (x, y, z) size of a box, m.
         points: (N, 3) points in m; the obstacle is their convex hull.

@@ -29,7 +29,7 @@ def weight_field(
             (X, Y, Z), or the path of a file: a CSV file, whose rows run along x and follow each
             other along y, or a NumPy array (.npy, .npz).
         cell: sides (x, y, z) of a cell, m.
-        origin: lower corner (x, y, z) of the grid in the base frame, m.
+        origin: lower corner (x, y, z) of the grid in the base frame (``base`` of ``Scene``), m.
         outside: weight outside the grid.
 
     Returns:

@@ -37,6 +37,16 @@ class TurnedFunction:
         return self.function(points * HALF_TURN)
 
 
+def states_coordinates(scene: CoreScene) -> bool:
+    """Return whether a scene states coordinates in the base frame that half a turn changes."""
+    on_base = (*scene.cell_sensors, *scene.rules.fixed_sensors, *scene.robot.attached)
+    return (
+        any(len(one.body.edges) for one in scene.obstacles)
+        or any(one.link == BASE_LINK for one in on_base)
+        or any(goal.target.volume or goal.target.importance for goal in scene.goals)
+    )
+
+
 def turned_scene(scene: CoreScene) -> CoreScene:
     """Return the scene with all that it states in the base frame turned: obstacles, volumes and
     weights of targets, sensors of the cell, and what is fixed or attached to the link ``base``."""

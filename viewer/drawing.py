@@ -24,6 +24,7 @@ from ..reporting.rendering.meshes import (
     loops,
     tube,
 )
+from ..reporting.rendering.obstacles import sharp_edges
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .drawn_items import Dots, DrawnMesh, Edges, Item
@@ -33,6 +34,9 @@ from .robot_surface import Skin
 from .triangle_meshes import beams, bodies, chips, grid, outline
 
 _FLOOR = grid(2.0, 0.5)
+BASE_AXES: Float[np.ndarray, "3 2 3"] = np.stack([np.zeros((3, 3)), np.eye(3)], axis=1)
+"""Axes of the base, of 1 m."""
+_CLEAR = 0.25  # opacity of obstacles, behind which the points of the target stay visible
 # up to this share of uncovered points they are drawn large; above it each is smaller
 _FEW = 0.15
 _AXIS, _UP = 0.12, 0.05  # m, lines of the selected single sensor
@@ -67,16 +71,17 @@ class Drawing:
         if choice.robot:
             found["robot"] = DrawnMesh(*surface, ROBOT)
         found["floor"] = Edges(_FLOOR, FLOOR, 1.0)
+        found["axes"] = Edges(BASE_AXES, CURVE, 1.5)
         found["curve"] = Edges(curve, CURVE, 2.5)
         if choice.outline:
             found["outline"] = Edges(self._outline(choice.target, choice.pose), OUTLINE, 1.0)
         box = self._outer(choice.target, choice.pose).bounds() + np.array([[-0.3], [0.3]])
         for i, obstacle in enumerate(self.scene.obstacles):
-            corners = faces_within(obstacle.body, box).reshape(-1, 3)
-            if len(corners):
-                found[f"obstacle{i}"] = DrawnMesh(
-                    corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7
-                )
+            faces = faces_within(obstacle.body, box)
+            if len(faces):
+                corners = np.arange(3 * len(faces)).reshape(-1, 3)
+                found[f"obstacle{i}"] = DrawnMesh(faces.reshape(-1, 3), corners, OBSTACLE, _CLEAR)
+                found[f"obstacle{i}_edges"] = Edges(sharp_edges(faces), OBSTACLE, 2.0)
         for i, solid in enumerate(self._attached(choice.pose) if choice.robot else ()):
             found[f"attached{i}"] = DrawnMesh(*solid, ROBOT)
         return found

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Ring, Setup
+from ..coverage.robots.base_frame import frame_text
 from ..formats.escaping import printable
 from ..objectives.dark_clothing import in_dark_clothing
 from . import html as words
@@ -20,6 +21,7 @@ from .closing import closing
 from .control_values import set_value
 from .controls import Controls
 from .cut import Cut, cut_of
+from .drawing import BASE_AXES
 from .drawn_parts import DrawnParts
 from .page_state import PageState
 from .playback import curve_data, pose_axis
@@ -74,6 +76,12 @@ class PageDrawing:
         self.proof: tuple[Setup, Occlusion, str] | None = None
         """Setup, model and text of the last count; the text is shown while both are."""
         self._labels = self._names_in_scene()
+        frame = f" of {frame_text(room.scene.robot)}"
+        for name, (_, end) in zip("xyz", BASE_AXES, strict=True):
+            place = tuple(float(x) for x in 1.05 * end)
+            client.scene.add_label(
+                f"/setup0/axes/{name}", name + frame * (name == "x"), position=place
+            )
 
     def _names_in_scene(self) -> list[viser.LabelHandle]:
         """Add a label above each of several setups."""

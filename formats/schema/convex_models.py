@@ -34,7 +34,10 @@ class ConvexModel(StrictModel):
     name: str = Field(default="", max_length=LONGEST_NAME, description="name of the solid")
     centre: SolidPoint = Field(
         default=[0.0, 0.0, 0.0],
-        description="origin of the solid, m, in the base frame or in that of its link",
+        description=(
+            "origin of the solid, m, in the base frame (key base of the scene) or in that of its"
+            " link"
+        ),
     )
     rpy_deg: Angles = Field(
         default=[0.0, 0.0, 0.0],

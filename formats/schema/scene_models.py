@@ -23,7 +23,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.targets import Shape, Target
 from ...objectives.poses import Pose
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
-from ...objectives.turned_cell import turned_scene
+from ...objectives.turned_cell import states_coordinates, turned_scene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
@@ -296,7 +296,7 @@ class SceneModel(MappedModel[CoreScene]):
         return super().from_domain(
             value,
             robot=robot_key(value.robot),
-            base=base_frame(value.robot),
+            base=_written_base(value),
             calibration=CalibrationModel.of(value.robot),
             poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
@@ -306,6 +306,15 @@ class SceneModel(MappedModel[CoreScene]):
             attached=[AttachedModel(**one.keys) for one in value.robot.attached],
             **given,
         )
+
+
+def _written_base(scene: CoreScene) -> BaseFrame | None:
+    """Return the base of a file: the robot's own, where it was stated or coordinates depend on
+    it."""
+    own = base_frame(scene.robot)
+    if scene.base_stated:
+        return own or "base_link"
+    return own if states_coordinates(scene) else None
 
 
 class SceneFile(SceneModel, VersionedFile):

@@ -14,6 +14,7 @@ from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.scene import CoreScene
+from ...objectives.turned_cell import states_coordinates
 from ...objectives.verify_breakdown import PARTS
 from ..explained import Explained
 from ..tables import DARK, dark_columns, target_label, target_legend
@@ -205,13 +206,12 @@ def part_lines(results: Sequence[VerifyResult]) -> list[str]:
 def base_lines(scene: CoreScene) -> list[str]:
     """Return a line if a UR arm has a cell that half a turn about z would change, and its scene
     states no base frame."""
-    turns = scene.cell_sensors or any(len(one.body.edges) for one in scene.obstacles)
-    if scene.base_stated or not turns or base_frame(scene.robot) is None:
+    if scene.base_stated or base_frame(scene.robot) is None or not states_coordinates(scene):
         return []
     return [
-        f"The scene states no base, so its obstacles and sensors of the cell are in"
-        f" {frame_text(scene.robot)}. base_link is the Base of the pendant turned by 180° about z:"
-        ' state base = "pendant" if they were read there, or else base = "base_link".'
+        f"The scene states no base, so its coordinates are in {frame_text(scene.robot)}. base_link"
+        ' is the Base of the pendant turned by 180° about z: state base = "pendant" if they were'
+        ' read there, or else base = "base_link".'
     ]
 
 

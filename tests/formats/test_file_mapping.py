@@ -203,6 +203,7 @@ SCENES = drawn(
     sensor=SENSORS,
     ring_radius=LENGTHS,
     radius_stated=st.just(True),
+    base_stated=st.just(True),
     shape=drawn(Shape, blend=numbers(0.1, 1), points_per_bend=st.integers(2, 30)),
     limits=st.dictionaries(st.sampled_from(UR10.links), LIMITS, max_size=2),
     rules=RULES,

@@ -142,11 +142,12 @@ def test_sensors_of_a_proposal_on_the_base_turn_with_its_scene(tmp_path):
     single = pr.MountedSensor("base", (0.3, 0.2, 0.5), (1.0, 0.5, 0.0))
     file = tmp_path / "proposal.toml"
     written = ProposalFile.of(pr.Setup((), (single,)), pr.Scene("ur5e").core)
-    text = to_toml(written, "p")
-    file.write_text(text.replace('base = "base_link"', 'base = "pendant"'), "utf-8")
+    stated = written.scene.model_copy(update={"base": "pendant"})
+    file.write_text(to_toml(written.model_copy(update={"scene": stated}), "p"), "utf-8")
     setup, scene, _ = read_proposal(file)
     assert setup.singles[0].position == (-0.3, -0.2, 0.5)
     assert ProposalFile.of(setup, scene).scene.base == "base_link"
+    assert written.scene.base is None  # no coordinate of its scene depends on it
 
 
 def test_a_cell_of_a_ur_arm_without_a_base_gets_a_note():
