@@ -191,7 +191,9 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
     stop = parts.stop[index]
     cut = np.flatnonzero(np.isfinite(stop))
     if len(cut):
-        ball = grid.words(within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut])))
+        ball = grid.only(cut).words(
+            within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut]))
+        )
         mask.sure[cut] &= ball.sure
         mask.maybe[cut] &= ball.maybe
     for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
@@ -202,10 +204,10 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
                 entry = first[index[todo]] + rank
                 if planes:
                     free = free_of_planes(
-                        grid, points[todo], parts.normal[entry], parts.offset[entry]
+                        grid.only(todo), points[todo], parts.normal[entry], parts.offset[entry]
                     )
                 else:
-                    free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
+                    free = free_of_shadows(grid.only(todo), points[todo], parts.shadows.rows(entry))
                 mask.sure[todo] &= free.sure
                 mask.maybe[todo] &= free.maybe
     return mask

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from ..arrays import Array, dot
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
-from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, within
+from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, within
 
 
 def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
@@ -28,12 +28,11 @@ def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: S
     plane = np.zeros((10, len(cut)))
     plane[0] = distance[cut]
     plane[1:4] = (from_ball / np.where(length > 0, length, 1.0)[:, None]).T
-    sure[cut] = grid.words(plane).sure
-    maybe[cut] = ~grid.words(within(radius, from_ball)).sure
+    sure[cut] = grid.only(cut).words(plane).sure
+    maybe[cut] = ~grid.only(cut).words(within(radius, from_ball)).sure
     open_ = cut[(sure[cut] != maybe[cut]) & (length > 0)]
-    offsets = (CORNER - 1.5) * grid.voxel
     for some in np.array_split(open_, len(open_) * VOXELS // (1 << 16) + 1):
-        value = behind(points[some][None] + offsets[:, None], shadow.rows(some))
+        value = behind(points[some] + grid.offsets(some), shadow.rows(some))
         sure[some] = packed((value > grid.rounding).T)
         maybe[some] = packed((value >= -grid.rounding).T)
     return Bitmask(sure, maybe)
@@ -53,7 +52,7 @@ def free_of_planes(
         if len(some):
             plane = np.zeros((10, len(some)))
             plane[0], plane[1:4] = value[some], normal[some, i].T
-            above = grid.words(plane)
+            above = grid.only(some).words(plane)
             sure[some] |= above.sure
             maybe[some] |= above.maybe
     return Bitmask(sure, maybe)

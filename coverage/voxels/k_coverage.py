@@ -21,8 +21,9 @@ from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
 from .containing_cones import Held
 from .octree_cells import Cells, Region, first_cells
+from .sample_points import block_samples, points_in_blocks
 from .solid_bitmask import words
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed
+from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre
 
 _CHUNK = 1 << 16  # pairs of cell and cone processed at once
@@ -94,6 +95,8 @@ class _Descent:
     """Pairs processed at once."""
     slack: float
     """Rounding error of implicit functions, m."""
+    sampled: bool = False
+    """Whether a voxel is judged at its sample point instead of its centre."""
 
     def below(self, start: Cells, held: Held) -> Iterator[CoverageCounts]:
         """Yield counts of the cells ``start``, whose marks index the rows of ``held``."""
@@ -184,21 +187,17 @@ class _Descent:
         return tally
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
-        """Return the voxels of each pair's block whose centre lies in its cone."""
+        """Return the voxels of each pair's block whose point lies in its cone."""
         cell, cone = cells.pairs[0]
-        mask = words(
-            self.cones,
-            BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)),
-            rows(points, cell),
-            cone,
-        )
+        grid = BlockGrid(self.wanted.voxel, self.slack * scale(self.cones))
+        if self.sampled:
+            pattern, shift = block_samples(cells.numbers)
+            grid, points = replace(grid, pattern=pattern[cell]), points + grid.voxel * shift
+        mask = words(self.cones, grid, rows(points, cell), cone)
         word, open_ = mask.sure, np.flatnonzero(mask.sure != mask.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
-            numbers = (cells.numbers[cell[some]].T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
-            value = self.cones.part(
-                centre(numbers.transpose(1, 2, 0), 0, self.wanted.voxel), cone[some]
-            )
-            word[some] = packed((value <= 0).T)
+            each = points_in_blocks(cells.numbers[cell[some]], grid.voxel, self.sampled)
+            word[some] = packed((self.cones.part(each, cone[some]) <= 0).T)
         return word
 
 
@@ -236,11 +235,11 @@ def _all(descent: _Descent, region: Region | None) -> CoverageCounts:
 
 
 def _descent(
-    cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int
+    cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int, sampled: bool
 ) -> _Descent:
     if most < 1:
         raise ValueError(f"the number of cones must be at least 1, got {most}")
-    return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones))
+    return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones), sampled)
 
 
 def tally(
@@ -249,6 +248,7 @@ def tally(
     wanted: VoxelSet,
     most: int,
     region: Region | None = None,
+    sampled: bool = False,
 ) -> CoverageCounts:
     """Count the voxels of ``wanted`` by the number of cones that contain their centre.
 
@@ -260,19 +260,25 @@ def tally(
         wanted: the voxels of a target.
         most: larger numbers of cones are counted as this one.
         region: octree cell whose voxels are counted; None: all.
+        sampled: whether a voxel is judged at its sample point instead of its centre.
 
     Raises:
         ValueError: if ``most`` is below 1, or the voxels are so small that the cones extend beyond
             half of the lattice.
     """
-    return _all(_descent(cones, wanted, group, 1, most), region)
+    return _all(_descent(cones, wanted, group, 1, most, sampled), region)
 
 
 def count_k_covered(
-    cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None
+    cones: Parts,
+    wanted: VoxelSet,
+    least: int,
+    region: Region | None = None,
+    sampled: bool = False,
 ) -> int:
     """Return the number of voxels of ``wanted`` whose centre lies in at least ``least`` cones.
 
     It is faster than ``tally``, which documents arguments and errors.
     """
-    return int(_all(_descent(cones, wanted, None, least, least), region).at_least[-1])
+    descent = _descent(cones, wanted, None, least, least, sampled)
+    return int(_all(descent, region).at_least[-1])

@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -22,11 +22,12 @@ from ..solids.base import LOGIC, Solid, fold, leaves
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells
+from .sample_points import block_samples, points_in_blocks
 from .solid_bitmask import words
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed
-from .voxel_set import VoxelSet, centre, runs
+from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
+from .voxel_set import VoxelSet, centre, differing, differing_in_both, runs
 
-Rule = Literal["centre", "touch"]
+Rule = Literal["sampled", "centre", "touch"]
 # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, including its
 # centre
 PROBES = 4
@@ -75,19 +76,31 @@ class OctreeCount:
     word: UInt64[np.ndarray, " C"] | None = None
     """For blocks partly inside: the bits of the voxels inside."""
 
-    def wanted(self, within: VoxelSet | None, number: int = 0) -> int:
-        """Return the number of voxels in the wanted set ``within``, the one of this ``number``."""
+    def wanted(self, within: VoxelSet | None, number: int = 0) -> Int[np.ndarray, " 3"]:
+        """Return counts in the wanted set ``within``, the one of this ``number``.
+
+        They are the voxels inside and, but for rules that decide single voxels, the pairs of
+        neighbours of which one is inside, and those of which besides one belongs to the set.
+        """
         bits = self.mark >> 2 * number
         full, part = (bits & _FULL) > 0, (bits & (_FULL | _EMPTY)) == 0
-        inside = full.sum() * self.size
+        inside, either, both = full.sum() * self.size, 0, 0
         if self.word is not None:
             inside = np.bitwise_count(self.word[full]).sum()
+            either = differing(self.word[full]).sum()
         if within is not None and part.any():
             if self.word is not None:
-                inside += np.bitwise_count(self.word[part] & within.words(self.key[part])).sum()
+                of_set = within.words(self.key[part])
+                word = self.word[part] & of_set
+                inside += np.bitwise_count(word).sum()
+                either += differing(word).sum()
+                both += differing_in_both(word, of_set).sum()
             else:
                 inside += within.count_in(self.key[part], self.size).sum()
-        return int(inside)
+                if self.size >= VOXELS:
+                    both = within.differing_in(self.key[part], self.size).sum()
+                    either += both
+        return np.array([inside, either, both], np.int64)
 
     def runs(self) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
         """Return the voxels as runs of keys: the first key and the length of each run."""
@@ -131,7 +144,7 @@ class Descent:
             rest = cells.left(pairs, cells.mark).only(undecided)
             if len(rest) == 0:
                 continue
-            if self.rule == "centre" and cells.level == LEVEL:
+            if self.rule != "touch" and cells.level == LEVEL:
                 yield OctreeCount(rest.key, VOXELS, rest.mark, self._words(rest, points[undecided]))
             elif cells.level > 0:
                 yield from self.below(rest.children())
@@ -140,10 +153,13 @@ class Descent:
                 yield OctreeCount(rest.key[held], 1, rest.mark[held])
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
-        """Return the voxels of blocks whose centre is inside the solid."""
+        """Return the voxels of blocks whose centre, or sample point, is inside the solid."""
         grid = BlockGrid(self.voxel, SLACK * self.scale**2)
+        if self.rule == "sampled":
+            pattern, shift = block_samples(cells.numbers)
+            grid, points = replace(grid, pattern=pattern), points + self.voxel * shift
         unions = [
-            words(parts, grid, rows(points, cell), index).union(cell, len(cells))
+            words(parts, grid.only(cell), rows(points, cell), index).union(cell, len(cells))
             for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
         mask = fold(self.solid, unions, LOGIC)
@@ -157,9 +173,8 @@ class Descent:
 
     def _exact(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
         """Return the same voxels by the implicit function itself."""
-        numbers = (cells.numbers.T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
-        value = values(self.solid, centre(numbers.transpose(1, 2, 0), 0, self.voxel), cells.pairs)
-        return packed((value <= 0).T)
+        points = points_in_blocks(cells.numbers, self.voxel, self.rule == "sampled")
+        return packed((values(self.solid, points, cells.pairs) <= 0).T)
 
 
 T = TypeVar("T")
@@ -259,8 +274,9 @@ def voxels(
     Args:
         solid: the solid to count.
         voxel: side l of a voxel, m.
-        rule: ``centre``: a voxel counts if f(centre) <= 0. ``touch``: if f <= 0 at any point of a
-            grid of a quarter of the side, its corners included.
+        rule: ``centre``: a voxel counts if f(centre) <= 0. ``sampled``: if f <= 0 at its sample
+            point. ``touch``: if f <= 0 at any point of a grid of a quarter of the side, its corners
+            included.
         within: the set of wanted voxels; None: all.
         region: the octree cell of wanted voxels; None: all.
         memory: bytes that the work may use, at least 2 MB, excluding the result; None: as much as
@@ -293,7 +309,7 @@ def count(
     """
 
     def total(counts: Iterator[OctreeCount]) -> int:
-        return sum(f.wanted(within) for f in counts)
+        return sum(int(f.wanted(within)[0]) for f in counts)
 
     wanted = () if within is None else (within,)
     return sum(_each(solid, voxel, rule, wanted, region, memory, total))
@@ -306,10 +322,14 @@ def count_each(
     sets: Sequence[VoxelSet],
     memory: float | None = None,
     region: Region | None = None,
-) -> list[int]:
+) -> Int[np.ndarray, "T 3"]:
     """Return the number of voxels of Omega(solid) in each of the ``sets``, by one descent.
 
     For the other arguments see ``voxels``.
+
+    Returns:
+        For each set the number of its voxels inside, the pairs of neighbours (``differing``) of
+            which one is such a voxel, and those of which besides one belongs to the set.
 
     Raises:
         ValueError: for more sets than ``MOST_SETS``.
@@ -317,11 +337,11 @@ def count_each(
     if len(sets) > MOST_SETS:
         raise ValueError(f"{len(sets)} sets; at most {MOST_SETS} are counted at once")
 
-    def totals(counts: Iterator[OctreeCount]) -> Int[np.ndarray, " T"]:
-        total = np.zeros(len(sets), np.int64)
+    def totals(counts: Iterator[OctreeCount]) -> Int[np.ndarray, "T 3"]:
+        total = np.zeros((len(sets), 3), np.int64)
         for f in counts:
-            total += [f.wanted(within, number) for number, within in enumerate(sets)]
+            total += np.stack([f.wanted(within, number) for number, within in enumerate(sets)])
         return total
 
     parts = _each(solid, voxel, rule, sets, region, memory, totals)
-    return [int(n) for n in sum(parts, np.zeros(len(sets), np.int64))]
+    return sum(parts, np.zeros((len(sets), 3), np.int64))

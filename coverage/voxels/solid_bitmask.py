@@ -21,7 +21,7 @@ from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import MixedBeams, SpecialBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, product, within
+from .voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, product, within
 
 
 @singledispatch
@@ -52,7 +52,7 @@ def _(parts: Cones, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
     ends = np.flatnonzero((d < grid.reach) | (d > range_m - grid.reach))
     if len(ends):
         d, axis = d[ends], rows(axis, ends)
-        between = grid.words(product(d, axis, range_m[ends] - d, -axis))
+        between = grid.only(ends).words(product(d, axis, range_m[ends] - d, -axis))
         inside.sure[ends] &= between.sure
         inside.maybe[ends] &= between.maybe
     return inside
@@ -83,7 +83,7 @@ def _(parts: MixedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray)
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
     def fill(some: Any, shape: Parts) -> None:
-        mask = words(shape, grid, rows(points, some), index[some])
+        mask = words(shape, grid.only(some), rows(points, some), index[some])
         sure[some], maybe[some] = mask.sure, mask.maybe
 
     parts.split(index, fill)
@@ -99,7 +99,7 @@ def _(parts: SpecialBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarra
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
     def fill(some: Any, shape: Parts) -> None:
-        mask = words(shape, grid, rows(points, some), index[some])
+        mask = words(shape, grid.only(some), rows(points, some), index[some])
         sure[some], maybe[some] = mask.sure, mask.maybe
 
     parts.split(index, fill)
@@ -108,7 +108,7 @@ def _(parts: SpecialBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarra
         plane, axis = np.zeros((10, len(cut))), rows(parts.axis, index[cut])
         plane[0] = dot(points[cut] - rows(parts.apex, index[cut]), axis) - parts.near[index[cut]]
         plane[1:4] = axis.T
-        beyond = grid.words(plane)
+        beyond = grid.only(cut).words(plane)
         sure[cut] &= beyond.sure
         maybe[cut] &= beyond.maybe
     return Bitmask(sure, maybe)
@@ -154,8 +154,8 @@ def _(parts: Cylinders, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
 @words.register
 def _(parts: ClosedMesh, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return voxels in a closed mesh, whose centres are tested one by one."""
-    centres = points[:, None] + (CORNER - 1.5) * grid.voxel
-    word = packed(parts.holds(centres.reshape(-1, 3)).reshape(-1, VOXELS))
+    centres = points + grid.offsets(slice(None))
+    word = packed(parts.holds(centres.reshape(-1, 3)).reshape(VOXELS, -1).T)
     return Bitmask(word, word.copy())
 
 

@@ -6,10 +6,11 @@ computes all of them. Only the sign is needed. A voxel where the polynomial is n
 rounding error stays undecided.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, UInt64
+from jaxtyping import Float, Int, UInt8, UInt64
 
 from ..arrays import Array, Numbers, dot
 
@@ -21,6 +22,28 @@ _GEMM = 400
 _BITS = np.arange(VOXELS)
 # (64, 3), voxel of each bit
 CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)], -1)
+
+# Sample points of a block: one fixed pattern, shifted cyclically inside the voxels by quarters of
+# their side. The pattern has one point in each sub-cube of a quarter of that side: the matrix takes
+# a voxel's place in the block to its sub-cube, modulo 4, one-to-one and evenly in every layer. Of
+# 15 drawn matrices, it had the smallest errors for planes of drawn and of simple directions.
+PARTS = 4
+_SUB_CUBE = np.array([[3, 2, 3], [2, 2, 3], [2, 3, 1]])
+_SHIFT = np.stack(np.unravel_index(np.arange(PARTS**3), (PARTS,) * 3), -1)
+_CENTRES = CORNER[None] - 1.5
+PATTERNS: Float[np.ndarray, "64 64 3"] = (
+    CORNER - 2.0 + (CORNER @ _SUB_CUBE.T + _SHIFT[:, None]) % PARTS / PARTS
+)
+"""Sample points of each pattern, from the block's centre, in voxels, before the block's shift."""
+
+
+def _monomials(points: Float[np.ndarray, "Q 64 3"]) -> Float[np.ndarray, "Q 10 64"]:
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([x**0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], 1)
+
+
+_AT_CENTRES, _AT_SAMPLES = _monomials(_CENTRES), _monomials(PATTERNS)
+_DEGREE = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])  # of each monomial
 
 
 @dataclass(frozen=True)
@@ -64,25 +87,50 @@ class BlockGrid:
     """Side of a voxel, m."""
     rounding: float
     """Rounding error of a quadric on the blocks, m^2; values nearer to 0 stay undecided."""
+    pattern: UInt8[np.ndarray, " P"] | None = None
+    """Pattern of each block's sample points, to which ``points`` are shifted; None: points are
+    the voxels' centres."""
 
-    def _monomials(self) -> Float[np.ndarray, "10 64"]:
-        x, y, z = (CORNER.T - 1.5) * self.voxel
-        return np.stack([np.ones(VOXELS), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z])
+    @property
+    def _points(self) -> Float[np.ndarray, "Q 64 3"]:
+        return _CENTRES if self.pattern is None else PATTERNS
+
+    def only(self, some: Any) -> "BlockGrid":
+        """Return the grid of some of the blocks."""
+        return self if self.pattern is None else replace(self, pattern=self.pattern[some])
+
+    def offsets(self, some: Any) -> Float[np.ndarray, "64 N 3"]:
+        """Return where the points of some of the blocks lie, from their centres, m."""
+        kind = np.zeros(1, np.uint8) if self.pattern is None else self.pattern[some]
+        points: np.ndarray = self.voxel * self._points[kind].transpose(1, 0, 2)
+        return points
 
     @property
     def reach(self) -> float:
-        """Distance from a block's centre to the voxel centres at its corners, m."""
-        return 1.5 * 3**0.5 * self.voxel
+        """Largest distance of a point from its block's centre, m."""
+        return (1.5 if self.pattern is None else 2.0) * 3**0.5 * self.voxel
 
     def words(self, quadric: Float[np.ndarray, "10 P"]) -> Bitmask:
         """Return where quadrics, given by coefficients about block centres, are at least 0."""
-        monomials, n = self._monomials(), quadric.shape[1]
+        n, edges, order, monomials = quadric.shape[1], np.zeros(1, np.int64), None, _AT_CENTRES
+        quadric = quadric * (self.voxel**_DEGREE)[:, None]
+        if self.pattern is not None:  # blocks of one pattern are multiplied together
+            order, monomials = np.argsort(self.pattern, kind="stable"), _AT_SAMPLES
+            quadric = quadric[:, order]
+            edges = np.searchsorted(self.pattern[order], np.arange(len(monomials)))
         sure, maybe = np.empty((2, n), np.uint64)
         values = np.empty((min(n, _GEMM), VOXELS))
         for low in range(0, n, _GEMM):
-            run = slice(low, low + _GEMM)
-            value = np.matmul(quadric[:, run].T, monomials, out=values[: n - low])
-            sure[run], maybe[run] = packed(value > self.rounding), packed(value >= -self.rounding)
+            high = min(low + _GEMM, n)
+            first, last = np.searchsorted(edges, [low, high - 1], side="right") - 1
+            ends = [low, *edges[first + 1 : last + 1].tolist(), high]
+            for kind, a, b in zip(range(first, last + 1), ends, ends[1:], strict=False):
+                np.matmul(quadric[:, a:b].T, monomials[kind], out=values[a - low : b - low])
+            value = values[: high - low]
+            sure[low:high] = packed(value > self.rounding)
+            maybe[low:high] = packed(value >= -self.rounding)
+        if order is not None:
+            sure[order], maybe[order] = sure.copy(), maybe.copy()
         return Bitmask(sure, maybe)
 
 

@@ -21,6 +21,8 @@ OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
 # voxels from the origin to which a solid may extend: no cell then ends at the last key
 FURTHEST = OFFSET // 2
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)  # all voxels of a block of 64
+# steps to a voxel's partner along each axis in a block, and the first voxels of these pairs
+_PAIRS = ((1, 0x5555555555555555), (2, 0x3333333333333333), (4, 0x0F0F0F0F0F0F0F0F))
 
 _SPREAD = (
     (32, 0x1F00000000FFFF),
@@ -153,6 +155,32 @@ class VoxelSet:
         mask: np.ndarray = word[low] ^ word[high] ^ np.where(low % 2, _ALL, np.uint64(0))
         return mask
 
+    @cached_property
+    def _differing(self) -> tuple[Int[np.ndarray, " B"], Int[np.ndarray, " B1"]]:
+        """Keys of the blocks of which the set has a part, and for each and beyond the last one the
+        number of pairs of neighbours (``differing``) with one voxel of the set in the
+        blocks before.
+        """
+        ends, word = self._switches
+        first = np.flatnonzero(np.diff(ends >> 6, prepend=-1))
+        whole = np.where(first % 2, _ALL, np.uint64(0))
+        words = word[first] ^ word[np.append(first[1:], len(ends))] ^ whole
+        pairs = np.cumsum(differing(words), dtype=np.int64)
+        return ends[first] >> 6 << 6, np.append(np.zeros(1, np.int64), pairs)
+
+    def differing_in(self, key: Int[np.ndarray, " N"], size: int) -> Int[np.ndarray, " N"]:
+        """Return the number of pairs of neighbours of which one voxel belongs to the set, in each
+        cell of ``size`` keys, a multiple of 64, that starts at ``key`` (N,).
+        """
+        block, before = self._differing
+        pairs: np.ndarray = before[np.searchsorted(block, key + size)]
+        return pairs - before[np.searchsorted(block, key)]
+
+    @property
+    def differing(self) -> int:
+        """Number of pairs of neighbours of which one voxel belongs to the set."""
+        return int(self._differing[1][-1])
+
     def _sweep(self, other: "VoxelSet", keep: Callable[[Any, Any], Any]) -> "VoxelSet":
         """Return the set of keys where ``keep(in self, in other)`` holds."""
         if self.voxel != other.voxel:
@@ -213,6 +241,33 @@ def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
     return np.flatnonzero(
         np.unpackbits(word.astype("<u8").view(np.uint8), bitorder="little").view(bool)
     )
+
+
+def differing(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
+    """Return in how many pairs of neighbours just one voxel belongs to each block's word.
+
+    A voxel has one partner along each axis; the pairs of an axis are disjoint.
+    """
+    pairs: np.ndarray = sum(
+        np.bitwise_count((word ^ (word >> np.uint64(step))) & np.uint64(first))
+        for step, first in _PAIRS
+    )
+    return pairs
+
+
+def differing_in_both(
+    word: UInt64[np.ndarray, " N"], other: UInt64[np.ndarray, " N"]
+) -> Int[np.ndarray, " N"]:
+    """Return the number of these pairs that differ in both words."""
+    pairs: np.ndarray = sum(
+        np.bitwise_count(
+            (word ^ (word >> np.uint64(step)))
+            & (other ^ (other >> np.uint64(step)))
+            & np.uint64(first)
+        )
+        for step, first in _PAIRS
+    )
+    return pairs
 
 
 def centre(
