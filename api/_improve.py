@@ -40,7 +40,7 @@ def improve(
         add_sensors: largest number of additional sensors, 0 to 1000.
         seed: random seed; the same seed gives the same answer on the same machine.
         time: limit in seconds; by default the search ends by its own schedule.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         progress: receives the progress from time to time, in the calling thread.
 
     Returns:

@@ -52,7 +52,7 @@ class Improvement(Placement):
     command: str = ""
     """The call or the command that ran the search."""
     verifier: Verifier = field(kw_only=True, compare=False)
-    """The exact counter."""
+    """The counter."""
 
     @property
     def setup(self) -> Setup:  # type: ignore[override]
@@ -66,13 +66,13 @@ class Improvement(Placement):
 
     @property
     def before(self) -> float:
-        """Exact ζ of the mounted setup in [0, 1], defined as ``coverage`` is."""
+        """Counted ζ of the mounted setup in [0, 1], defined as ``coverage`` is."""
         return self.result.mounted.exact
 
     @property
     def coverage(self) -> float:
-        """Exact ζ in [0, 1] after the last step: the weighted mean over targets and poses, or the ζ
-        of the worst pose if the scene has ``over_poses="worst"``.
+        """Counted ζ in [0, 1] after the last step: the weighted mean over targets and poses, or the
+        ζ of the worst pose if the scene has ``over_poses="worst"``.
         """
         return self._last.exact
 

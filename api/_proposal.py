@@ -1,4 +1,4 @@
-"""A proposal: a setup with its scene, its exact coverage, and the search that found it."""
+"""A proposal: a setup with its scene, its coverage, and the search that found it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -34,6 +34,7 @@ from .objectives.verify_breakdown import mean_by_part
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.progress import Outcome, Statistics
 from .placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
+from .reporting.text import with_error
 
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
 again:
@@ -44,7 +45,7 @@ towards distal."""
 
 @dataclass(frozen=True, repr=False)
 class Proposal(Placement):
-    """A setup with its scene, its exact coverage, and the search that found it.
+    """A setup with its scene, its coverage, and the search that found it.
 
     ``search`` returns a proposal, ``load`` reads one, and ``save`` writes one.
     """
@@ -79,11 +80,11 @@ class Proposal(Placement):
     gapped: bool = field(default=False, kw_only=True, compare=False, repr=False)
     """Whether an upper bound was requested."""
     verifier: Verifier | None = field(default=None, kw_only=True, compare=False)
-    """Exact counter of the search; by default one with voxels of 0.01 m."""
+    """Counter of the search; by default one with voxels of 0.01 m."""
 
     @cached_property
     def each(self) -> tuple[Verified, ...]:
-        """Exact ζ of each target and pose, with voxels of 0.01 m or those of the search."""
+        """Counted ζ of each target and pose, with voxels of 0.01 m or those of the search."""
         known = {} if self.search is None else {v.target: v for v in self.search.verified}
         goals = self.scene.core.goals
         with input_errors():
@@ -93,7 +94,7 @@ class Proposal(Placement):
 
     @property
     def coverage(self) -> float:
-        """Exact ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose
+        """Counted ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose
         if the scene has ``over_poses="worst"``.
         """
         return self._verifier.judged(self.each)[1]
@@ -112,6 +113,11 @@ class Proposal(Placement):
             return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
 
     @property
+    def error(self) -> float | None:
+        """Computed error of ``coverage``, in [0, 1]; see ``Coverage.error``."""
+        return self._verifier.judged_error(self.each)
+
+    @property
     def by_target(self) -> dict[str, float]:
         """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
         return {str(v.target): v.zeta for v in self.each}
@@ -125,13 +131,13 @@ class Proposal(Placement):
 
     @property
     def rings_tried(self) -> dict[int, float]:
-        """Exact value of the criterion in [0, 1] by the number of rings, for a search with
+        """Counted value of the criterion in [0, 1] by the number of rings, for a search with
         ``fewest_rings``; empty otherwise."""
         return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
 
     @property
     def searched(self) -> dict[int, float]:
-        """Exact value of the criterion in [0, 1] by the random seed, for several searches; empty
+        """Counted value of the criterion in [0, 1] by the random seed, for several searches; empty
         otherwise."""
         if self.repeated is None:
             return {}
@@ -139,7 +145,7 @@ class Proposal(Placement):
 
     @property
     def value(self) -> float | None:
-        """Exact value of the search's criterion in [0, 1]; None for a proposal from a file."""
+        """Counted value of the search's criterion in [0, 1]; None for a proposal from a file."""
         return None if self.search is None else self.search.exact
 
     @property
@@ -296,10 +302,10 @@ class Proposal(Placement):
 
     def rows(self) -> Iterable[Sequence[str]]:
         for v in self.each:
-            yield str(v.target), f"{100 * v.zeta:.2f} %"
+            yield str(v.target), f"{with_error(100 * v.zeta, v.error)} %"
         yield from dark_rows(self._dark)
         if len(self.each) > 1:
-            yield "weighted mean", f"{100 * self.coverage:.2f} %"
+            yield "weighted mean", f"{with_error(100 * self.coverage, self.error)} %"
         if not self.criterion.plain and self.value is not None:
             yield str(self.criterion), f"{100 * self.value:.2f} %"
         yield from part_rows(self.by_part)

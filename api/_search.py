@@ -104,7 +104,7 @@ def search(
     device: Device = "auto",
     progress: Callable[[Progress], None] | None = None,
 ) -> Proposal:
-    """Search for the setup with the highest coverage of a scene's targets, and count it exactly.
+    """Search for the setup with the highest coverage of a scene's targets, and count it.
 
     The same seed gives the same answer on the same machine. Ctrl-C ends the search and returns the
     best setup so far; ``outcome`` then is ``Outcome.INTERRUPTED``.
@@ -135,7 +135,7 @@ def search(
             with ``fewest_rings`` or ``reach``.
         time: limit in seconds, for all searches together; by default a search ends by its own
             schedule.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         start: setups to start from, in addition to random ones.
         gap: also compute an upper bound on every layout of the same budget; ``gap`` and ``bound``
             of the result have it. It takes about a minute for each target at each pose, at most
@@ -147,7 +147,7 @@ def search(
             comes before any points are drawn.
 
     Returns:
-        The best setup with its exact coverage.
+        The best setup with its counted coverage.
 
     Raises:
         InfeasibleError: if the rules admit no setup.

@@ -71,7 +71,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
         with input_errors("voxel"):
             solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
-            if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
+            if voxel > _COARSE and len(target_voxels(solid, voxel, "sampled")) == 0:
                 raise ValueError(
                     f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller"
                 )

@@ -2,9 +2,10 @@
 
 from typing import Literal
 
-Rule = Literal["centre", "touch", "certified"]
-"""How voxels are counted: ``centre`` counts those whose centre is inside, ``touch`` those of which
-any part is inside; ``certified`` computes a guaranteed interval instead."""
+Rule = Literal["sampled", "centre", "touch", "certified"]
+"""How voxels are counted: ``sampled`` counts those of which a drawn point is inside, ``centre``
+those whose centre is inside, ``touch`` those of which any part is inside; ``certified`` computes a
+guaranteed interval instead."""
 
 Law = Literal["uniform", "normal"]
 """Distribution of mounting errors: ``uniform`` up to the limits, or ``normal`` with half the limits

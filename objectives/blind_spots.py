@@ -80,20 +80,20 @@ class Blind:
 
 
 def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> VoxelSet:
-    """Return the voxels of ``target`` at a pose that no sensor covers, by the rule ``centre``.
+    """Return the voxels of ``target`` at a pose that no sensor covers.
 
     Their volume is (1 - zeta) V for a target of volume V.
 
     Raises:
-        ValueError: if the target is empty or the rule is not ``centre``.
+        ValueError: if the target is empty or the rule is ``touch`` or ``certified``.
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    voxel, unseen = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
+    voxel, unseen = verifier.point_voxel, VoxelSet.empty(verifier.point_voxel)
     seen = setup_sight(verifier.scene, setup, verifier.scene.poses[pose].q)
     for wanted, region in verifier.pieces(target, pose):
         unseen = unseen | (
-            wanted - voxels(seen, voxel, "centre", wanted, region, verifier.memory / 2)
+            wanted - voxels(seen, voxel, verifier.points, wanted, region, verifier.memory / 2)
         )
     return unseen
 
@@ -161,7 +161,7 @@ def blind_spots(
     A ball whose centre lies in a larger ball of another pose is left out.
 
     Args:
-        verifier: counts voxels of the scene by the rule ``centre``.
+        verifier: counts voxels of the scene.
         setup: the setup.
         target: the target.
         poses: the poses to examine.
@@ -190,7 +190,7 @@ def blind_spots(
             break
     return Blind(
         target,
-        verifier.centre_voxel,
+        verifier.point_voxel,
         tuple(poses),
         tuple(one.volume for one in unseen.values()),
         tuple(spots),

@@ -30,7 +30,7 @@ class Loss:
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Redundancy for one target, exact by the rule ``centre``.
+    """Redundancy for one target, counted at one point in each voxel.
 
     Shares are weighted means over poses. A failed sensor is lost in all poses, so each loss is
     averaged over the poses before the worst is taken.
@@ -99,7 +99,8 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
     Losses are those of each sensor and of each ring. One octree descent per pose counts them all.
 
     Raises:
-        ValueError: if the target is empty, the rule is not ``centre``, or ``most`` is below 1.
+        ValueError: if the target is empty, ``most`` is below 1, or the rule is ``touch`` or
+            ``certified``.
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
@@ -107,14 +108,17 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         time.perf_counter(),
         verifier.scene,
         verifier.scene.with_cell(setup).ring_of_sensor,
-        verifier.centre_voxel,
+        verifier.point_voxel,
     )
     voxels, tallies = [], []
     for p, pose in enumerate(scene.poses):
         seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
             *(
-                (weight * len(wanted), tally(seen, ring, wanted, most, region) * weight)
+                (
+                    weight * len(wanted),
+                    tally(seen, ring, wanted, most, region, verifier.points == "sampled") * weight,
+                )
                 for piece, region in verifier.pieces(target, p)
                 for weight, wanted in verifier.layers(target, p, piece, region)
             ),

@@ -24,7 +24,7 @@ class TooFineError(ValueError):
 def target_voxels(
     solid: Difference,
     voxel: float,
-    rule: Literal["centre", "touch"],
+    rule: Literal["sampled", "centre", "touch"],
     region: Region | None = None,
     memory: float | None = None,
 ) -> VoxelSet:
@@ -33,8 +33,8 @@ def target_voxels(
     Under the rule ``touch``, as in the paper, these are the voxels that the outer solid touches
     less those that V_R touches.
     """
-    if rule == "centre":
-        return voxels(solid, voxel, region=region, memory=memory)
+    if rule != "touch":
+        return voxels(solid, voxel, rule, region=region, memory=memory)
     outer, body = (
         voxels(s, voxel, "touch", region=region, memory=memory) for s in (solid.a, solid.b)
     )

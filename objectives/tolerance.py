@@ -81,18 +81,18 @@ def exact_zetas(
     Shares are weighted means over the poses.
 
     Args:
-        verifier: scene, voxels and memory; its rule must be ``centre``.
+        verifier: scene, voxels and memory; its rule must be ``sampled`` or ``centre``.
         target: the target volume.
         cones: function that returns the D sets of cones or beams at a pose index.
         seen: number of sensors, at least 1.
         tell: called after each set at each pose and piece of the target.
 
     Raises:
-        ValueError: if the target is empty or the rule is not ``centre``.
+        ValueError: if the target is empty or the rule is ``touch`` or ``certified``.
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    voxel, each = verifier.centre_voxel, []
+    voxel, each = verifier.point_voxel, []
     for pose in range(len(verifier.scene.poses)):
         sets, total = cones(pose), 0
         covered = np.zeros(len(sets))
@@ -103,9 +103,10 @@ def exact_zetas(
                 for weight, wanted in layers:
                     if seen == 1:
                         memory = verifier.memory / 2
-                        found = count(one, voxel, "centre", wanted, region, memory)
+                        found = count(one, voxel, verifier.points, wanted, region, memory)
                     else:
-                        found = count_k_covered(one, wanted, seen, region)
+                        sampled = verifier.points == "sampled"
+                        found = count_k_covered(one, wanted, seen, region, sampled)
                     covered[i] += weight * found
                 tell()
         each.append(covered / total)
@@ -149,7 +150,7 @@ def tolerance(
     """Return zeta of ``setup`` for ``target`` under drawn mounting errors, counted exactly.
 
     Args:
-        verifier: scene, voxels and memory; its rule must be ``centre``.
+        verifier: scene, voxels and memory; its rule must be ``sampled`` or ``centre``.
         setup: the setup as designed.
         target: the target volume.
         errors: distribution and limits of the errors.
@@ -158,7 +159,8 @@ def tolerance(
         tell: called after each count, for progress.
 
     Raises:
-        ValueError: if the target is empty, the rule is not ``centre``, or ``draws`` is below 1.
+        ValueError: if the target is empty, ``draws`` is below 1, or the rule is ``touch`` or
+            ``certified``.
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
@@ -170,7 +172,7 @@ def tolerance(
     zetas = exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)
     return Tolerance(
         target,
-        verifier.centre_voxel,
+        verifier.point_voxel,
         errors,
         seed,
         float(nominal),

@@ -1,4 +1,4 @@
-"""Records of exact zeta: of one target at one pose, and over all poses."""
+"""Records of zeta, counted or certified: of one target at one pose, and over all poses."""
 
 import math
 from collections.abc import Iterable
@@ -37,6 +37,9 @@ class PoseZeta:
     """Covered voxels of the target; None for the rule ``certified``."""
     proof: Bracket | None = None
     """How the bounds were computed, for the rule ``certified``."""
+    error: float | None = None
+    """Computed error of ``zeta``: 3.3 standard deviations for the rule ``sampled``, half of the
+    interval for ``certified``, and None, not known, for the others."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,18 @@ class Verified:
     """Computation time, s."""
     width: float = 0.0
     """Requested width of a certified interval."""
+
+    @property
+    def error(self) -> float | None:
+        """Computed error of ``zeta``: the mean of the poses' errors, as these are not independent;
+        None if not known.
+        """
+        errors = [p.error for p in self.poses]
+        if self.rule == "certified":
+            return (self.high - self.low) / 2
+        if any(error is None for error in errors):
+            return None
+        return weighted_mean([p.weight for p in self.poses], [e or 0.0 for e in errors])
 
     @property
     def worst(self) -> int:

@@ -1,4 +1,4 @@
-"""Exact zeta of a setup in a scene: the verifier that checks every result."""
+"""Zeta of a setup in a scene, counted or certified: the verifier that checks every result."""
 
 import math
 import time
@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
-import numpy as np
 import psutil
 
 from ..coverage.choices import Rule
@@ -15,13 +14,14 @@ from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference, Parts
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import bracket
-from ..coverage.voxels.octree import count, count_each, regions
+from ..coverage.voxels.octree import count_each, regions
 from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.volume_tally import Bracket
 from ..coverage.voxels.voxel_set import VoxelSet
 from ..coverage.voxels.weighted_voxels import important
 from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
+from .sampling_error import PointCount
 from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
 from .verified import PoseZeta, Verified, weighted_mean
@@ -29,7 +29,7 @@ from .verified import PoseZeta, Verified, weighted_mean
 Layers = list[tuple[int, VoxelSet]]
 """Sets of voxels with integer weights."""
 VOXEL = 0.01  # m, default side of a voxel
-RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
+RULES: tuple[Rule, ...] = ("sampled", "centre", "touch", "certified")
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100
@@ -37,11 +37,6 @@ _BYTES = 100
 
 def _silent(_: object) -> None:
     """Report nothing."""
-
-
-def _important(target: Target, voxels: VoxelSet) -> VoxelSet:
-    """Return the voxels at which the target's weight field, if it has one, is above 0."""
-    return voxels if target.importance is None else important(target.importance, voxels)
 
 
 class Verifier:
@@ -53,7 +48,7 @@ class Verifier:
         self,
         scene: CoreScene,
         voxel: float | None = None,
-        rule: Rule = "centre",
+        rule: Rule = "sampled",
         width: float = 0.0,
         tell: Callable[[Bracket], None] = _silent,
         memory: float | None = None,
@@ -86,18 +81,26 @@ class Verifier:
 
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         """Return all voxels of a target, and keep them where memory allows."""
-        wanted = _important(target, target_voxels(solid, voxel, self._rule, memory=self.memory / 2))
+        wanted = self._important(
+            target, target_voxels(solid, voxel, self.points, None, self.memory / 2)
+        )
         if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
             self._targets[target, pose] = wanted
         return wanted
+
+    def _important(self, target: Target, voxels: VoxelSet) -> VoxelSet:
+        """Return the voxels at which the target's weight field, if it has one, is above 0."""
+        if target.importance is None:
+            return voxels
+        return important(target.importance, voxels, self.points == "sampled")
 
     def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
         """Yield the voxels of ``target`` at a pose, each once: all, or region by region.
 
         Under a weight field they are those of a weight above 0; see ``layers``.
 
-        Regions are used where the memory limit requires them. The rule is ``touch`` if the verifier
-        has it, else ``centre``.
+        Regions are used where the memory limit requires them. The rule is that of
+        ``points``.
 
         Raises:
             ValueError: if the target contains no voxel, or its radius lies within V_R.
@@ -120,8 +123,8 @@ class Verifier:
             for region in regions(
                 solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))
             ):
-                wanted = target_voxels(solid, voxel, self._rule, region, self.memory / 2)
-                wanted = _important(target, wanted)
+                wanted = target_voxels(solid, voxel, self.points, region, self.memory / 2)
+                wanted = self._important(target, wanted)
                 total += len(wanted)
                 if len(wanted):
                     yield wanted, region
@@ -132,19 +135,20 @@ class Verifier:
             )
 
     @property
-    def centre_voxel(self) -> float:
-        """Side of the voxels, m, for counts that need the rule ``centre``.
+    def point_voxel(self) -> float:
+        """Side of the voxels, m, for counts that judge each voxel at one point.
 
         Raises:
-            ValueError: under another rule.
+            ValueError: under the rules ``touch`` and ``certified``.
         """
-        if self.rule != "centre" or self.voxel is None:
-            raise ValueError(f"this count needs the rule centre, got {self.rule}")
+        if self.rule not in ("sampled", "centre") or self.voxel is None:
+            raise ValueError(f"this count needs the rule sampled or centre, got {self.rule}")
         return self.voxel
 
     @property
-    def _rule(self) -> Literal["centre", "touch"]:
-        return "touch" if self.rule == "touch" else "centre"
+    def points(self) -> Literal["sampled", "centre", "touch"]:
+        """The points at which a voxel is judged; ``sampled`` where none are asked for."""
+        return "sampled" if self.rule == "certified" else self.rule
 
     def most_bytes(self, target: Target, pose: int) -> float:
         """Return the bytes that a target's voxels use at a pose: an upper estimate until they are
@@ -172,10 +176,11 @@ class Verifier:
         q = self.scene.poses[pose].q
         return setup_sight(self.scene, setup, q, self.rule == "certified")
 
-    def counted(self, pose: int, total: int, covered: int) -> PoseZeta:
-        """Return zeta at a pose, from counts of the target's voxels and of the covered ones."""
-        weight, zeta = float(self.scene.pose_weights[pose]), covered / total
-        return PoseZeta(weight, zeta, zeta, zeta, total, covered)
+    def counted(self, pose: int, count: PointCount) -> PoseZeta:
+        """Return zeta at a pose from the counts of the target's voxels and of the covered ones."""
+        weight, zeta = float(self.scene.pose_weights[pose]), count.zeta
+        error = count.error if self.rule == "sampled" else None
+        return PoseZeta(weight, zeta, zeta, zeta, count.voxels, count.covered, None, error)
 
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         seen = self.seen(setup, pose)
@@ -184,32 +189,18 @@ class Verifier:
             solid = self.scene.solid(target, pose)
             b = bracket(solid, seen, self.width, self.voxel, self.tell, target.importance)
             weight = float(self.scene.pose_weights[pose])
-            return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
-        if target.importance is not None:
-            return self._weighted(seen, target, pose)
-        total = covered = 0
-        for wanted, region in self.pieces(target, pose):
-            total += len(wanted)
-            covered += count(seen, self.voxel, self._rule, wanted, region, self.memory / 2)
-        return self.counted(pose, total, covered)
-
-    def _weighted(self, seen: Parts, target: Target, pose: int) -> PoseZeta:
-        """Return zeta at a pose under the target's weight field."""
-        voxels, weight = np.zeros(2, np.int64), np.zeros(2, np.int64)  # of all, of the covered
+            middle, half = (b.low + b.high) / 2, (b.high - b.low) / 2
+            return PoseZeta(weight, middle, b.low, b.high, None, None, b, half)
+        count = PointCount()
         for wanted, region in self.pieces(target, pose):
             layers = self.layers(target, pose, wanted, region)
-            sets, weights = [wanted, *(some for _, some in layers)], [w for w, _ in layers]
-            voxel, memory = wanted.voxel, self.memory / 2
-            covered = count_each(seen, voxel, self._rule, sets, memory, region)
-            for counts, of_layers, first in (
-                (0, [len(some) for some in sets[1:]], len(wanted)),
-                (1, covered[1:], covered[0]),
-            ):
-                voxels[counts] += first
-                weight[counts] += sum(w * n for w, n in zip(weights, of_layers, strict=True))
-        zeta = int(weight[1]) / int(weight[0])
-        of_pose = float(self.scene.pose_weights[pose])
-        return PoseZeta(of_pose, zeta, zeta, zeta, int(voxels[0]), int(voxels[1]))
+            # of a target without weights, the voxels are the only layer
+            sets = [some for _, some in layers]
+            sets = sets if target.importance is None else [wanted, *sets]
+            counts = count_each(seen, wanted.voxel, self.points, sets, self.memory / 2, region)
+            each = zip(layers, counts[-len(layers) :], strict=True)
+            count.add(wanted, counts[0], ((w, some, n) for (w, some), n in each))
+        return self.counted(pose, count)
 
     def layers(self, target: Target, pose: int, wanted: VoxelSet, region: Region | None) -> Layers:
         """Return a piece of a target as sets of voxels with integer weights.
@@ -221,7 +212,7 @@ class Verifier:
             return [(1, wanted)]
         if region is None and (kept := self._layers.get((target, pose))) is not None:
             return kept
-        layers = weighted_layers(target.importance, wanted)
+        layers = weighted_layers(target.importance, wanted, self.points == "sampled")
         size = sum(some.nbytes for _, some in layers)
         if region is None and size <= self.memory / 4:
             self._layers = {(target, pose): layers, **self._layers}
@@ -273,6 +264,22 @@ class Verifier:
             ValueError, TooFineError, BodilessError: as ``verify`` does.
         """
         return self.judged(self.verify_goals(setup))
+
+    def judged_error(self, each: Sequence[Verified]) -> float | None:
+        """Return the error of ``judged``'s mean for verified goals; None if it is not known.
+
+        Goals and poses share sample points, so their errors are added, not their squares.
+        """
+        errors = [[p.error for p in v.poses] for v in each]
+        if any(error is None for of_goal in errors for error in of_goal):
+            return None
+        weights = [float(w) for w in self.scene.goal_weights]
+        at_poses = [
+            weighted_mean(weights, [e or 0.0 for e in es]) for es in zip(*errors, strict=True)
+        ]
+        if self.scene.over_poses == "mean":
+            return weighted_mean([float(w) for w in self.scene.pose_weights], at_poses)
+        return max(at_poses)
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
         """Return ``judge``'s values for a setup whose goals are already verified."""

@@ -1,4 +1,4 @@
-"""Exact zeta of a setup broken down by occlusion model, and by kind of sensor."""
+"""Counted zeta of a setup broken down by occlusion model, and by kind of sensor."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,8 +14,8 @@ def by_occlusion(
     setup: Setup,
     known: Verified,
     models: Sequence[Occlusion] = OCCLUSIONS,
-) -> dict[Occlusion, float]:
-    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under occlusion models.
+) -> dict[Occlusion, Verified]:
+    """Return counts of ``setup`` for the target of ``known`` under occlusion models.
 
     All are counted on the same voxels; the result for the scene's own model is taken from
     ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
@@ -26,9 +26,9 @@ def by_occlusion(
         return {}
     return {
         occlusion: (
-            known.zeta
+            known
             if occlusion == scene.occlusion
-            else verifier.under(occlusion).verify(setup, known.target).zeta
+            else verifier.under(occlusion).verify(setup, known.target)
         )
         for occlusion in models
     }

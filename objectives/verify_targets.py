@@ -1,4 +1,4 @@
-"""Exact zeta of one setup for several targets: one descent counts the voxels of all of them."""
+"""Counted zeta of one setup for several targets: one descent counts the voxels of all of them."""
 
 import time
 from collections.abc import Sequence
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..coverage.voxels.octree import MOST_SETS, count_each
+from .sampling_error import PointCount
 from .verified import PoseZeta, Verified
 from .verify import Verifier
 
@@ -41,14 +42,17 @@ def _at_pose(
 ) -> list[PoseZeta]:
     """Return zeta at a pose of targets that fit into memory together."""
     sets = [wanted for target in targets for wanted, _ in verifier.pieces(target, pose)]
-    seen, voxel = verifier.seen(setup, pose), verifier.centre_voxel
-    covered = count_each(seen, voxel, "centre", sets, verifier.memory / 2)
-    return [verifier.counted(pose, len(w), n) for w, n in zip(sets, covered, strict=True)]
+    seen, voxel = verifier.seen(setup, pose), verifier.point_voxel
+    counts = [PointCount() for _ in sets]
+    each = count_each(seen, voxel, verifier.points, sets, verifier.memory / 2)
+    for count, wanted, counted in zip(counts, sets, each, strict=True):
+        count.add(wanted, counted, [(1, wanted, counted)])
+    return [verifier.counted(pose, count) for count in counts]
 
 
 def _groups(verifier: Verifier, targets: Sequence[Target]) -> list[list[Target]]:
     """Split the targets into runs whose voxels fit into a quarter of the memory together."""
-    if verifier.rule != "centre":
+    if verifier.rule not in ("sampled", "centre"):
         return [[target] for target in targets]
     scene, groups, room = verifier.scene, list[list[Target]](), 0.0
     for target in targets:

@@ -27,7 +27,7 @@ def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Expla
             style="bold" if one.rings == answer else None,
         )
     return Explained(
-        "Fewest rings: exact coverage in percent of the best setup found for each number of rings",
+        "Fewest rings: coverage in percent of the best setup found for each number of rings",
         table,
         "below the best: loss against the best row, in percentage points; seconds: time of the"
         " search for this number of rings.",

@@ -6,13 +6,14 @@ from types import MappingProxyType
 
 from rich.table import Table
 
+from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..formats.schema.proposal_models import SensitivityModel
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
 from .explained import Explained
-from .text import counted, coverage_caption
+from .text import counted, coverage_caption, with_error
 
 _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
@@ -78,7 +79,7 @@ def result_caption(result: VerifyResult) -> str:
 
 
 def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
-    """Return ζ in percent, or its certified interval, rounded outward."""
+    """Return ζ in percent with its error, or its certified interval, rounded outward."""
     if rule == "certified":
         decimals = min(
             max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))),
@@ -89,7 +90,14 @@ def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str
             math.ceil(result.high_percent * 10**decimals) / 10**decimals,
         )
         return f"{low:.{decimals}f} … {high:.{decimals}f}"
-    return f"{result.zeta_percent:.2f}"
+    error = result.error_points
+    return with_error(result.zeta_percent, None if error is None else error / 100)
+
+
+def percent_under(result: VerifyResult, model: Occlusion) -> str:
+    """Return ζ in percent under a model of occlusion, with its error."""
+    error = result.by_occlusion_error_points.get(model)
+    return with_error(result.by_occlusion_percent[model], None if error is None else error / 100)
 
 
 def proof_line(result: VerifyResult, proof: ProofModel) -> str:
@@ -190,65 +198,9 @@ def zeta_table(
     return Explained(title, table, below)
 
 
-_LARGEST_ERROR = {0.0125: 0.12, 0.025: 0.12, 0.05: 0.62, 0.1: 1.48, 0.2: 7.1}
-"""Largest error in points of a count by ``centre`` with voxels of this side, m, over 42 counts of
-the paper's layouts (``place-rings study convergence``)."""
-
-
-def flat_beam_points(setup: Setup, voxel: float, target: float) -> float:
-    """Return an estimate of the count's error from beams thinner than a voxel, in points.
-
-    Where such a beam is parallel to the lattice's faces, voxel centres lie all above or below it,
-    and the layers counted differ from its thickness by half a voxel, root mean square. The beam is
-    that thin up to d = voxel / (2 tan(narrow half angle)) from the sensor, over an area of
-    d^2 tan(wide half angle), which all sensors of a ring add to.
-
-    Args:
-        setup: the rings.
-        voxel: side of a voxel, m.
-        target: volume of the target, m^3.
-    """
-    area = 0.0
-    for ring in setup.groups:
-        narrow, wide = sorted((ring.sensor.half_angle, ring.sensor.half_angle_up or math.inf))
-        thin = min(voxel / (2 * math.tan(narrow)), ring.sensor.range_m)
-        area += ring.count * thin**2 * math.tan(narrow if wide == math.inf else wide)
-    return 100 * area * voxel / 2 / target
-
-
-def flat_beam_line(setup: Setup, voxel: float, results: Sequence[VerifyResult]) -> str | None:
-    """Return a sentence about that error; None where it is below that of any beams."""
-    volumes = [
-        r.target_voxels / len(r.poses) * voxel**3 for r in results if r.target_voxels and r.poses
-    ]
-    points = max((flat_beam_points(setup, voxel, v) for v in volumes), default=0.0)
-    if points <= (usual_count_error(voxel) or math.inf):
-        return None
+def count_error_line(voxel: float) -> str:
+    """Return a sentence about the errors of counts with voxels of ``voxel`` m."""
     return (
-        "Flat beams that lie along the lattice (parallel to two axes of the base frame) add up to"
-        f" about {points:.1g} points; use --rule certified or smaller voxels."
-    )
-
-
-def usual_count_error(voxel: float) -> float | None:
-    """Return the largest error of a count by ``centre`` that was studied, in points; None for
-    voxels larger than were studied.
-
-    The error grows at least in proportion to the voxel, so below the smallest one that was studied
-    it is scaled down.
-    """
-    side = next((side for side in _LARGEST_ERROR if voxel <= side), None)
-    return None if side is None else _LARGEST_ERROR[side] * min(voxel / min(_LARGEST_ERROR), 1.0)
-
-
-def count_error_line(voxel: float) -> str | None:
-    """Return a sentence about the error of a count by ``centre``; None for voxels larger than were
-    studied.
-    """
-    points = usual_count_error(voxel)
-    if points is None:
-        return None
-    return (
-        f"A count with voxels of {1000 * voxel:g} mm is off by up to about {points:.1g} points;"
-        " place-rings verify --rule certified computes a guaranteed interval."
+        f"±: the error of a count with voxels of {1000 * voxel:g} mm, kept with a probability of"
+        " 99.9 %; place-rings verify --rule certified computes a guaranteed interval."
     )

@@ -1,5 +1,6 @@
 """Counts and lists as text."""
 
+import math
 from collections.abc import Sequence
 
 
@@ -17,3 +18,10 @@ def coverage_caption(target: str, percent: float, dark_percent: float | None) ->
     """Return the coverage of a target, with that for dark clothing if it is known, percent."""
     dark = "" if dark_percent is None else f", dark clothing {dark_percent:.1f} %"
     return f"{target}: {percent:.1f} % covered{dark}"
+
+
+def with_error(percent: float, error: float | None) -> str:
+    """Return a coverage in percent with its error in [0, 1], rounded up: ``67.90 ± 0.05``."""
+    if error is None:
+        return f"{percent:.2f}"
+    return f"{percent:.2f} ± {max(math.ceil(round(1e4 * error, 6)), 1) / 100:.2f}"

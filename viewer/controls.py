@@ -30,7 +30,8 @@ class Controls:
             "Search from here", hint="Search for a better setup, starting from this one."
         )
         self.prove = gui.add_button(
-            "Count exactly", hint="Count voxels, and compute a guaranteed interval."
+            "Count",
+            hint="Count voxels, with the error of the count, and compute a guaranteed interval.",
         )
         self.stop = gui.add_button("Stop", color="red", visible=False)
         self.progress = gui.add_progress_bar(0.0, visible=False)

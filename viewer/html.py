@@ -10,7 +10,7 @@ from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import CoreScene
 from ..reporting.lines.targets import described
 from ..reporting.tables import percent
-from ..reporting.text import counted
+from ..reporting.text import counted, with_error
 from .colours import KINDS, on_page
 from .sensor_report import SensorReport
 from .tasks import Proof
@@ -188,7 +188,7 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
         rows.append(
             [
                 str(c.target),
-                f"{100 * voxels.zeta:.2f}",
+                with_error(100 * voxels.zeta, voxels.error),
                 of,
                 percent(VerifyResult.of("", c), "certified"),
             ]

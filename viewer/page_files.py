@@ -10,6 +10,7 @@ from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..formats.writing import output_files, write_bytes
 from ..objectives.scene import CoreScene
+from ..reporting.text import with_error
 from .controls import Controls
 from .jobs import Job
 from .long_task import LongTask
@@ -51,7 +52,10 @@ class PageFiles:
             proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
             save(self._path(path.stem), setup, scene, [p.counted for p in proofs])
             saved(path.stem)
-            values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
+            values = ", ".join(
+                f"{p.counted.target} {with_error(100 * p.counted.zeta, p.counted.error)} %"
+                for p in proofs
+            )
             self._work.note(f"saved as {path.name}: {values}, counted")
 
         self._work.start(work)

@@ -1,4 +1,4 @@
-"""Long tasks of a page: the exact count, the search, saving, and pictures."""
+"""Long tasks of a page: the count, the search, saving, and pictures."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -51,7 +51,7 @@ class PageTasks:
             return state.active, state.history.now.setup, scene
 
     def prove(self) -> None:
-        """Start an exact count and a proof of the active setup's ζ, to show on the page."""
+        """Start a count and a proof of the active setup's ζ, to show on the page."""
         i, setup, scene = self._subject()
         with self._guarded.held() as state:
             name = state.names[i]
@@ -90,7 +90,7 @@ class PageTasks:
 
     def _adopt(self, i: int, found: SearchAnswer) -> None:
         """Apply the result of a search if it is better."""
-        change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, exact; {found.outcome}"
+        change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, counted; {found.outcome}"
         if not found.better:
             self._work.note(f"the search found nothing better: {change}")
             return

@@ -1,4 +1,4 @@
-"""Long tasks of a page: an exact count with a guaranteed interval, and a search from the
+"""Long tasks of a page: a count with a guaranteed interval, and a search from the
 current setup.
 """
 
@@ -70,7 +70,7 @@ def prove(
     def narrower(b: Bracket) -> None:
         tell(f"{100 * b.low:.2f} … {100 * b.high:.2f} %", (step - 1) / total)
 
-    counting = Verifier(scene, voxel, "centre", at=at)
+    counting = Verifier(scene, voxel, at=at)
     proving = Verifier(scene, None, "certified", width, narrower, at=at)
     return tuple(
         Proof(counting.verify(setup, target), proving.verify(setup, target)) for target in targets
@@ -104,7 +104,7 @@ def search_from(
     schedule: Schedule | None = None,
     voxel: float = VOXEL,
 ) -> SearchAnswer:
-    """Search from ``setup``; the result is better by the exact count, or ``setup`` itself.
+    """Search from ``setup``; the result is better by the count, or ``setup`` itself.
 
     Args:
         scene: robot, poses, goals, rules.
@@ -116,7 +116,7 @@ def search_from(
             links and counts.
         seed: random seed of the search.
         schedule: schedule of the search, or None for the default.
-        voxel: side of a voxel of the exact count, m.
+        voxel: side of a voxel of the count, m.
 
     Raises:
         InfeasibleError: if the scene's rules leave no place for such rings.

@@ -28,12 +28,13 @@ def verify(
         Rule,
         Parameter(
             help=(
-                "How to count. centre: voxels whose centre is covered. touch: voxels of which any"
-                " part is covered, as in the paper. certified: compute an interval that is"
-                " guaranteed to hold the coverage."
+                "How to count. sampled: voxels of which a drawn point is covered; the error is"
+                " computed. centre: voxels whose centre is covered. touch: voxels of which any part"
+                " is covered, as in the paper. certified: compute an interval that is guaranteed to"
+                " hold the coverage."
             )
         ),
-    ] = "centre",
+    ] = "sampled",
     width: Annotated[
         float | None,
         Parameter(
@@ -51,7 +52,7 @@ def verify(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Count the exact coverage of a setup, or compute an interval that is guaranteed to hold it.
+    """Count the coverage of a setup with its error, or compute an interval guaranteed to hold it.
 
     For example:
 

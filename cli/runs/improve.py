@@ -19,7 +19,7 @@ from ...placement.redesign.beam_search import WORTH
 from ...placement.search.progress import Outcome, Progress
 from ...reporting.explained import Explained
 from ...reporting.progress import ProgressBar
-from ...reporting.tables import count_error_line, target_label, target_legend
+from ...reporting.tables import count_error_line, percent, target_label, target_legend
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
 
@@ -100,8 +100,7 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
     """Print the gain and the work of each number of changes, and what to do."""
     result = improvement.result
     console.print(_table(record))
-    if (line := count_error_line(voxel)) is not None:
-        console.print(line, highlight=False, soft_wrap=True)
+    console.print(count_error_line(voxel), highlight=False, soft_wrap=True)
     for answer, lines in zip(result.steps, improvement.instructions, strict=True):
         console.print(f"{_changes(len(answer.changes))}:")
         for line in lines:
@@ -138,9 +137,9 @@ def _table(record: ImproveResult) -> Explained:
     labels = [target_label(r) for r in record.zeta]
     for column in ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °"):
         table.add_column(column, justify="right")
-    table.add_row("0", *(f"{r.zeta_percent:.2f}" for r in record.zeta))
+    table.add_row("0", *(percent(r, r.rule) for r in record.zeta))
     for step in record.steps:
-        cells = [f"{r.zeta_percent:.2f}" for r in step.zeta] or [""] * len(labels)
+        cells = [percent(r, r.rule) for r in step.zeta] or [""] * len(labels)
         w = step.work
         costs = (
             f"{w.sensors_added:+d}",

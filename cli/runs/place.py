@@ -175,8 +175,7 @@ def _show(
         console.print(zeta_table(comparison, sensors, where, prices))
     if seen is not None:
         console.print(seen)
-    if (error := count_error_line(voxel)) is not None:
-        console.print(error, highlight=False, soft_wrap=True)
+    console.print(count_error_line(voxel), highlight=False, soft_wrap=True)
     own = mine[0].unseeing if mine else []
     mount = [*without_lines(scene, setup), *unmounted_lines(mine)]
     if any(r.unmounted for r in comparison if r not in mine):

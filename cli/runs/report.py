@@ -47,8 +47,7 @@ def report(
     say(answer(facts).replace("**", ""))
     for verdict in verdicts(facts):
         say(f"{verdict.question}: {verdict.state}: {verdict.figure}")
-    if (line := count_error_line(options.voxel)) is not None:
-        say(line)
+    say(count_error_line(options.voxel))
     say(f"  {page}")
     if pdf is not None:
         say(f"  {pdf}")

@@ -4,7 +4,7 @@ from ..._robustness import robustness as assess
 from ..._validation import ResolvedSetup
 from ...coverage.choices import Law
 from ...reporting.robustness import lines, robustness_table
-from ...reporting.tables import count_error_line, target_label
+from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from .late_progress import late_progress
 
@@ -49,7 +49,5 @@ def robustness(
         return
     console = Terminal()
     console.print(robustness_table(results))
-    if (line := count_error_line(voxel)) is not None:
-        console.print(line, highlight=False, soft_wrap=True)
     for r in results:
         console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)

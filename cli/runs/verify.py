@@ -1,4 +1,4 @@
-"""Print the exact coverage of a setup."""
+"""Print the coverage of a setup."""
 
 from ..._validation import ResolvedSetup
 from ..._verify import Coverage, certify, check_counting
@@ -15,7 +15,6 @@ from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.tables import (
     count_error_line,
-    flat_beam_line,
     percent,
     proof_line,
     target_label,
@@ -36,7 +35,7 @@ def verify(
     memory: float | None,
     as_json: bool,
 ) -> None:
-    """Print the exact coverage of a setup for the targets of its scene."""
+    """Print the coverage of a setup for the targets of its scene."""
     certified = rule == "certified"
     check_counting(voxel=voxel, width=width if certified else None, memory=memory)
     if not certified:
@@ -58,10 +57,8 @@ def verify(
         console.print(zeta_table(results, sensors, where))
     if first is not None:
         console.print(first)
-    if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
-        console.print(line, highlight=False, soft_wrap=True)
-    if rule == "centre" and (line := flat_beam_line(setup, voxel or VOXEL, results)) is not None:
-        console.print(line, highlight=False, soft_wrap=True)
+    if rule == "sampled":
+        console.print(count_error_line(voxel or VOXEL), highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
     for line in part_lines(results):
         console.print(line, highlight=False, soft_wrap=True)

@@ -1,12 +1,13 @@
 """Models of the output of ``verify --json``: counts and guaranteed intervals, in percent."""
 
-from collections.abc import Iterable
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Self
 
 import numpy as np
 from jaxtyping import Float
 from pydantic import ConfigDict, Field
 
+from ...coverage.choices import Rule
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
@@ -22,6 +23,16 @@ from .field_types import Metres, Percent
 from .mapping import COVERAGE, MappedModel, Of, rounded_millimetres
 from .sensor_records import SensorRecord
 from .separation_models import SeparationModel
+
+ErrorPoints = Annotated[Percent | None, Of("error", COVERAGE)]
+"""Error of a coverage, percentage points."""
+_ERROR = Field(
+    default=None,
+    description=(
+        "computed error of the coverage, percentage points: 3.3 standard deviations (99.9 %), or"
+        " half of a guaranteed interval; none for the rules centre and touch"
+    ),
+)
 
 
 class ProofModel(StrictModel):
@@ -72,6 +83,7 @@ class PoseZetaModel(MappedModel[PoseZeta]):
     high_percent: Annotated[Percent, Of("high", COVERAGE)] = Field(
         description="upper end of the guaranteed interval, percent; without one, zeta itself"
     )
+    error_points: ErrorPoints = _ERROR
     target_voxels: int | None = Field(default=None, description="voxels in the target")
     covered_voxels: int | None = Field(default=None, description="covered voxels in the target")
 
@@ -103,6 +115,7 @@ class WorstModel(MappedModel[PoseZeta]):
     high_percent: Annotated[Percent, Of("high", COVERAGE)] = Field(
         description="upper end of the guaranteed interval, percent; without one, zeta itself"
     )
+    error_points: ErrorPoints = _ERROR
 
 
 class UnseeingModel(MappedModel[Unseeing]):
@@ -187,7 +200,7 @@ class VerifyResult(MappedModel[Verified]):
     setup: str = Field(description="name or file of the setup")
     target: str = Field(description="name of the target")
     radius: float | None = Field(default=None, description="radius of V_S or V_N, m")
-    rule: Literal["centre", "touch", "certified"] = Field(description="rule of the count")
+    rule: Rule = Field(description="rule of the count")
     voxel: Metres | None = Field(
         default=None,
         description="side of a voxel, m; certified: of the smallest requested cell",
@@ -197,6 +210,7 @@ class VerifyResult(MappedModel[Verified]):
     )
     low_percent: Annotated[Percent, Of("low", COVERAGE)] = _LOW
     high_percent: Annotated[Percent, Of("high", COVERAGE)] = _HIGH
+    error_points: ErrorPoints = _ERROR
     target_voxels: int | None = Field(
         default=None, description="voxels in the target at all poses; none if certified"
     )
@@ -216,6 +230,9 @@ class VerifyResult(MappedModel[Verified]):
     )
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
         default={}, description="coverage under each occlusion model, percent"
+    )
+    by_occlusion_error_points: dict[Occlusion, Percent] = Field(
+        default={}, description="errors of these, percentage points, as error_points"
     )
     dark_clothing_percent: Percent | None = Field(
         default=None,
@@ -288,18 +305,21 @@ class VerifyResult(MappedModel[Verified]):
 
     def with_occlusion(
         self,
-        zetas: dict[Occlusion, float],
+        counts: Mapping[Occlusion, Verified],
         blocked: Iterable[Unseeing] = (),
         faults: Iterable[Fault] = (),
     ) -> Self:
-        """Return the record with ζ in [0, 1] under each model, the blocked sensors, and the faults
+        """Return the record with the counts under each model, the blocked sensors, and the faults
         of the mount."""
         each = list(faults)
         return self.model_copy(
             update={
                 "mounting": [fault.text for fault in each],
                 "unmounted": sorted({ring for fault in each for ring in fault.rings}),
-                "by_occlusion_percent": {name: COVERAGE.write(z) for name, z in zetas.items()},
+                "by_occlusion_percent": {m: COVERAGE.write(v.zeta) for m, v in counts.items()},
+                "by_occlusion_error_points": {
+                    m: COVERAGE.write(v.error) for m, v in counts.items() if v.error is not None
+                },
                 "unseeing": [UnseeingModel.from_domain(one) for one in blocked],
             }
         )

@@ -17,7 +17,7 @@ from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import states_coordinates
 from ...objectives.verify_breakdown import PARTS
 from ..explained import Explained
-from ..tables import DARK, dark_columns, target_label, target_legend
+from ..tables import DARK, dark_columns, percent_under, target_label, target_legend
 from ..terminal import Terminal
 from ..text import counted
 
@@ -98,10 +98,10 @@ def occlusion_table(
             if model == own and label in dark:
                 table.add_column(f"{label} dark clothing", justify="right")
     for name in dict.fromkeys(r.setup for r in shown):
-        mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
+        mine = {target_label(r): r for r in shown if r.setup == name}
         cells = []
         for label in labels:
-            each = [f"{mine[label][m]:.2f}" if label in mine else "" for m in models]
+            each = [percent_under(mine[label], m) if label in mine else "" for m in models]
             cells += [each[0], *([dark[label].get(name, "")] if label in dark else []), *each[1:]]
         faulty = [] if rings is None else [str(rings[name]) if rings[name] else "–"]
         style = "bold" if name == "proposal" else None

@@ -7,7 +7,14 @@ from ..lines.occlusion import ASSUMPTIONS, part_lines, scene_lines, unseeing_lin
 from ..lines.protective_volume import protective_lines
 from ..pages import escaped, table
 from ..robustness import lines, robustness_rows
-from ..tables import DARK, count_error_line, dark_columns, target_label
+from ..tables import (
+    DARK,
+    count_error_line,
+    dark_columns,
+    percent,
+    percent_under,
+    target_label,
+)
 from ..text import counted, listed
 from .facts import Facts
 
@@ -22,11 +29,11 @@ def answer(f: Facts) -> str:
     each = []
     for r in f.own:
         others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
-        beyond = [f"{r.by_occlusion_percent[m]:.2f} % under `{m}`" for m in others]
+        beyond = [f"{percent_under(r, m)} % under `{m}`" for m in others]
         if r.dark_clothing_percent is not None:
             beyond.insert(0, f"**{r.dark_clothing_percent:.2f} % of dark clothing**")
         each.append(
-            f"**{r.zeta_percent:.2f} % of {target_label(r)}**"
+            f"**{percent(r, r.rule)} % of {target_label(r)}**"
             + (f" ({', '.join(beyond)})" if beyond else "")
         )
     alone = [one for one in part_lines(f.own) if f.scene.cell_sensors]
@@ -38,11 +45,10 @@ def coverage_section(f: Facts) -> Iterator[str]:
     yield "## Coverage\n"
     many = f", the mean over {len(f.scene.poses)} poses" if len(f.scene.poses) > 1 else ""
     yield (
-        f"ζ, the covered share of each target, in percent{many}, counted by rule `centre` with"
-        f" voxels of {f.voxel:g} m;"
+        f"ζ, the covered share of each target, in percent{many}, counted at one point in"
+        f" each voxel of {f.voxel:g} m; the paper's layouts use this scene's sensor."
     )
-    error = count_error_line(f.voxel)
-    yield f"the paper's layouts use this scene's sensor. {error or ''}".rstrip() + "\n"
+    yield f"{count_error_line(f.voxel)}\n"
     labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
     models: list[Occlusion] = [
         m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
@@ -54,12 +60,16 @@ def coverage_section(f: Facts) -> Iterator[str]:
         rows = []
         for name, sensors in f.sensors.items():
             mine = {
-                target_label(r): r.by_occlusion_percent.get(model, r.zeta_percent)
+                target_label(r): (
+                    percent_under(r, model)
+                    if model in r.by_occlusion_percent
+                    else percent(r, r.rule)
+                )
                 for r in f.zetas
                 if r.setup == name
             }
             mark = "**" if name == f.name else ""
-            cells = [f"{mark}{mine[label]:.2f}{mark}" for label in labels]
+            cells = [f"{mark}{mine[label]}{mark}" for label in labels]
             rows.append(
                 [f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells]
             )
@@ -75,7 +85,7 @@ def coverage_section(f: Facts) -> Iterator[str]:
     for r in f.own:
         if r.worst is not None:
             yield (
-                f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f}"
+                f"{target_label(r)} in the worst pose, {r.worst.pose}: {percent(r.worst, r.rule)}"
                 " %.\n"
             )
     told = [*part_lines(f.own), *unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene)]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from ...objectives.scene import CoreScene
 from ..lines.occlusion import ASSUMPTIONS
 from ..lines.targets import described
-from ..tables import target_label
+from ..tables import percent, target_label
 from ..text import listed
 from .facts import Facts
 
@@ -19,7 +19,7 @@ def definition_section(f: Facts) -> Iterator[str]:
         "The coverage ζ of a target is the part of its volume that at least one sensor sees, in"
         " percent: ζ = covered volume ÷ volume of the target. A point is covered if it lies in the"
         f" beam of a sensor; {ASSUMPTIONS[f.scene.occlusion]}. The volume is counted in small cubes"
-        f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if its centre is.\n"
+        f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if a point drawn in it is.\n"
     )
     poses = len(f.scene.poses)
     for goal, r in zip(f.scene.goals, f.own, strict=True):
@@ -28,7 +28,7 @@ def definition_section(f: Facts) -> Iterator[str]:
             seen, whole = ((n or 0) * f.voxel**3 for n in (r.covered_voxels, r.target_voxels))
             volumes = f"{seen:.4f} m³ ÷ {whole:.4f} m³ = "
         mean = f", the mean over {poses} poses" if poses > 1 else ""
-        yield f"- {target_label(r)}: ζ = {volumes}**{r.zeta_percent:.2f} %**{mean}"
+        yield f"- {target_label(r)}: ζ = {volumes}**{percent(r, r.rule)} %**{mean}"
     yield ""
     yield f"{_meaning(f.scene)}\n"
     target = f.scene.goals[0].target

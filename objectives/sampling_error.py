@@ -1,0 +1,79 @@
+"""Counts of voxels at a pose, and the error of the share that sample points give."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..coverage.voxels.voxel_set import VoxelSet
+
+_DEVIATIONS = 3.3  # standard deviations of a stated error: 99.9 % of a normal distribution
+_RARE = 3.0  # voxels^2 of variance, for what is so small that perhaps no sample point shows it
+
+
+@dataclass
+class PointCount:
+    """Numbers of a target's voxels and of the covered ones, summed over pieces of the target."""
+
+    voxels: int = 0
+    """Voxels of the target."""
+    covered: int = 0
+    """Covered voxels."""
+    weight: int = 0
+    """Summed weight of the target's voxels."""
+    covered_weight: int = 0
+    """Summed weight of the covered voxels."""
+    largest: float = 0.0
+    """No voxel has a larger weight."""
+    pairs: Float[np.ndarray, " 3"] = field(default_factory=lambda: np.zeros(3))
+    """Weighted pairs of neighbours: just one is covered; besides, just one is in the target; just
+    one is in the target."""
+
+    def add(
+        self,
+        wanted: VoxelSet,
+        counts: Int[np.ndarray, " 3"],
+        layers: Iterable[tuple[int, VoxelSet, Int[np.ndarray, " 3"]]],
+    ) -> None:
+        """Add a piece of the target.
+
+        Args:
+            wanted: its voxels.
+            counts: result of ``count_each`` for these.
+            layers: sets whose weights add up to those of the voxels: the weight, the set and its
+                result of ``count_each``.
+        """
+        self.voxels += len(wanted)
+        self.covered += int(counts[0])
+        pairs, weights = np.zeros(3), []
+        for weight, some, (inside, either, both) in layers:
+            weights.append(weight)
+            self.weight += weight * len(some)
+            self.covered_weight += weight * int(inside)
+            pairs += weight * np.array([either, both, some.differing], float)
+        # (sum of w d)^2 <= (sum of w) (sum of w d^2) by Cauchy and Schwarz; where layers are
+        # disjoint, only two of them meet in a pair
+        most = min(sum(weights), 2 * max(weights, default=0))
+        self.largest = max(self.largest, most)
+        self.pairs += most * pairs
+
+    @property
+    def zeta(self) -> float:
+        """Share of the target that is covered, in [0, 1]."""
+        return self.covered_weight / self.weight
+
+    @property
+    def error(self) -> float:
+        """Error of the share that sample points give: 3.3 standard deviations.
+
+        The residual of a voxel is its weight times (covered - zeta) inside the target and 0
+        outside. The expected square of the difference of two neighbours' residuals is at least the
+        sum of their variances (collapsed strata: Cochran, Sampling Techniques, 1977, section
+        5A.12). A voxel has one neighbour along each of three axes, so a third of the sum over all
+        pairs is an upper estimate of the variance of the summed residuals.
+        """
+        of_pairs = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2)) / 3
+        variance = of_pairs + _RARE * self.largest**2
+        return min(_DEVIATIONS * math.sqrt(variance) / self.weight, 1.0)
