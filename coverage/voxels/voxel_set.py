@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, UInt64
+from jaxtyping import Float, Int, UInt8, UInt64
 
 BITS = 21  # of each lattice number in a 63-bit key
 OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
@@ -243,7 +243,7 @@ def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
     )
 
 
-def differing(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
+def differing(word: UInt64[np.ndarray, " N"]) -> UInt8[np.ndarray, " N"]:
     """Return in how many pairs of neighbours just one voxel belongs to each block's word.
 
     A voxel has one partner along each axis; the pairs of an axis are disjoint.
@@ -257,7 +257,7 @@ def differing(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
 
 def differing_in_both(
     word: UInt64[np.ndarray, " N"], other: UInt64[np.ndarray, " N"]
-) -> Int[np.ndarray, " N"]:
+) -> UInt8[np.ndarray, " N"]:
     """Return the number of these pairs that differ in both words."""
     pairs: np.ndarray = sum(
         np.bitwise_count(

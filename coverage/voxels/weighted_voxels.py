@@ -27,8 +27,9 @@ def important(field: WeightField, voxels: VoxelSet, sampled: bool) -> VoxelSet:
 def layers(field: WeightField, wanted: VoxelSet, sampled: bool) -> list[tuple[int, VoxelSet]]:
     """Return sets of the voxels of ``wanted``, each with an integer weight.
 
-    The weight of a voxel is that at its sample point or centre, and the sum of the weights of
-    all sets that contain it: a set for each weight where these are few, else for each of their binary digits.
+    The weight of a voxel is that at its sample point or centre, and the sum of the weights of all
+    sets that contain it: a set for each weight where these are few, else for each of their binary
+    digits.
     """
     values = np.unique(np.append(field.level, field.outside))
     few = len(values) <= _DISTINCT

@@ -21,7 +21,7 @@ ERRORS = {  # words of a command: what the line names
     "robustness n1_8_0 --seed nan": ("--seed", '"nan"'),
     "--sensors 0": ("--sensors", "0", "1"),
     "view n2_16_25 --port 99999": ("--port", "99999", "65535"),
-    "verify n2_16_25 --rule exact": ("--rule", '"exact"', "centre, touch, certified"),
+    "verify n2_16_25 --rule exact": ("--rule", '"exact"', "sampled, centre, touch, certified"),
     "schema soul": ("schema", '"soul"', "scene, robot"),
     "verify n2_16_25 --target V_S": ("--target V_S", "V_S:0.5", "--radius"),
     "verify n2_16_25 --target V_N": ("--target V_N", "V_N:0.5", "--radius"),

@@ -20,13 +20,14 @@ from place_rings.coverage.voxels.octree import (
     regions,
     voxels,
 )
-from place_rings.coverage.voxels.voxel_set import VoxelSet
+from place_rings.coverage.voxels.sample_points import samples_of
+from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from place_rings.objectives.target_voxels import target_voxels
 
 from ..strategies.scenes import scenes
 from ..strategies.solids import some_balls, some_beams, some_capsules, some_cones
 
-RULES = ("centre", "touch")
+RULES = ("sampled", "centre", "touch")
 
 
 def lattice(low, high, voxel):
@@ -42,6 +43,9 @@ def dense(solid, centres, voxel, rule):
     """Which voxels count, each looked at by itself."""
     if rule == "centre":
         return solid(centres) <= 0
+    if rule == "sampled":
+        numbers = np.floor(centres / voxel).astype(np.int64) + OFFSET
+        return solid(samples_of(encode(numbers), voxel)) <= 0
     steps = (np.arange(PROBES + 1) / PROBES - 0.5) * voxel
     offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     return (
@@ -55,7 +59,7 @@ def agree(scene, beams, rule):
     """The counts of the target, and of what beams cover of it, are the dense ones."""
     solid, voxel = scene.solid, scene.voxel(rule)
     centres = lattice(*solid.bounds(), voxel)
-    if rule == "centre":
+    if rule != "touch":
         wanted = dense(solid, centres, voxel, rule)
     else:
         wanted = dense(solid.a, centres, voxel, rule) & ~dense(solid.b, centres, voxel, rule)
@@ -101,13 +105,13 @@ def test_one_descent_counts_in_many_sets(scene, parts, rule):
     cones, voxel = scene.cones, scene.voxel("touch")
     wanted = [voxels(part, voxel) for part in parts] + [VoxelSet.empty(voxel)]
     each = [count(cones, voxel, rule, some) for some in wanted]
-    assert count_each(cones, voxel, rule, wanted) == each
-    assert count_each(cones, voxel, rule, wanted[:1]) == each[:1]
+    assert count_each(cones, voxel, rule, wanted)[:, 0].tolist() == each
+    assert count_each(cones, voxel, rule, wanted[:1])[:, 0].tolist() == each[:1]
 
 
 def test_more_sets_than_a_mark_holds_are_refused():
     empty = [VoxelSet.empty(0.1)]
-    assert count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * MOST_SETS) == [0] * MOST_SETS
+    assert not count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * MOST_SETS).any()
     with pytest.raises(ValueError, match=str(MOST_SETS)):
         count_each(sphere(np.zeros(3), 0.5), 0.1, "centre", empty * (MOST_SETS + 1))
 
@@ -177,3 +181,37 @@ def test_regions_hold_every_voxel_once(scene, rule, most):
     assert sum(len(part & whole) for _, part in parts) == len(whole)
     seen = sum(count(cones, voxel, rule, part, r) for r, part in parts)
     assert seen == count(cones, voxel, rule, whole)
+
+
+@given(st.tuples(*[st.integers(-(10**5), 10**5)] * 3))
+def test_sample_points_lie_in_their_voxels_and_fill_them_evenly(corner):
+    """In each layer of a block, and over blocks in every corner of the voxel alike."""
+    numbers = np.stack(np.meshgrid(*[np.arange(32)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    numbers = numbers + 4 * np.array(corner) + OFFSET
+    place = samples_of(encode(numbers), 1.0) - (numbers - OFFSET)
+    assert ((place >= -1e-9) & (place <= 1 + 1e-9)).all()
+    for axis in range(3):
+        for layer in range(32):
+            mine = place[numbers[:, axis] - numbers[:, axis].min() == layer, axis]
+            counts = np.histogram(mine, np.linspace(0, 1, 5))[0]
+            assert np.abs(counts - len(mine) / 4).max() <= 1e-6 * len(mine) + 1
+    corners = (place > 0.5) @ [1, 2, 4]
+    assert np.abs(np.bincount(corners, minlength=8) / len(corners) - 1 / 8).max() < 0.01
+
+
+@settings(max_examples=10)
+@given(scenes())
+def test_pairs_of_neighbours_are_counted_as_one_by_one(scene):
+    """For each voxel its partner along each axis in the block, of the covered ones and of all."""
+    voxel = scene.voxel("sampled")
+    target = voxels(scene.solid, voxel, "sampled")
+    seen = voxels(scene.cones, voxel, "sampled", target)
+    ((inside, either, both),) = count_each(scene.cones, voxel, "sampled", [target])
+    keys, covered = (
+        {key for a, b in zip(s.start, s.stop, strict=True) for key in range(a, b)}
+        for s in (target, seen)
+    )
+    assert inside == len(covered)
+    assert either == sum(key ^ step not in covered for key in covered for step in (1, 2, 4))
+    assert both == sum(key ^ step not in keys for key in covered for step in (1, 2, 4))
+    assert target.differing == sum(key ^ step not in keys for key in keys for step in (1, 2, 4))

@@ -45,7 +45,7 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
     before, after = bare.verify(setup, NEAR), cell.verify(setup, NEAR)
     assert after.target_voxels < before.target_voxels
     assert after.covered_voxels < before.covered_voxels
-    each = by_occlusion(cell, setup, after)
+    each = {model: one.zeta for model, one in by_occlusion(cell, setup, after).items()}
     assert each["ignore"] == after.zeta > each["shadow"] > each["blind"] > 0
     under = {
         m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each

@@ -14,6 +14,7 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.volumes import BoxVolume, CombinedVolume, NamedVolume
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import voxels
+from place_rings.coverage.voxels.sample_points import samples_of
 from place_rings.coverage.voxels.weighted_voxels import important
 from place_rings.coverage.weight_field import LEVELS, WeightField
 from place_rings.formats.errors import UserError
@@ -70,7 +71,9 @@ def near(field):
 
 def dense(scene, target, voxel):
     """Weights of all voxels of the target, and which of them are covered, one by one."""
-    centres = voxels(scene.solid(target, 0), voxel).centres()
+    wanted = voxels(scene.solid(target, 0), voxel, "sampled")
+    keys = [np.arange(a, b) for a, b in zip(wanted.start, wanted.stop, strict=True)]
+    centres = samples_of(np.concatenate(keys), voxel)
     field = target.importance
     index = np.floor((centres - field.origin) / field.cell).astype(int)
     inside = ((index >= 0) & (index < field.level.shape)).all(axis=1)
@@ -147,7 +150,7 @@ def test_a_field_of_0_and_1_cuts_the_target(corner, cells):
 def test_certified_interval_holds_the_dense_share(field):
     target = near(field)
     scene = scene_of(target)
-    assume(len(important(field, voxels(scene.solid(target, 0), 0.03))) > 2000)
+    assume(len(important(field, voxels(scene.solid(target, 0), 0.03), False)) > 2000)
     fine = Verifier(scene, 0.03).verify(SETUP, target).zeta
     found = Verifier(scene, None, "certified", 0.04).verify(SETUP, target)
     assert found.high - found.low <= 0.04

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.reporting import progress
-from place_rings.reporting.tables import count_error_line
 from place_rings.reporting.terminal import Terminal
+from place_rings.reporting.text import with_error
 
 VERIFY = "verify n1_8_0 --target V_S --radius 0.5 --voxel 0.1"
 
@@ -99,7 +99,9 @@ def test_a_finished_task_is_not_reported(description, completed, total):
     assert (bar.line() is None) == finished
 
 
-@pytest.mark.parametrize(("voxel", "points"), [(0.005, "0.05"), (0.01, "0.1"), (0.1, "1")])
-def test_a_count_states_its_error(voxel, points):
-    assert f" {points} points" in count_error_line(voxel)
-    assert count_error_line(0.3) is None
+@given(st.floats(0, 100), st.floats(0, 1))
+def test_a_count_is_written_with_its_error_rounded_up(percent, error):
+    zeta, _, stated = with_error(percent, error).partition(" ± ")
+    assert float(zeta) == pytest.approx(percent, abs=0.0051)
+    assert 100 * error - 1e-6 <= float(stated) <= 100 * error + 0.0101
+    assert with_error(percent, None) == zeta

@@ -21,7 +21,11 @@ from .rings import LONGEST, ROBOT_NAMES
 from .singles import mixed_setups
 from .solids import boxes, pointed_bodies
 
-DENSE = {"centre": 20_000, "touch": 80}  # voxels that a dense count by each rule can stand
+DENSE = {
+    "centre": 20_000,
+    "sampled": 20_000,
+    "touch": 80,
+}  # voxels that a dense count by each rule can stand
 
 
 @dataclass(frozen=True)
