@@ -69,11 +69,16 @@ def near(field):
     return Target("V_S", 0.5, importance=field)
 
 
-def dense(scene, target, voxel):
-    """Weights of all voxels of the target, and which of them are covered, one by one."""
+def samples(scene, target, voxel):
+    """Sample points of all voxels of the target."""
     wanted = voxels(scene.solid(target, 0), voxel, "sampled")
     keys = [np.arange(a, b) for a, b in zip(wanted.start, wanted.stop, strict=True)]
-    centres = samples_of(np.concatenate(keys), voxel)
+    return samples_of(np.concatenate(keys), voxel)
+
+
+def dense(scene, target, voxel):
+    """Weights of all voxels of the target, and which of them are covered, one by one."""
+    centres = samples(scene, target, voxel)
     field = target.importance
     index = np.floor((centres - field.origin) / field.cell).astype(int)
     inside = ((index >= 0) & (index < field.level.shape)).all(axis=1)
@@ -211,7 +216,7 @@ def test_k_coverage_and_losses_are_weighted():
     target = near(field)
     scene = scene_of(target)
     verifier = Verifier(scene, VOXEL)
-    centres = voxels(scene.solid(target, 0), VOXEL).centres()
+    centres = samples(scene, target, VOXEL)
     weight, cones = field.levels_at(centres), verifier.seen(SETUP, 0)
     held = np.stack([cones.part(centres, k) <= 0 for k in range(len(cones))])
     found = redundancy(verifier, SETUP, target, 3)
