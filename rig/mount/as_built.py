@@ -81,7 +81,7 @@ class AsBuilt:
         return np.concatenate([*alive, single])
 
     def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
-        """Count ζ exactly; ``verifier`` must be of the same scene."""
+        """Count ζ; ``verifier`` must be of the same scene."""
         verifier = verifier or Verifier(self.scene)
         proposed, built = (verifier.verify(s, target).zeta for s in (self.proposed, self.setup))
         alive = built if self.alive.all() else float(exact_zetas(verifier, target, self._living)[0])
