@@ -25,7 +25,7 @@ from .octree_cells import Cells, Pairs, Region, first_cells
 from .sample_points import block_samples, points_in_blocks
 from .solid_bitmask import words
 from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
-from .voxel_set import VoxelSet, centre, differing, differing_in_both, runs
+from .voxel_set import VoxelSet, centre, differing, runs
 
 Rule = Literal["sampled", "centre", "touch"]
 # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, including its
@@ -94,7 +94,7 @@ class OctreeCount:
                 word = self.word[part] & of_set
                 inside += np.bitwise_count(word).sum()
                 either += differing(word).sum()
-                both += differing_in_both(word, of_set).sum()
+                both += differing(word, of_set).sum()
             else:
                 inside += within.count_in(self.key[part], self.size).sum()
                 if self.size >= VOXELS:
@@ -344,4 +344,5 @@ def count_each(
         return total
 
     parts = _each(solid, voxel, rule, sets, region, memory, totals)
-    return sum(parts, np.zeros((len(sets), 3), np.int64))
+    total: np.ndarray = sum(parts, np.zeros((len(sets), 3), np.int64))
+    return total

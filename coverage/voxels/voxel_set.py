@@ -22,7 +22,14 @@ OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
 FURTHEST = OFFSET // 2
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)  # all voxels of a block of 64
 # steps to a voxel's partner along each axis in a block, and the first voxels of these pairs
-_PAIRS = ((1, 0x5555555555555555), (2, 0x3333333333333333), (4, 0x0F0F0F0F0F0F0F0F))
+_PAIRS = [
+    (np.uint64(step), np.uint64(first))
+    for step, first in (
+        (1, 0x5555555555555555),
+        (2, 0x3333333333333333),
+        (4, 0x0F0F0F0F0F0F0F0F),
+    )
+]
 
 _SPREAD = (
     (32, 0x1F00000000FFFF),
@@ -243,30 +250,20 @@ def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
     )
 
 
-def differing(word: UInt64[np.ndarray, " N"]) -> UInt8[np.ndarray, " N"]:
+def differing(
+    word: UInt64[np.ndarray, " N"], other: UInt64[np.ndarray, " N"] | None = None
+) -> UInt8[np.ndarray, " N"]:
     """Return in how many pairs of neighbours just one voxel belongs to each block's word.
 
-    A voxel has one partner along each axis; the pairs of an axis are disjoint.
+    A voxel has one partner along each axis; the pairs of an axis are disjoint. With ``other``, only
+    the pairs of which just one voxel belongs to that word, too.
     """
-    pairs: np.ndarray = sum(
-        np.bitwise_count((word ^ (word >> np.uint64(step))) & np.uint64(first))
-        for step, first in _PAIRS
-    )
-    return pairs
-
-
-def differing_in_both(
-    word: UInt64[np.ndarray, " N"], other: UInt64[np.ndarray, " N"]
-) -> UInt8[np.ndarray, " N"]:
-    """Return the number of these pairs that differ in both words."""
-    pairs: np.ndarray = sum(
-        np.bitwise_count(
-            (word ^ (word >> np.uint64(step)))
-            & (other ^ (other >> np.uint64(step)))
-            & np.uint64(first)
-        )
-        for step, first in _PAIRS
-    )
+    pairs = np.zeros(len(word), np.uint8)
+    for step, first in _PAIRS:
+        odd = (word ^ (word >> step)) & first
+        if other is not None:
+            odd &= other ^ (other >> step)
+        pairs += np.bitwise_count(odd)
     return pairs
 
 
