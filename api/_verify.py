@@ -181,7 +181,7 @@ def verify(
         >>> import place_rings as pr
         >>> pr.verify("n2_16_25", pr.Scene(targets=[pr.Shell(0.5)]), voxel=0.02)
         Coverage of n2_16_25: 80 sensors in 5 rings
-          V_S(0.5): 39.84 %
+          V_S(0.5): 39.89 ± 0.24 %
     """
     if rule not in ("sampled", "centre", "touch"):
         raise InputError(f"found {rule}, allowed: sampled, centre, touch; or use certify", "rule")

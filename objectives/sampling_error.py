@@ -10,6 +10,9 @@ from jaxtyping import Float, Int
 from ..coverage.voxels.voxel_set import VoxelSet
 
 _DEVIATIONS = 3.3  # standard deviations of a stated error: 99.9 % of a normal distribution
+# the points of a block are not independent: up to 4 of a layer's 16 agree on a sheet thinner than a
+# quarter of a voxel, though neighbouring blocks then fill the gaps
+_TOGETHER = 2.0
 _RARE = 3.0  # voxels^2 of variance, for what is so small that perhaps no sample point shows it
 
 
@@ -72,8 +75,8 @@ class PointCount:
         outside. The expected square of the difference of two neighbours' residuals is at least the
         sum of their variances (collapsed strata: Cochran, Sampling Techniques, 1977, section
         5A.12). A voxel has one neighbour along each of three axes, so a third of the sum over all
-        pairs is an upper estimate of the variance of the summed residuals.
+        pairs estimates the variance of the summed residuals from above, for independent points.
         """
         of_pairs = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2)) / 3
-        variance = of_pairs + _RARE * self.largest**2
+        variance = _TOGETHER * of_pairs + _RARE * self.largest**2
         return min(_DEVIATIONS * math.sqrt(variance) / self.weight, 1.0)

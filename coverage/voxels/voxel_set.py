@@ -180,8 +180,9 @@ class VoxelSet:
         cell of ``size`` keys, a multiple of 64, that starts at ``key`` (N,).
         """
         block, before = self._differing
-        pairs: np.ndarray = before[np.searchsorted(block, key + size)]
-        return pairs - before[np.searchsorted(block, key)]
+        first, last = (before[np.searchsorted(block, ends)] for ends in (key, key + size))
+        pairs: np.ndarray = last - first
+        return pairs
 
     @property
     def differing(self) -> int:
