@@ -68,7 +68,7 @@ class Proposal(Placement):
     """Coverage to reach with the fewest sensors, percent."""
     bound: CoverageBound | None = None
     """Upper bound on every layout of the same budget, for a search with ``gap``; None without, or
-    if no bound is known."""
+    after Ctrl-C."""
     fewest: FewestRings | None = None
     """Results with each number of rings, if the search minimised the rings."""
     command: str = ""
@@ -151,7 +151,7 @@ class Proposal(Placement):
     @property
     def gap(self) -> float | None:
         """Optimality gap in [0, 1]: no layout of the same budget exceeds ``value`` by more. It is
-        None for a search without ``gap``, or if no upper bound is known."""
+        None for a search without ``gap``, or after Ctrl-C."""
         return None if self.bound is None or self.value is None else self.bound.value - self.value
 
     @property

@@ -31,9 +31,16 @@ class Rings:
     rings: int | None = None
     """Number of rings, on links that the search chooses."""
     fewest_rings: bool = False
-    """Whether to find the fewest rings near the best coverage."""
+    """Whether to find the fewest rings near the best coverage, as ``sensors`` alone does."""
     within_points: float | None = None
     """Largest loss of coverage for fewer rings, percentage points."""
+    any_rings: bool = False
+    """Whether ``sensors`` may use any number of rings."""
+
+    @property
+    def fewest(self) -> bool:
+        """Whether the search is for the fewest rings."""
+        return self.sensors is not None and self.rings is None and not self.any_rings
 
     def space(self, scene: CoreScene) -> Space | None:
         """Return the design space of a search; None if several searches follow each other.
@@ -43,7 +50,7 @@ class Rings:
             InputError: for numbers that contradict each other or a rule of the scene.
         """
         self.check()
-        if self.reach is not None or self.fewest_rings:
+        if self.reach is not None or self.fewest:
             return None
         if self.sensors is not None:
             return Space(scene, sensors=self.sensors, rings=self.rings)
@@ -130,22 +137,24 @@ class Rings:
                     f"found {within:g}, allowed: 0 or more and below 100 (percentage points)",
                     "within",
                 )
-            if not self.fewest_rings:
+            if not self.fewest:
                 raise InputError(
-                    f"found {within:g} without fewest_rings; use both or none",
+                    f"found {within:g}, allowed: only with sensors, without rings and any_rings",
                     "within",
-                    others=("fewest_rings",),
+                    others=("sensors", "any_rings", "rings"),
                 )
-        for other, value in (("rings", self.rings), ("reach", self.reach)):
-            if self.fewest_rings and value is not None:
+        others = (("rings", self.rings), ("reach", self.reach))
+        for name, stated in (("fewest_rings", self.fewest_rings), ("any_rings", self.any_rings)):
+            for other, value in others if stated else ():
+                if value is not None:
+                    raise InputError(
+                        f"found with {other} {value:g}; use only one of them", name, others=(other,)
+                    )
+            if stated and self.sensors is None:
                 raise InputError(
-                    f"found with {other} {value:g}; use only one of them",
-                    "fewest_rings",
-                    others=(other,),
+                    "found without sensors; state their number", name, others=("sensors",)
                 )
-        if self.fewest_rings and self.sensors is None:
+        if self.fewest_rings and self.any_rings:
             raise InputError(
-                "found without sensors; state their number, for which the coverage is compared",
-                "fewest_rings",
-                others=("sensors",),
+                "found with any_rings; use only one of them", "fewest_rings", others=("any_rings",)
             )

@@ -87,6 +87,7 @@ def search(
     rings_per_link: int | None = None,
     sensors_per_ring: int | None = None,
     rings: int | None = None,
+    any_rings: bool = False,
     fewest_rings: bool = False,
     within: float | None = None,
     reach: float | None = None,
@@ -111,16 +112,18 @@ def search(
 
     Args:
         scene: scene of the search; by default the reference scene.
-        sensors: number of sensors, in rings that the search chooses. The default is a fixed layout:
-            two rings of 16 sensors on each link with a length, and one ring on the tool.
+        sensors: number of sensors, in the fewest rings whose coverage is near the best;
+            ``rings_tried`` of the result has the coverage of each number of rings. The default is a
+            fixed layout: two rings of 16 sensors on each link with a length, and one on the tool.
         rings_per_link: rings on each link of the fixed layout.
         sensors_per_ring: sensors on each ring, of the fixed layout or with ``rings``.
         rings: number of rings, on links that the search chooses. With ``sensors`` the search also
             divides these among the rings; otherwise all rings have ``sensors_per_ring``, by default
             16 or as many as fit.
-        fewest_rings: find the fewest rings for ``sensors`` whose coverage is near the best;
-            ``rings_tried`` of the result has the coverage of each number of rings.
-        within: with ``fewest_rings``, the largest loss of coverage against the best,
+        any_rings: place ``sensors`` for the highest coverage, in as many rings as that takes. It
+            needs about half the time.
+        fewest_rings: what ``sensors`` alone does, stated.
+        within: with ``sensors``, the largest loss of coverage that fewer rings may cost,
             percentage points; by default 1.
         reach: find the fewest sensors with this coverage, percent.
         redundancy: maximise the share that at least this number of sensors covers, 1 to 10.
@@ -131,15 +134,16 @@ def search(
         direction_error_deg: limit of these errors of direction, degrees, as in ``robustness``.
         seed: random seed of starts and points.
         searches: number of searches, with the seeds ``seed``, ``seed + 1``, ...; the best answer
-            counts, ``seed`` of the result is its seed, and ``searched`` has the value of each. Not
-            with ``fewest_rings`` or ``reach``.
+            counts, ``seed`` of the result is its seed, and ``searched`` has the value of each. With
+            ``sensors`` only beside ``rings`` or ``any_rings``; not with ``reach``.
         time: limit in seconds, for all searches together; by default a search ends by its own
             schedule.
         voxel: side of the voxels of the count, m.
         start: setups to start from, in addition to random ones.
         gap: also compute an upper bound on every layout of the same budget; ``gap`` and ``bound``
             of the result have it. It takes about a minute for each target at each pose, at most
-            four of them.
+            four of them. It is refused where no bound is known: with ``tolerant``, obstacles,
+            attached solids, weight fields and volumes of your own.
         device: ``auto`` uses an accelerator where JAX finds one, ``gpu`` demands it, ``cpu`` does
             without. On an accelerator gradients lead the global stage of a single search, with many
             candidates at once.
@@ -174,6 +178,7 @@ def search(
         rings,
         fewest_rings,
         within,
+        any_rings,
     )
     choice.check()
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
@@ -181,10 +186,13 @@ def search(
     space = choice.space(core)
     if searches > 1 and space is None:
         raise InputError(
-            f"found {searches}, allowed: 1 with fewest_rings and reach",
+            f"found {searches}, allowed: 1 with reach, and with sensors without any_rings"
+            " or rings",
             "searches",
-            others=("fewest_rings", "reach"),
+            others=("reach", "sensors", "any_rings", "rings"),
         )
+    if gap:
+        _check_gap(core, aim)
     check_scene(core, voxel)
     check_search_sight(core)
     with input_errors("device"):
@@ -211,8 +219,8 @@ def search(
 
             repeated = repeated_search(run, searches, seed, cap, tell)
             result, seed = repeated.result, repeated.seed
-        elif choice.fewest_rings:
-            fewest = _fewest_rings(core, choice, seed, cap, tell, known, aim, verifier)
+        elif choice.fewest:
+            fewest = _fewest_rings(core, choice, seed, cap, tell, known, aim, verifier, device)
             result = fewest.result
         else:
             reached = _fewest_sensors(core, choice, seed, cap, voxel, tell, aim)
@@ -235,11 +243,28 @@ def search(
     )
 
 
+def _check_gap(scene: CoreScene, aim: Criterion) -> None:
+    """Check that an upper bound is known for a search, before it begins.
+
+    Raises:
+        InputError: otherwise.
+    """
+    from .placement.bound.upper_bound import unboundable
+
+    if (reason := unboundable(scene, aim)) is not None:
+        raise InputError(
+            f"found a search with {reason}, for which no upper bound is known; allowed: named"
+            " targets without weights, and a scene without obstacles, attached solids and mounting"
+            " errors",
+            "gap",
+        )
+
+
 def _bound(
     scene: CoreScene, choice: Rings, space: Space | None, setup: Setup, aim: Criterion
 ) -> CoverageBound | None:
-    """Return an upper bound on all layouts with the budget of a search's answer; None if none is
-    known, or after Ctrl-C."""
+    """Return an upper bound on all layouts with the budget of a search's answer; None after
+    Ctrl-C."""
     from .placement.bound.upper_bound import upper_bound
 
     if space is None:
@@ -287,6 +312,7 @@ def _fewest_rings(
     known: Sequence[Setup],
     aim: Criterion,
     verifier: Verifier,
+    device: Device,
 ) -> FewestRings:
     def of_one(count: int | None, progress: Progress) -> None:
         tell(replace(progress, rings=count))
@@ -301,4 +327,5 @@ def _fewest_rings(
         known=known,
         aim=aim,
         verifier=verifier,
+        device=device,
     )

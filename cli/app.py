@@ -53,12 +53,12 @@ place-rings --target V_N --radius 0.3
 # the paper's shell, and the same in the paper's world
 place-rings --target V_S --radius 0.5
 place-rings --target V_S --radius 0.5 --paper
-# with 48 sensors, or with the fewest that cover 95 %
+# with 48 sensors on few rings, or with the fewest sensors that cover 95 %
 place-rings --target V_S --radius 0.5 --sensors 48
 place-rings --target V_S --radius 0.5 --reach 95
-# 48 sensors on five rings, or on the fewest within one point of the best
+# 48 sensors on five rings, or on any number of rings for the last point of coverage
 place-rings --target V_S --radius 0.5 --sensors 48 --rings 5
-place-rings --target V_S --radius 0.5 --sensors 48 --fewest-rings
+place-rings --target V_S --radius 0.5 --sensors 48 --any-rings
 # near and far: with weights, or with at least 30 % far
 place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4
 place-rings --target V_S:0.5 --at-least V_S:1.5=30

@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from ..formats.schema.proposal_models import FewestRingsModel
+from ..formats.schema.proposal_models import FewestRingsModel, TriedRingsModel
 from ..objectives.prices import Prices
 from .explained import Explained
 from .text import counted
@@ -11,7 +11,11 @@ from .text import counted
 def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Explained:
     """Return a table with a row for each number of rings; the answer is bold."""
     table = Table()
-    heads = ("rings", "coverage", "below the best", *(["price"] if prices else []), "seconds")
+    heads = (
+        *("rings", "coverage", "below the best"),
+        *(["price"] if prices else []),
+        *("seconds", "search"),
+    )
     for name in heads:
         table.add_column(name, justify="right")
     best = max(one.exact_percent for one in record.tried)
@@ -24,13 +28,14 @@ def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Expla
             f"{best - one.exact_percent:.2f}",
             *price,
             f"{one.seconds:.0f}",
+            "complete" if one.finished else "cut short",
             style="bold" if one.rings == answer else None,
         )
     return Explained(
         "Fewest rings: coverage in percent of the best setup found for each number of rings",
         table,
         "below the best: loss against the best row, in percentage points; seconds: time of the"
-        " search for this number of rings.",
+        " search for this number of rings; search: whether it ended by itself.",
     )
 
 
@@ -38,13 +43,22 @@ def fewest_rings_line(record: FewestRingsModel) -> str:
     """Return the answer of a search for the fewest rings as a sentence."""
     answer = next(one for one in record.tried if one.within)
     best = max(one.exact_percent for one in record.tried)
-    fewer = [one for one in record.tried if one.rings == answer.rings - 1]
-    loss = "".join(
-        f"; {counted(one.rings, 'ring')} lose {best - one.exact_percent:.2f} points"
-        for one in fewer
-    )
-    margin = f"{record.within_points:g} point{'s' * (record.within_points != 1)}"
+    fewer = next((one for one in record.tried if one.rings == answer.rings - 1), None)
+    rings = counted(answer.rings, "ring")
+    margin = f"{record.within_points:g} point{'s' * (record.within_points != 1)} of the best found"
+    spent = f"All searches took {sum(one.seconds for one in record.tried):.0f} s."
+    if record.conclusive:
+        loss = "" if fewer is None else f"; {_loss(fewer, best)}"
+        return f"The proposal has {rings}, the fewest within {margin}{loss}. {spent}"
+    cut = [one for one in record.tried if not one.finished]
+    why = [f"{_loss(one, best)} after {one.seconds:.0f} s" for one in cut]
+    if fewer is None:
+        why.append(f"no time was left for {answer.rings - 1}")
     return (
-        f"The proposal has {counted(answer.rings, 'ring')}, the fewest within {margin} of the best"
-        f" found{loss}. All searches took {sum(one.seconds for one in record.tried):.0f} s."
+        f"The proposal has {rings}, within {margin} so far. Other numbers of rings may be better:"
+        f" the searches were cut short ({', '.join(why)}). Set a longer --time, or none. {spent}"
     )
+
+
+def _loss(one: TriedRingsModel, best: float) -> str:
+    return f"{counted(one.rings, 'ring')} lose {best - one.exact_percent:.2f} points"

@@ -51,9 +51,8 @@ def place(
         Parameter(
             validator=Number(gte=1, lte=2000),
             help=(
-                "Number of sensors to place. The search also chooses the rings and divides the"
-                " sensors among them, often into many small rings; add --rings or --fewest-rings"
-                " for fewer."
+                "Number of sensors to place, in the fewest rings whose coverage is near the best;"
+                " the search also divides the sensors among them. See --any-rings and --rings."
             ),
         ),
     ] = None,
@@ -65,25 +64,29 @@ def place(
             help=(
                 "Number of rings to place; the search chooses their links. With --sensors it also"
                 " divides the sensors among them; otherwise all have --sensors-per-ring. Default:"
-                " two on each link and one on the tool, or with --sensors any number."
+                " two on each link and one on the tool, or with --sensors the fewest that suffice."
             ),
         ),
     ] = None,
-    fewest_rings: Annotated[
+    any_rings: Annotated[
         bool,
         Parameter(
             negative=(),
             help=(
-                "With --sensors: find the fewest rings whose coverage is near the best, by one"
-                " search for each number of rings, and show the coverage of each."
+                "With --sensors: the highest coverage, in as many rings as that takes, often many"
+                " small ones. Takes about half the time."
             ),
         ),
+    ] = False,
+    fewest_rings: Annotated[
+        bool,
+        Parameter(negative=(), help="What --sensors alone does; accepted for earlier scripts."),
     ] = False,
     within: Annotated[
         float | None,
         Parameter(
             help=(
-                "With --fewest-rings: largest loss of coverage against the best, in percentage"
+                "With --sensors: largest loss of coverage that fewer rings may cost, in percentage"
                 " points. Default: 1."
             ),
         ),
@@ -145,7 +148,8 @@ def place(
             negative=(),
             help=(
                 "Also compute an upper bound on what any layout within the same budget and rules"
-                " could cover; takes about a minute more."
+                " could cover; takes about a minute more. Not with --tolerant, obstacles, attached"
+                " solids, weight fields or volumes of your own."
             ),
         ),
     ] = False,
@@ -166,7 +170,8 @@ def place(
             validator=Number(gte=1, lte=1000),
             help=(
                 "Number of searches with different random seeds, one after the other; the best"
-                " answer counts, and all are shown. Not with --reach or --fewest-rings."
+                " answer counts, and all are shown. With --sensors only beside --rings or"
+                " --any-rings; not with --reach."
             ),
         ),
     ] = 1,
@@ -202,6 +207,7 @@ def place(
         rings_per_link=rings_per_link,
         sensors_per_ring=sensors_per_ring,
         rings=rings,
+        any_rings=any_rings,
         fewest_rings=fewest_rings,
         within=within,
         reach=reach,
@@ -216,8 +222,7 @@ def place(
         device=device,
         **errors,
     )
-    any_rings = rings is None and not fewest_rings and (sensors is not None or reach is not None)
     try:
-        run(find, scene, voxel, out, as_json, any_rings)
+        run(find, scene, voxel, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

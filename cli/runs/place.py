@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..._proposal import Proposal, write_proposal
-from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import output_files, write_text
@@ -48,7 +47,6 @@ def place(
     voxel: float,
     out: Path,
     as_json: bool,
-    any_rings: bool = False,
 ) -> None:
     """Search a placement, compare it with the paper's layouts, and write and print it.
 
@@ -58,7 +56,6 @@ def place(
         voxel: side of a voxel, m.
         out: output folder.
         as_json: print JSON instead of text.
-        any_rings: whether the search chose the number of rings, however small their gain.
 
     Raises:
         InfeasibleError: if no setup satisfies the rules of the scene.
@@ -85,8 +82,6 @@ def place(
         say_json(record.model_dump_json(indent=2))
         return
     _show(proposal, record, mine, voxel, console)
-    if any_rings and len(proposal.setup.rings) > 1:
-        console.print(_fewer_line(proposal.setup, record.reach is not None), highlight=False)
     for path in paths.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(out)])
@@ -254,12 +249,6 @@ def _chance_line(record: SearchFile, result: SearchResult) -> str | None:
     if fewest or result.outcome is not Outcome.FINISHED:
         return None
     return "Another random seed may end a little higher: --searches 3 keeps the best of three."
-
-
-def _fewer_line(setup: Setup, reach: bool) -> str:
-    rings = counted(len(setup.rings), "ring")
-    fewer = "--rings N" if reach else "--fewest-rings or --rings N"
-    return f"The search chose {rings}. For fewer rings with nearly the same coverage: {fewer}."
 
 
 def _reached_line(reached: ReachModel) -> str:

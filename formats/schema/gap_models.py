@@ -28,8 +28,8 @@ class GapModel(StrictModel):
     """Upper bound on what any layout of the same budget could cover, and the gap to it."""
 
     bound_percent: Percent | None = Field(
-        description="no layout within the budget and the rules reaches more, percent; null where"
-        " no bound is known"
+        description="no layout within the budget and the rules reaches more, percent; null after"
+        " Ctrl-C"
     )
     gap_points: float | None = Field(
         description="the bound less the proposal's value of the criterion, percentage points"

@@ -298,6 +298,7 @@ class TriedRingsModel(StrictModel):
     within: bool = Field(description="whether it is within the margin of the best")
     price: float | None = Field(default=None, description="price of the setup, by the scene")
     seconds: float = Field(description="duration of its search, s")
+    finished: bool = Field(description="whether its search ended by itself, not by a limit")
 
 
 class FewestRingsModel(StrictModel):
@@ -307,6 +308,10 @@ class FewestRingsModel(StrictModel):
         description="margin: largest loss against the best, percentage points"
     )
     tried: list[TriedRingsModel] = Field(description="results by number of rings")
+    conclusive: bool = Field(
+        description="whether the searches for the best and for one ring fewer than the answer"
+        " ended by themselves"
+    )
 
     @classmethod
     def of(cls, fewest: "FewestRings", scene: CoreScene) -> Self:
@@ -318,10 +323,13 @@ class FewestRingsModel(StrictModel):
                 within=fewest.suffices(one),
                 price=scene.price_of(one.setup),
                 seconds=round(one.statistics.seconds, 1),
+                finished=not one.cut,
             )
             for n, one in fewest.tried.items()
         ]
-        return cls(within_points=100 * fewest.within, tried=tried)
+        return cls(
+            within_points=100 * fewest.within, tried=tried, conclusive=fewest.conclusive
+        )
 
 
 class RepeatedModel(StrictModel):

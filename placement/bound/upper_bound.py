@@ -30,7 +30,7 @@ Weak duality holds exactly. Three sums are numerical: those over the voxels of t
 over cells in beams, and the excess between nodes where beams cross the target's surface. The first
 has ``MARGIN`` added for its error, the others their own margins; all are estimates on the safe
 side. The first is no estimate for flat faces along the voxels, or for weight fields sampled at
-their centres: for such targets no bound is stated (``boundable``).
+their centres: for such targets no bound is stated (``unboundable``).
 
 The bound is not the best layout. It counts rings as if their beams could be arranged, in fractions,
 without covering a place twice. Where beams must overlap, as near the robot, it stays above every
@@ -92,9 +92,8 @@ def upper_bound(
 ) -> CoverageBound | None:
     """Return a bound that no setup of a design space exceeds; None if none is known.
 
-    For coverage after the worst loss the bound is that before the loss, which is never lower. Under
-    mounting errors rings leave their places, and no bound is known; nor is one for targets that
-    are not ``boundable``.
+    For coverage after the worst loss the bound is that before the loss, which is never lower.
+    ``unboundable`` lists where no bound is known.
 
     Args:
         scene: robot, poses, targets, rules.
@@ -107,7 +106,7 @@ def upper_bound(
         ValueError: for an empty target.
     """
     aim, effort, began = aim or Criterion(), effort or Effort(), time.monotonic()
-    if aim.errors is not None or not boundable(scene):
+    if unboundable(scene, aim) is not None:
         return None
     weights = np.outer(scene.goal_weights, scene.pose_weights)
     order = np.argsort(-weights, axis=None, kind="stable")
@@ -125,12 +124,22 @@ def upper_bound(
     return CoverageBound(min(value, 1.0), tuple(terms), time.monotonic() - began)
 
 
-def boundable(scene: CoreScene) -> bool:
-    """Return whether sums over voxels are good enough for the targets of a scene: named volumes
-    without weights, in a scene without obstacles and attached solids, whose faces may be flat."""
-    flat = scene.obstacles or scene.robot.attached
-    own = any(g.target.volume is not None or g.target.importance is not None for g in scene.goals)
-    return not flat and not own
+def unboundable(scene: CoreScene, aim: Criterion) -> str | None:
+    """Return what in a search rules out a bound, as text; None if there is one.
+
+    Under mounting errors rings leave their places. Sums over voxels are good enough for named
+    volumes without weights, in a scene without obstacles and attached solids, whose faces may be
+    flat.
+    """
+    targets = [goal.target for goal in scene.goals]
+    reasons = {
+        "mounting errors": aim.errors is not None,
+        "obstacles": bool(scene.obstacles),
+        "attached solids": bool(scene.robot.attached),
+        "a target volume of your own": any(t.volume is not None for t in targets),
+        "a weight field": any(t.importance is not None for t in targets),
+    }
+    return next((text for text, applies in reasons.items() if applies), None)
 
 
 class AtPose:

@@ -44,6 +44,11 @@ class SearchResult:
         """Sort key, greater is better: missed floors first, then the exact value."""
         return -self.short, self.exact
 
+    @property
+    def cut(self) -> bool:
+        """Whether a limit or Ctrl-C ended the search before its schedule did."""
+        return self.outcome is not Outcome.FINISHED
+
 
 @dataclass(frozen=True)
 class RepeatedSearch:
@@ -80,11 +85,45 @@ class FewestRings:
     """The margin: the largest loss of exact value against the best, in [0, 1]."""
     tried: dict[int, SearchResult]
     """The result with each number of rings, ascending; fixed rings count too."""
+    too_few: int = 0
+    """A number of rings that the rules do not allow for the sensors, nor fewer."""
 
     @property
     def best(self) -> SearchResult:
         """The result with the highest exact value."""
         return max(self.tried.values(), key=lambda one: one.rank)
+
+    @property
+    def fewest(self) -> int:
+        """The smallest number of rings within the margin."""
+        return min(n for n, one in self.tried.items() if self.suffices(one))
+
+    @property
+    def untried(self) -> range:
+        """The numbers of rings between the answer and the next smaller one that is known to fall
+        short; empty where the answer minus one is known to."""
+        fewest = self.fewest
+        return range(max([self.too_few, *(n for n in self.tried if n < fewest)]) + 1, fewest)
+
+    def doubtful(self, left: float) -> range:
+        """The number of rings below the answer, if a limit cut its search short although it would
+        now have longer; ``left``: the time that is left, s."""
+        number = self.fewest - 1
+        one = self.tried.get(number)
+        again = one is not None and one.cut and left > one.statistics.seconds
+        return range(number, number + again)
+
+    @property
+    def cut(self) -> list[int]:
+        """The numbers of rings on whose searches the answer rests although a limit cut them short:
+        the first, the best, and that with one ring less than the answer."""
+        decide = {max(self.tried), len(self.best.setup.rings), self.fewest - 1}
+        return [n for n in sorted(decide & {*self.tried}) if self.tried[n].cut]
+
+    @property
+    def conclusive(self) -> bool:
+        """Whether all searches on which the answer rests ended by themselves."""
+        return not self.cut and not self.untried
 
     def suffices(self, result: SearchResult) -> bool:
         """Return whether a result is within the margin of the best, and misses floors no more."""

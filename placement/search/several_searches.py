@@ -15,6 +15,7 @@ from .design import Space
 from .exchange_points import Fields
 from .feasible_set import InfeasibleError
 from .global_stage import Schedule, judging_points, usual
+from .gradient_stage import Device
 from .progress import Outcome, Progress, RepeatedProgress
 from .result import FewestRings, Reach, RepeatedSearch, SearchResult
 from .search import search
@@ -23,8 +24,7 @@ WITHIN = 0.01  # default margin of the fewest rings, share of a target
 _STARTS = 3  # earlier results from which a search starts
 _SENSORS, _GROWTH = 24, 1.6  # sensors of the first search; factor until a number suffices
 _MOST = 2000  # sensors
-# shares of the time that is left: of the first search, and of each with one ring less
-_FIRST, _EACH = 0.5, 0.4
+_FIRST = 0.5  # share of the time of the search that chooses the number of rings
 # runs one search: its seed, its limit in seconds, and what receives its progress
 Run = Callable[[int, float, Callable[[Progress], None]], SearchResult]
 
@@ -191,13 +191,15 @@ def fewest_rings(
     known: Sequence[Setup] = (),
     aim: Criterion | None = None,
     verifier: Verifier | None = None,
+    device: Device = "auto",
 ) -> FewestRings:
     """Find the setup with the fewest rings whose exact value is within a margin of the best.
 
-    A first search chooses the number of rings. Searches with one ring less each follow, started
-    from the results before them, until one falls short of the margin. They share sample points
-    and occluders. This does not prove that fewer rings are impossible: searches find good setups,
-    not bounds.
+    A first search chooses the number of rings. Bisection between that number and the fewest that
+    hold the sensors follows, by searches that start from the results with more rings, until one
+    ring fewer than the answer falls short of the margin. Where a limit cut that search short, it
+    is repeated if more time is left than it had. They share sample points and occluders.
+    This does not prove that fewer rings are impossible: searches find good setups, not bounds.
 
     Args:
         scene: robot, poses, goals, rules; its fixed rings count too.
@@ -205,14 +207,17 @@ def fewest_rings(
         within: the margin, in [0, 1).
         seed: random seed of all searches.
         time_cap: limit in seconds from the call; then the best answer so far is returned. The
-            searches share it: the first takes half of it at most, each other one 40 % of the rest.
-        schedule: schedule of each search; by default the usual one.
+            first search takes half of it at most; the steps that bisection still needs share the
+            rest.
+        schedule: schedule of the first search; by default the usual one. The others have half as
+            many candidates.
         voxel: side of the voxels of the exact count, m.
         tell: receives the number of rings (None where the search chooses it) and the progress of
             its search.
         known: setups from which the first search starts besides its own.
         aim: the criterion; by default ζ itself.
         verifier: counts the results; by default a new one of ``voxel``.
+        device: as in ``search``.
 
     Raises:
         InfeasibleError: if the rules allow no setup of these sensors.
@@ -225,32 +230,37 @@ def fewest_rings(
     rounds = usual(scene, space, aim) if schedule is None else schedule
     points = Fields.drawn(space, aim, judging_points(rounds), seed)
 
-    def searched(space: Space, rings: int | None, known: Sequence[Setup]) -> SearchResult:
-        left = max(time_cap - (time.monotonic() - began), 0.0)
-        cap = left * (_FIRST if rings is None else _EACH)
+    def searched(
+        space: Space, rings: int | None, steps: float, rounds: Schedule, known: Sequence[Setup]
+    ) -> SearchResult:
+        cap = max(time_cap - (time.monotonic() - began), 0.0) / steps
         return search(
             *(scene, space, seed, cap, rounds, voxel, lambda progress: tell(rings, progress)),
             *(known, aim, verifier),
             points=points,
+            device=device,
         )
 
-    first = searched(space, None, known)
-    rings, outcome = len(first.setup.rings), first.outcome
-    so_far = FewestRings(first, within, {rings: first})
-    while outcome is not Outcome.INTERRUPTED and rings > 1:
-        rings -= 1
-        if time.monotonic() - began >= time_cap:
+    first = searched(space, None, 1 / _FIRST, rounds, known)
+    outcome, fewer = first.outcome, tuple(replace(r, keep=max(r.keep // 2, 2)) for r in rounds)
+    too_few = max(math.ceil(space.free / max(space.most, 1)) + len(space.fixed) - 1, 0)
+    so_far = FewestRings(first, within, {len(first.setup.rings): first}, too_few)
+    while outcome is not Outcome.INTERRUPTED:
+        left = time_cap - (time.monotonic() - began)
+        between = so_far.untried or so_far.doubtful(left)
+        if not between:
+            break
+        if left <= 0:
             outcome = Outcome.TIME
             break
+        rings, steps = between[len(between) // 2], len(between).bit_length()
+        more = [one.setup for n, one in so_far.tried.items() if n >= rings]
         try:
-            fewer = Space(scene, sensors=sensors, rings=rings)
-            near = [one.setup for one in so_far.tried.values()][:_STARTS]
-            result = searched(fewer, rings, near)
+            stated = Space(scene, sensors=sensors, rings=rings)
+            result = searched(stated, rings, steps, fewer, more[:_STARTS])
         except InfeasibleError:  # too few rings for the sensors, or rings that collide
-            break
+            so_far = replace(so_far, too_few=rings)
+            continue
         outcome = outcome if result.outcome is Outcome.FINISHED else result.outcome
-        so_far = replace(so_far, tried={rings: result} | so_far.tried)
-        if not so_far.suffices(result):
-            break
-    answer = next(one for one in so_far.tried.values() if so_far.suffices(one))
-    return replace(so_far, result=replace(answer, outcome=outcome))
+        so_far = replace(so_far, tried=dict(sorted({**so_far.tried, rings: result}.items())))
+    return replace(so_far, result=replace(so_far.tried[so_far.fewest], outcome=outcome))

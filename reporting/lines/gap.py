@@ -8,10 +8,7 @@ def gap_line(gap: GapModel | None) -> str | None:
     if gap is None:
         return None
     if gap.bound_percent is None or gap.gap_points is None:
-        return (
-            "Optimality gap: no upper bound is known for this search (under mounting errors, with"
-            " obstacles or attached solids, for weight fields and for volumes of your own)."
-        )
+        return "Optimality gap: interrupted before there was an upper bound."
     if not gap.informative:
         return (
             "Optimality gap: the upper bound says nothing here; it is 100 %. The sensors could"

@@ -172,11 +172,11 @@ def test_robustness_gives_what_the_command_prints(run):
 
 @pytest.fixture(scope="module")
 def proposal():
-    return pr.search(NEAR, sensors=12, voxel=0.05)
+    return pr.search(NEAR, sensors=12, any_rings=True, voxel=0.05)
 
 
 def test_a_search_saves_what_the_command_writes(run, tmp_path, proposal):
-    options = ("--sensors", 12, "--voxel", 0.05, "--out", tmp_path / "out")
+    options = ("--sensors", 12, "--any-rings", "--voxel", 0.05, "--out", tmp_path / "out")
     code, _, _ = run("--target", "V_S:0.5", *options)
     assert code == 0
     theirs = tomllib.loads((tmp_path / "out" / "proposal.toml").read_text())
@@ -257,7 +257,7 @@ def test_a_search_passes_on_what_it_is_given(monkeypatch):
     monkeypatch.setattr(searching, "search", fake)
     start = pr.Setup.named("n1_4_0")
     with pytest.raises(pr.InputError, match="floors"):
-        pr.search(NEAR, sensors=12, seed=3, time=5, redundancy=2, start=[start])
+        pr.search(NEAR, sensors=12, rings=2, seed=3, time=5, redundancy=2, start=[start])
     assert fake.call_args.args[2:4] == (3, 5)
     assert fake.call_args.kwargs["known"] == (start,)
     assert fake.call_args.kwargs["aim"].seen == 2

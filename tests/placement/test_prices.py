@@ -129,15 +129,16 @@ def placed(run, tmp_path, monkeypatch):
 
 
 def test_the_command_shows_prices_and_the_fewest_rings(placed):
-    record, out = placed("--sensors", "24", "--fewest-rings", "--within", "5")
+    record, out = placed("--sensors", "24", "--within", "5")
     rings = len(record["proposal"]["rings"])
     tried = {one["rings"]: one for one in record["fewest_rings"]["tried"]}
     best = max(one["exact_percent"] for one in tried.values())
     assert tried[rings]["exact_percent"] >= best - 5
     assert rings - 1 not in tried or tried[rings - 1]["exact_percent"] < best - 5
     assert record["price"]["total"] == 40 * rings + 12.5 * 24 == tried[rings]["price"]
+    assert record["fewest_rings"]["conclusive"]
+    assert all(one["finished"] for one in tried.values())
     assert f"{40 * rings + 300} EUR" in out
-    assert "--fewest-rings" not in out
 
 
 def test_the_command_places_the_stated_number_of_rings(placed):
@@ -145,16 +146,14 @@ def test_the_command_places_the_stated_number_of_rings(placed):
         (("--rings", "4", "--sensors", "21"), 21, None),
         (("--rings", "3", "--sensors-per-ring", "7"), 21, [7, 7, 7]),
         (("--rings", "2"), 32, [16, 16]),
-        (("--sensors", "24"), 24, None),
+        (("--sensors", "24", "--any-rings"), 24, None),
     ):
-        record, out = placed(*options)
+        record, _ = placed(*options)
         counts = [ring["count"] for ring in record["proposal"]["rings"]]
         assert sum(counts) == sensors
         assert len(counts) == int(options[1]) or "--rings" not in options
         assert each is None or counts == each
         assert record["gap"] is record["fewest_rings"] is None
-        # an option to have fewer rings, where the search chose their number
-        assert ("--fewest-rings" in out) == ("--rings" not in options)
 
 
 def test_rings_in_python(monkeypatch):
@@ -167,7 +166,11 @@ def test_rings_in_python(monkeypatch):
         ({"fewest_rings": True}, "fewest_rings: .*sensors"),
         ({"fewest_rings": True, "sensors": 9, "rings": 2}, "fewest_rings: .*rings 2"),
         ({"fewest_rings": True, "reach": 9.0}, "fewest_rings: .*reach 9"),
-        ({"within": 1.0}, "within: found 1 .*fewest_rings"),
+        ({"within": 1.0}, "within: found 1.*sensors"),
+        ({"within": 1.0, "sensors": 9, "any_rings": True}, "within: .*any_rings"),
+        ({"any_rings": True}, "any_rings: .*sensors"),
+        ({"any_rings": True, "sensors": 9, "rings": 2}, "any_rings: .*rings 2"),
+        ({"any_rings": True, "sensors": 9, "fewest_rings": True}, "fewest_rings: .*any_rings"),
         ({"within": -1.0, "fewest_rings": True, "sensors": 9}, "within: found -1"),
         ({"rings": 0}, "rings: found 0"),
         ({"rings": 4, "sensors": 8}, "8 sensors .*4 rings"),

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,8 @@ from place_rings.cli.runs import place
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.mounting_errors import MountingErrors
 from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.attached import Attached
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets import Target
@@ -34,6 +37,7 @@ from place_rings.placement.bound.price_field import PriceField, TargetGrid
 from place_rings.placement.bound.ring_values import RingMaxima, RingSums, shares, turns
 from place_rings.placement.bound.upper_bound import AtPose, Effort, Priced, upper_bound
 from place_rings.placement.search import search as searching
+from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
@@ -428,17 +432,35 @@ def test_the_command_states_the_gap_and_what_no_sensor_reaches(run, tmp_path, mo
     monkeypatch.setattr(searching, "usual", lambda *_: (Round(256, 2, 1, 4, 0.2),))
     monkeypatch.setattr(place, "placement_picture", lambda *_, **__: None)
     args = ("--paper", "--target", "V_S:2", "--rings", 2, "--sensors", 6, "--voxel", 0.1, "--gap")
-    records = []
-    for more in ((), ("--tolerant",)):
-        code, _, err = run(*args, *more, "--out", str(tmp_path))
-        assert (code, "V_S(2)" in err) == (0, True)
-        records.append(json.loads((tmp_path / "result.json").read_text()))
-    gap, found = records[0]["gap"], records[0]["proposal"]["found"]
+    code, _, err = run(*args, "--out", str(tmp_path))
+    assert (code, "V_S(2)" in err) == (0, True)
+    record = json.loads((tmp_path / "result.json").read_text())
+    gap, found = record["gap"], record["proposal"]["found"]
     assert gap["gap_points"] == pytest.approx(gap["bound_percent"] - found["exact_percent"])
     assert gap["gap_points"] > -1  # voxels of 0.1 m
     assert gap["terms"][0]["target"] == "V_S(2)"
     assert found["bound_percent"] == pytest.approx(gap["bound_percent"], abs=0.01)
-    assert records[1]["gap"]["bound_percent"] is None
+
+
+@pytest.mark.parametrize("kind", ["errors", "obstacle", "attached", "own", "weights"])
+def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeypatch):
+    monkeypatch.setattr(several, "search", None)  # would fail
+    monkeypatch.setattr(searching, "search", None)
+    solid = Obstacle("box", box([0.0, 0.0, 0.1], [0.05, 0.05, 0.05]))
+    attached = replace(UR10, attached=(Attached("tool", "box", solid.solid),))
+    goal = Target("V_S", 0.5)
+    field = WeightField.of(np.ones((2, 1, 1)), (-2.0, -2.0, -1.0), (2.0, 4.0, 4.0))
+    scene = {
+        "errors": NEAR,
+        "obstacle": replace(NEAR, obstacles=(solid,)),
+        "attached": replace(NEAR, robot=attached),
+        "own": paper_scene(goals=(Goal(Target("box", volume=BoxVolume((1.0, 1.0, 1.0)))),)),
+        "weights": paper_scene(goals=(Goal(replace(goal, importance=field)),)),
+    }[kind]
+    for budget in ({}, {"sensors": 12}, {"rings": 2}, {"reach_percent": 20.0}):
+        with pytest.raises(pr.InputError) as refused:
+            pr.search(scene, **budget, gap=True, tolerant=kind == "errors")
+        assert refused.value.argument == "gap"
 
 
 @settings(max_examples=20)
