@@ -33,6 +33,7 @@ def study(
     scene: Scene | CoreScene | None = None,
     layouts: Sequence[str | Path] = (),
     time: float | None = None,
+    quick: bool = False,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Told | None = None,
@@ -57,6 +58,8 @@ def study(
         scene: scene of ``pareto``; by default the reference scene.
         layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
         time: processor time of each search of ``layouts``, s, above 0; 40 by default.
+        quick: only the front of ``sensors`` in ``pareto``, with few and short searches: about two
+            minutes for 24.
         workers: number of processes on this machine, 1 to 1024; 1 is this process.
         scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
             ``workers``.
@@ -78,7 +81,7 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    check_study(name, seed, targets, sensors, scene, layouts, time)
+    check_study(name, seed, targets, sensors, scene, layouts, time, quick)
     check_machines(workers, scheduler)
     core = CoreScene() if scene is None else core_scene(scene)
     own = [Path(file) for file in layouts]
@@ -88,6 +91,7 @@ def study(
     with input_errors():
         some = read_layouts(name, own)
     options = StudyOptions(
-        seed, target_pair(targets), sensors, core, some, time, shlex.join(command)
+        *(seed, target_pair(targets), sensors, core, some, time, shlex.join(command)),
+        quick=quick,
     )
     return run_study(name, folder, options, workers, scheduler, progress)

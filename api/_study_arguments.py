@@ -37,6 +37,8 @@ class StudyOptions:
     """Processor time of each search of ``layouts``, s; None for the study's own."""
     command: str
     """The command that the page quotes."""
+    quick: bool = False
+    """Whether ``pareto`` searches a single front, with few and short searches."""
 
 
 def check_study(
@@ -47,6 +49,7 @@ def check_study(
     scene: Any,
     layouts: Any = (),
     time_cap: Any = None,
+    quick: bool = False,
 ) -> None:
     """Check the arguments of a study.
 
@@ -55,7 +58,8 @@ def check_study(
     """
     if name not in get_args(StudyName):
         raise InputError(f"found {name!r}, allowed: {', '.join(get_args(StudyName))}", "name")
-    for key, value in (("targets", targets), ("sensors", sensors), ("scene", scene)):
+    given = {"targets": targets, "sensors": sensors, "scene": scene, "quick": quick or None}
+    for key, value in given.items():
         if value is not None and name != "pareto":
             raise InputError(f"found {value!r} with study {name}, allowed: only with pareto", key)
     if len(layouts) and name != "layouts":

@@ -10,9 +10,10 @@ from typing import Any
 
 from ._errors import input_errors
 from ._study_arguments import StudyName, StudyOptions, Told
-from ._study_pages import STUDIES, check
+from ._study_pages import check, measured, written
 from .formats.writing import output_files, write_text
 from .placement.search.feasible_set import InfeasibleError
+from .studies.engine.estimate import Estimate, calibration, rehearsed
 from .studies.engine.measurement import Measurement
 from .studies.engine.registry import TASKS
 from .studies.engine.runner import run
@@ -55,6 +56,7 @@ def run_study(
     workers: int,
     scheduler: str | None,
     progress: Told | None,
+    forecast: Callable[[Estimate], None] = lambda estimate: None,
 ) -> StudyReport:
     """Run a study with checked arguments, as ``study`` does.
 
@@ -65,6 +67,7 @@ def run_study(
         workers: number of processes on this machine.
         scheduler: address of a dask scheduler, or None.
         progress: receiver of the progress, or None.
+        forecast: receives the expected time before anything is measured; the progress corrects it.
     """
     path = Path("results") / name if folder is None else Path(folder)
     with input_errors(but=(InfeasibleError,)):
@@ -76,16 +79,32 @@ def run_study(
             _runner(workers, scheduler) as run_cells,
         ):
             keys = set[str]()
+            calls = rehearsed(lambda run: measured(name, run, options, lambda *_: None))
+            estimate = Estimate.of(calls, store, workers, calibration())
+            forecast(estimate)
 
             def measure(heading: str, cells: list[Cell]) -> list[Any]:
                 keys.update(cell.key for cell in cells)
-                tell = (lambda *_: None) if progress is None else partial(progress, heading)
+                estimate.begin(cells)
+
+                def tell(done: int, total: int) -> None:
+                    estimate.at(done, total)
+                    if progress is not None:
+                        progress(heading, done, total)
+
                 return run_cells(cells, TASKS, store, tell)
 
-            data, files = STUDIES[name](measure, new, options)
-            for file, text in files.items():
-                write_text(new / file, text)
-            measurement.head(new / PAGE, len(keys) - store.measured)
+            def publish(data: Any, folder: Path, note: str = "") -> None:
+                for file, text in written(name, data, folder, options).items():
+                    write_text(folder / file, text)
+                measurement.head(folder / PAGE, len(keys) - store.measured, note)
+
+            def grown(data: Any, part: str) -> None:
+                with output_files(path, PAGE) as unfinished:
+                    publish(data, unfinished, f"; unfinished, after: {part}")
+
+            data = measured(name, measure, options, grown)
+            publish(data, new)
     return StudyReport(name, path, data)
 
 

@@ -25,3 +25,10 @@ def with_error(percent: float, error: float | None) -> str:
     if error is None:
         return f"{percent:.2f}"
     return f"{percent:.2f} ± {max(math.ceil(round(1e4 * error, 6)), 1) / 100:.2f}"
+
+
+def duration(seconds: float) -> str:
+    """Return an approximate duration: ``about 40 s``, ``about 12 min``, ``about 3.5 h``."""
+    if seconds < 90:
+        return f"about {seconds:.0f} s"
+    return f"about {seconds / 60:.0f} min" if seconds < 5400 else f"about {seconds / 3600:.1f} h"

@@ -67,6 +67,16 @@ def study(
         float | None,
         Parameter(help="layouts: processor time of each search in seconds. Default: 40."),
     ] = None,
+    quick: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "pareto: only the front of --sensors, with few and short searches: about two"
+                " minutes for 24."
+            ),
+        ),
+    ] = False,
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
     seed: Annotated[
         int,
@@ -101,12 +111,13 @@ def study(
     - pareto: the best trade-offs between two targets, by default V_S:0.5 and V_S:1.5.
     - robots: what it costs on six robots to ignore the robot's body in the search.
 
-    A study takes minutes to hours.
+    A study takes minutes to hours; it begins with an estimate, and shows the time left.
 
     For example:
 
     ```bash
     place-rings study paper --workers 16
+    place-rings study pareto --sensors 24 --quick
     place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
     place-rings study layouts --layout mine.csv
     ```
@@ -128,7 +139,7 @@ def study(
     from ..runs.study import study as run
 
     check_machines(workers, scheduler)
-    check_study(name, seed, target or None, sensors, scene, layout, time)
+    check_study(name, seed, target or None, sensors, scene, layout, time, quick)
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
@@ -137,7 +148,8 @@ def study(
     if name == "pareto":
         command = ["place-rings", *sys.argv[1:]]
     pair = resolve_pair(target, where)
+    layouts = read_layouts(name, layout)
     options = StudyOptions(
-        seed, pair, sensors, where, read_layouts(name, layout), time, shlex.join(command)
+        seed, pair, sensors, where, layouts, time, shlex.join(command), quick=quick
     )
     run(name, out or Path("results") / name, options, workers, scheduler)

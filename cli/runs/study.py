@@ -10,6 +10,8 @@ from ..._study_arguments import StudyName, StudyOptions
 from ..._study_runs import CELLS, run_study
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say
+from ...reporting.text import duration
+from ...studies.engine.estimate import Estimate
 from ..signals import gone_is_an_error
 
 
@@ -19,15 +21,27 @@ def study(
     """Run a study into a folder and print the path of its page."""
     tasks: dict[str, TaskID] = {}
     alone = workers == 1 and scheduler is None
-    with ProgressBar(Terminal(stderr=True)) as bar, nullcontext() if alone else gone_is_an_error():
+    expected: list[Estimate] = []
+    console = Terminal(stderr=True)
+
+    def forecast(estimate: Estimate) -> None:
+        expected.append(estimate)
+        many = f"{estimate.cells} measurements"
+        here = f" in {workers} processes" if scheduler is None and workers > 1 else ""
+        per = " divided by the number of workers" if scheduler is not None else ""
+        span = duration(estimate.seconds)
+        console.print(f"{name}: {span} for {many}{here}{per}", highlight=False, soft_wrap=True)
+
+    with ProgressBar(console) as bar, nullcontext() if alone else gone_is_an_error():
 
         def tell(heading: str, done: int, total: int) -> None:
             if heading not in tasks:
                 tasks[heading] = bar.add_task(heading, total=total)
-            bar.update(tasks[heading], total=total, completed=done)
+            left = f"{duration(expected[0].left)} left"
+            bar.update(tasks[heading], total=total, completed=done, best=left)
 
         try:
-            report = run_study(name, folder, options, workers, scheduler, tell)
+            report = run_study(name, folder, options, workers, scheduler, tell, forecast)
         except KeyboardInterrupt:
             bar.stop()
             kept = folder / CELLS

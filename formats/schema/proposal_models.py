@@ -327,9 +327,7 @@ class FewestRingsModel(StrictModel):
             )
             for n, one in fewest.tried.items()
         ]
-        return cls(
-            within_points=100 * fewest.within, tried=tried, conclusive=fewest.conclusive
-        )
+        return cls(within_points=100 * fewest.within, tried=tried, conclusive=fewest.conclusive)
 
 
 class RepeatedModel(StrictModel):

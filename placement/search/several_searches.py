@@ -261,6 +261,9 @@ def fewest_rings(
         except InfeasibleError:  # too few rings for the sensors, or rings that collide
             so_far = replace(so_far, too_few=rings)
             continue
+        except KeyboardInterrupt:  # before the search had anything to return
+            outcome = Outcome.INTERRUPTED
+            break
         outcome = outcome if result.outcome is Outcome.FINISHED else result.outcome
         so_far = replace(so_far, tried=dict(sorted({**so_far.tried, rings: result}.items())))
     return replace(so_far, result=replace(so_far.tried[so_far.fewest], outcome=outcome))

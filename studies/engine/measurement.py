@@ -67,17 +67,18 @@ class Measurement:
             f" load per core {self.load:.2f}: `{self.command}`"
         )
 
-    def head(self, page: Path, kept: int = 0) -> None:
+    def head(self, page: Path, kept: int = 0, note: str = "") -> None:
         """Write the header below the title of a page of Markdown.
 
         Args:
             page: the page.
             kept: number of its measurements that earlier runs had stored, with another date or
                 commit than the header's.
+            note: more to state at the end of the header.
         """
         title, _, rest = page.read_text("utf-8").partition("\n")
         earlier = f"; {kept} measurements are from earlier runs of this version" if kept else ""
-        write_text(page, f"{title}\n\n{self.header}{earlier}\n{rest}")
+        write_text(page, f"{title}\n\n{self.header}{earlier}{note}\n{rest}")
 
 
 def _processor() -> str:

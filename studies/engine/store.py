@@ -7,7 +7,7 @@ the database's own lock, which ends with the process in every case.
 
 import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -93,3 +93,10 @@ class Store:
             "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
             (cell.key, self._version, text, seconds),
         ).rowcount
+
+    def means(self, kind: Callable[[Cell], str]) -> dict[str, float]:
+        """Return the mean time in seconds of the cells of each kind, of all versions."""
+        seconds: dict[str, list[float]] = {}
+        for key, spent in self._base.execute("SELECT key, seconds FROM cells"):
+            seconds.setdefault(kind(Cell(*json.loads(key))), []).append(spent)
+        return {name: sum(each) / len(each) for name, each in seconds.items()}

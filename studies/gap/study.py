@@ -25,7 +25,7 @@ KNOWN = {
     ("V_OT", 80): 66.39,
 }
 """Best known ζ in percent, rounded down: the best of some ten seeds of ``place-rings --paper
---target ... --sensors ...``. For other cases the study searches."""
+--target ... --sensors ... --any-rings``. For other cases the study searches."""
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 

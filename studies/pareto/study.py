@@ -25,6 +25,7 @@ from ..paper.coverage_cells import SETUPS
 POINTS = 24  # gaps that are searched between the ends of the requested front
 FEWER = 8  # gaps that are searched between the ends of the other fronts
 ROUNDS = 8  # rounds over which these are spread
+QUICK_POINTS, QUICK_ROUNDS = 6, 3  # of a quick study, which has one front
 VOXEL = 0.01  # m
 
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -93,8 +94,10 @@ def _place(
     sensors: int,
     seed: int,
     known: Sequence[Rings] = (),
+    quick: bool = False,
 ) -> Cell:
-    """Return a search with ``sensors`` sensors; it is shorter if it starts from known setups.
+    """Return a search with ``sensors`` sensors; it is shorter if it starts from known setups, or in
+    a quick study.
 
     Goals that ask for nothing are left out: points of a search are shared among its goals.
     """
@@ -105,7 +108,7 @@ def _place(
         "seed": seed,
         "known": list(known),
     }
-    return Cell("place", arguments | {"short": bool(known)})
+    return Cell("place", arguments | {"short": bool(known) or quick})
 
 
 def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, object]:
@@ -119,6 +122,8 @@ def measure(
     targets: tuple[Target, Target],
     budgets: dict[int, int],
     seed: int,
+    quick: bool = False,
+    grown: Callable[[list[Point], str], None] = lambda points, part: None,
 ) -> list[Point]:
     """Return all searched setups and the paper's, counted exactly.
 
@@ -128,35 +133,41 @@ def measure(
         targets: the first and the second target.
         budgets: number of gaps that are searched between the ends, by number of sensors.
         seed: random seed of all searches.
+        quick: few rounds of short searches, each of which starts from both sides of its gap.
+        grown: receives all points so far after each part, and the name of the part.
     """
     first, second = targets
+    rounds, papers = QUICK_ROUNDS if quick else ROUNDS, _papers(run, where, targets)
     ends = {
-        (n, name): _place(where, [_goal(first, a), _goal(second, 1 - a)], n, seed)
+        (n, name): _place(where, [_goal(first, a), _goal(second, 1 - a)], n, seed, quick=quick)
         for n in budgets
         for name, a in (("first", 1.0), ("second", 0.0), ("both", 0.5))
     }
     found = dict(zip(ends, run("ends of the fronts", list(ends.values())), strict=True))
     setups = [(n, f"best for {_told(name, targets)}", rings) for (n, name), rings in found.items()]
     points, tried = _counted(run, where, targets, setups), set[Gap]()
-    for number in range(1, ROUNDS + 1):
-        wanted = []
+    grown(points + papers, "ends of the fronts")
+    for number in range(1, rounds + 1):
+        wanted, part = [], f"between the ends, round {number} of {rounds}"
         for n, gaps in budgets.items():
-            share = gaps * number // ROUNDS - gaps * (number - 1) // ROUNDS
+            share = gaps * number // rounds - gaps * (number - 1) // rounds
             for gap in _widest([p for p in points if p.sensors == n], share, tried):
                 goals, name = _between(gap, targets)
                 wanted += [
                     (n, name, _place(where, goals, n, seed, known))
-                    for known in ([p.rings for p in gap.sides], ())
+                    for known in ([p.rings for p in gap.sides], ())[: 2 - quick]
                 ]
                 tried.add(gap)
-        rings = run(f"between the ends, round {number} of {ROUNDS}", [cell for *_, cell in wanted])
+        rings = run(part, [cell for *_, cell in wanted])
         points += _counted(
             run,
             where,
             targets,
             [(n, name, r) for (n, name, _), r in zip(wanted, rings, strict=True)],
         )
-    return points + _papers(run, where, targets)
+        if number < rounds:
+            grown(points + papers, part)
+    return points + papers
 
 
 @dataclass(frozen=True)

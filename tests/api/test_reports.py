@@ -191,6 +191,7 @@ REFUSED = [  # what a refusal names, and the call
     ("targets pareto", lambda: pr.study("bound", targets=(pr.Shell(1), pr.Shell(2)))),
     ("V_S(1)", lambda: pr.study("pareto", targets=(pr.Shell(1), pr.Shell(1)))),
     ("targets", lambda: pr.study("pareto", targets=3)),
+    ("V_S(0.1) 0.15", lambda: pr.study("pareto", targets=(pr.Shell(0.1), pr.Shell(1)))),
     ("workers 0", lambda: pr.study("paper", workers=0)),
     ("scheduler 'here'", lambda: pr.study("paper", scheduler="here")),
     ("/proc/nope", lambda: pr.study("paper", folder="/proc/nope")),

@@ -95,6 +95,7 @@ study paper --workers 0
 study paper --workers 2 --scheduler tcp://127.0.0.1:8786
 study paper --scheduler here
 study bound --sensors 40
+study gap --quick
 study convergence --seed 3
 study pareto --target V_O --target V_O
 study pareto --target V_S:0.5=0.6 --target V_O
@@ -141,7 +142,7 @@ def measured(monkeypatch):
     """What the study of fronts is asked to measure: its scene's keys and its numbers of sensors."""
     asked = []
 
-    def measure(run, where, targets, budgets, seed):
+    def measure(run, where, targets, budgets, *_):
         asked.append((where, budgets))
         raise UserError("enough")
 

@@ -89,7 +89,7 @@ def finished(*args):
     return ended[-1]
 SoftCoverage.value_and_slope, nlopt.opt.optimize = counted, finished
 from place_rings.cli.app import main
-sys.argv = ["place-rings", "--sensors", "24", "--voxel", "0.05"]
+sys.argv = ["place-rings", "--sensors", "24", "--any-rings", "--voxel", "0.05"]
 try:
     main()
 except SystemExit as stop:

@@ -447,7 +447,7 @@ def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeyp
     monkeypatch.setattr(several, "search", None)  # would fail
     monkeypatch.setattr(searching, "search", None)
     solid = Obstacle("box", box([0.0, 0.0, 0.1], [0.05, 0.05, 0.05]))
-    attached = replace(UR10, attached=(Attached("tool", "box", solid.solid),))
+    attached = replace(UR10, attached=(Attached("box", "tcp", solid.body),))
     goal = Target("V_S", 0.5)
     field = WeightField.of(np.ones((2, 1, 1)), (-2.0, -2.0, -1.0), (2.0, 4.0, 4.0))
     scene = {

@@ -5,26 +5,34 @@ import re
 import sqlite3
 import subprocess
 import sys
+import time
 from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from types import SimpleNamespace
 from typing import get_args
+from zlib import crc32
 
+import place_rings as pr
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings._study_arguments import StudyName
+from place_rings._study_arguments import StudyName, StudyOptions, read_layouts
+from place_rings._study_pages import measured
+from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
 from place_rings.objectives import verify as exact
+from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.engine import searching_tasks as searching
+from place_rings.studies.engine.estimate import Estimate, rehearsed
 from place_rings.studies.engine.measurement import Measurement
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
+from place_rings.studies.pareto.study import QUICK_POINTS
 
 from ..support.coarse_study import make_coarse
 from ..support.rooms import ROOT, imported_files
@@ -207,3 +215,89 @@ def test_a_page_names_how_it_was_measured_below_its_title(tmp_path):
     page.write_text("# Robots\n\nText.\n")
     measured.head(page, kept=7)
     assert page.read_text().splitlines()[2].startswith(f"{header}; 7 ")
+
+
+@pytest.mark.parametrize("name", get_args(StudyName))
+def test_a_rehearsal_lists_what_a_study_measures(name, tmp_path):
+    """Without a measurement; and its time is that of the cells that are not stored yet."""
+    layouts = read_layouts(name, [])
+    shells = (Target("V_S", 0.5), Target("V_S", 1.5))
+    options = StudyOptions(0, shells, 24, CoreScene(), layouts, None, "", quick=name == "pareto")
+    calls = rehearsed(lambda run: measured(name, run, options, lambda *_: None))
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        whole = Estimate.of(calls, store, 1, 1.0)
+        assert whole.seconds > 1
+        assert whole.cells == len({cell.key for cells in calls for cell in cells})
+        assert Estimate.of(calls, store, 4, 1.0).seconds == pytest.approx(whole.seconds / 4)
+        for cell in calls[0]:
+            store.put(cell, 0, 3.0)
+        rest = Estimate.of(calls, store, 1, 1.0)
+        assert rest.calls[0] == 0
+        assert rest.cells < whole.cells
+    if name == "pareto":
+        searches = [cell for cells in calls for cell in cells if cell.work == "place"]
+        assert 3 < len(searches) <= 3 + QUICK_POINTS
+        assert all(cell.arguments["short"] for cell in searches)
+
+
+@given(
+    st.lists(st.lists(st.floats(0.1, 100), min_size=1, max_size=5), min_size=1, max_size=5),
+    st.floats(0.2, 5),
+    st.integers(1, 8),
+)
+def test_the_time_left_falls_to_nothing_at_the_pace_of_the_study(costs, pace, workers):
+    """Cells take ``pace`` times what was expected; near the end that is known."""
+    now, calls = (
+        [0.0],
+        [
+            [Cell("x", {"s": s, "i": (i, j)}) for j, s in enumerate(each)]
+            for i, each in enumerate(costs)
+        ],
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(time, "monotonic", lambda: now[0])
+        sums = [sum(each) for each in costs]
+        estimate = Estimate(sums, 0, workers, lambda cell: cell.arguments["s"])
+        before = estimate.seconds
+        assert before == pytest.approx(sum(sums) / workers)
+        for cells, each in zip(calls, costs, strict=True):
+            estimate.begin(cells)
+            for done in range(len(each) + 1):
+                estimate.at(done, len(each))
+                rest = estimate.left
+                now[0] += pace * sum(each) / len(each) / workers * (done < len(each))
+                assert 0 <= rest <= max(pace, 1) * before * (1 + 1e-9) + 1e-9
+    assert rest == pytest.approx(0)
+
+
+def test_the_page_of_fronts_grows_and_a_stopped_study_goes_on(tmp_path, monkeypatch):
+    searched = []
+
+    def place(**asked):
+        searched.append(asked)
+        where = crc32(repr(asked).encode()) / 2**32
+        return [{"link": "forearm", "position": where, "count": 24, "radius": 0.08}]
+
+    def zeta(setup, radius, **_):
+        share = 100 * setup[0]["position"] if isinstance(setup, list) else 1.0
+        return {"zeta_percent": share if radius == 0.5 else 100 - share}
+
+    monkeypatch.setitem(TASKS, "place", place)
+    monkeypatch.setitem(TASKS, "zeta", zeta)
+
+    def stop(heading, done, total):
+        if len(searched) == 5:
+            raise KeyboardInterrupt
+
+    asked = {"sensors": 24, "quick": True, "folder": tmp_path}
+    with pytest.raises(KeyboardInterrupt):
+        pr.study("pareto", **asked, progress=stop)
+    first = (tmp_path / "data.csv").read_text().splitlines()
+    assert len(first) > 3
+    assert (tmp_path / "pareto.png").exists()
+    assert "unfinished" in (tmp_path / "README.md").read_text().splitlines()[2]
+    whole = pr.study("pareto", **asked)
+    assert len({repr(one) for one in searched}) == len(searched)
+    assert len(whole.data) == len((tmp_path / "data.csv").read_text().splitlines()) - 1
+    assert len(whole.data) > len(first) - 1
+    assert "unfinished" not in whole.page.read_text().splitlines()[2]
