@@ -55,12 +55,13 @@ def measured(
 def written(name: str, rows: Any, folder: Path, options: StudyOptions) -> dict[str, str]:
     """Draw the pictures of a study into a folder, and return the texts of its files by name."""
     report: Any = import_module(f".studies.{name}.report", __package__)
-    if name != "pareto":
-        return report.write(rows, folder)
-    from .studies.engine.scenes import keys_of
+    more: tuple[Any, ...] = ()
+    if name == "pareto":
+        from .studies.engine.scenes import keys_of
 
-    first, second = options.targets
-    return report.write(rows, (str(first), str(second)), keys_of(options.scene), folder)
+        more = tuple(map(str, options.targets)), keys_of(options.scene)
+    files: dict[str, str] = report.write(rows, *more, folder)
+    return files
 
 
 def check(name: str, folder: Path, options: StudyOptions) -> None:
@@ -68,7 +69,8 @@ def check(name: str, folder: Path, options: StudyOptions) -> None:
 
     Raises:
         InfeasibleError: if the scene's rules admit no setup with these sensors.
-        UserError: if a target cannot be counted in the scene; if a layout has the path of a file that is written.
+        UserError: if a target cannot be counted in the scene, or a layout has the path of a file
+            that is written.
     """
     if name == "pareto":
         from .studies.pareto.study import VOXEL
