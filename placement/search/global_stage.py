@@ -91,8 +91,6 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
         cost *= 1.5  # counts of sensors, losses, or mountings
     if space.square:
         cost *= 2  # a ring of few wide beams sees many points from aside: more places anywhere
-    if active_poses(scene):
-        cost *= 2
     start, rings = round(24 / cost), len(space.layout.rings) if space.layout else 0
     others = 24 if space.square else 16
     rounds = 5 if plain or active_poses(scene) else 4
