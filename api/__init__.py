@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from ._views import view
     from ._weight_field import weight_field
     from .coverage.electronics.electronics import Electronics
+    from .coverage.person_reach import Person
     from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
     from .coverage.robots.robot import Robot
@@ -85,6 +86,7 @@ __all__ = [
     "MountedSensor",
     "Near",
     "Outcome",
+    "Person",
     "Pose",
     "Prices",
     "Progress",
@@ -177,6 +179,7 @@ _MODULES = {
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.sensors.sensor": ("Sensor",),
     "coverage.electronics.electronics": ("Electronics",),
+    "coverage.person_reach": ("Person",),
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),

@@ -219,7 +219,10 @@ class Proposal(Placement):
         return ProposalFile.of(
             self.setup,
             core,
-            zeta=[r.model_copy(update={"setup": "proposal"}) for r in zeta],
+            zeta=[
+                r.model_copy(update={"setup": "proposal", "beyond": None, "people": None})
+                for r in zeta
+            ],
             found=self.found or self._found(),
         )
 

@@ -14,6 +14,7 @@ from ._scene_poses import Poses, with_poses
 from ._targets import TargetVolume
 from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import Occlusion
+from .coverage.person_reach import Person
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.rings.ring import Ring
 from .coverage.robots.attached import Attached
@@ -43,6 +44,7 @@ _KEYS = (
     "electronics",
     "prices",
     "base",
+    "person",
 )
 
 
@@ -79,6 +81,8 @@ class Scene:
         base: frame of the coordinates in these arguments, for an arm of Universal Robots:
             ``base_link`` of its ROS description (the default, and the frame of all results), or
             ``pendant``, the feature Base of its pendant, which is turned by 180° about z.
+        person: where people walk and how far they reach, for targets that are ``reachable`` by a
+            person and for blind spots.
 
     Raises:
         InputError: for an invalid argument; the message states the value and the allowed ones.
@@ -112,6 +116,7 @@ class Scene:
         electronics: Electronics | None = None,
         prices: Prices | None = None,
         base: BaseFrame | None = None,
+        person: Person | None = None,
     ) -> None:
         given: dict[str, Any] = {
             "targets": targets or None,
@@ -127,6 +132,7 @@ class Scene:
             "electronics": electronics,
             "prices": prices,
             "base": base,
+            "person": person,
         }
         if attached is not None:
             given["attached"] = attached
@@ -244,6 +250,11 @@ class Scene:
         """Frame of all coordinates of the scene: ``base_link``, except for ``ur10_dh``; None for a
         robot that is no arm of Universal Robots."""
         return base_frame(self._core.robot)
+
+    @property
+    def person(self) -> Person | None:
+        """Where people walk and how far they reach; None if it is not stated."""
+        return self._core.person
 
     def replace(self, **changes: Any) -> "Scene":
         """Return a copy of the scene with other values of some arguments.

@@ -12,6 +12,7 @@ from ._model_errors import model_error
 from ._targets import TargetVolume
 from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS
+from .coverage.person_reach import Person
 from .coverage.rings.mounted_sensor import MountedSensor
 from .coverage.robots.attached import Attached
 from .coverage.robots.base_frame import BASE_FRAMES, must_turn
@@ -126,10 +127,11 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
             fields[name] = value
-    if "prices" in given:
-        if not isinstance(given["prices"], Prices | None):
-            raise InputError(f"found {given['prices']!r}, allowed: Prices", "prices")
-        fields["prices"] = given["prices"]
+    for name, kind in (("prices", Prices), ("person", Person)):
+        if name in given:
+            if not isinstance(given[name], kind | None):
+                raise InputError(f"found {given[name]!r}, allowed: {kind.__name__}", name)
+            fields[name] = given[name]
     if "mounts" in given:
         fields["limits"] = _limits(given["mounts"])
     if "obstacles" in given:

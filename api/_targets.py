@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ._arguments import number
 from ._errors import InputError, input_errors
-from .coverage.targets import Target
+from .coverage.targets import Reachable, Target
 from .coverage.volumes import NamedVolume, Volume
 from .coverage.weight_field import WeightField
 from .objectives.scene import Goal
@@ -27,8 +27,9 @@ class TargetVolume:
     """Minimum coverage that a search must keep, percent; 0 for none."""
     importance: WeightField | None = field(default=None, repr=False)
     """How much each place matters, made by ``weight_field``; None: all the same."""
-    reachable: bool = field(default=False, repr=False)
-    """Whether only what is connected to the robot past the obstacles belongs to the target."""
+    reachable: Reachable = field(default=False, repr=False)
+    """Whether only what is connected to the robot past the obstacles belongs to the target;
+    ``"person"``: only what the scene's ``person`` can touch."""
     symbol: str = field(init=False, default="", repr=False)
     """Name of the volume in files and commands, such as ``V_S``."""
 
@@ -40,6 +41,8 @@ class TargetVolume:
             number(name, value, f"0 to {most:g}")
             if not (math.isfinite(value) and 0 <= value <= most):
                 raise InputError(f"found {value:g}, allowed: 0 to {most:g}", name)
+        if self.reachable not in (False, True, "person"):
+            raise InputError(f"found {self.reachable!r}, allowed: False, True, person", "reachable")
         if not isinstance(self.importance, WeightField | None):
             raise InputError(f"found {self.importance!r}, allowed: weight_field(...)", "importance")
 

@@ -14,16 +14,18 @@ from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
+from .formats.schema.reach_models import BeyondModel, PeopleModel
 from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
 from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.feasibility.violations import mount_faults
 from .objectives.occlusion import unseeing
+from .objectives.reach import beyond_sensors
 from .objectives.scene import CoreScene
 from .objectives.verified import Verified
 from .objectives.verify import VOXEL, Verifier
-from .objectives.verify_breakdown import by_occlusion, by_part, mean_by_part
+from .objectives.verify_breakdown import by_occlusion, by_part, mean_by_part, where_people_are
 from .reporting.text import with_error
 
 _LEAST_MEMORY = 0.01  # GB
@@ -113,7 +115,14 @@ class Coverage(Placement):
             .with_dark(self._dark[i])
             .with_parts(by_part(self.verifier, self.setup, one))
             .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
-            .model_copy(update=more | {"calibration": effects[i] if effects else None})
+            .model_copy(
+                update=more
+                | {
+                    "calibration": effects[i] if effects else None,
+                    "beyond": BeyondModel.from_domain(beyond_sensors(core, one.target)),
+                    "people": PeopleModel.of(where_people_are(self.verifier, self.setup, one)),
+                }
+            )
             for i, one in enumerate(self.each)
         )
 

@@ -3,10 +3,12 @@
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
+from .person_reach import Person, person_region
 from .reachable import reachable
 from .robots.kinematics import arm_base, forward, joint_origins
 from .robots.link_bodies import attached_capsules, carried_polyhedra, robot_capsules
@@ -17,7 +19,7 @@ from .robots.robot import Robot
 from .robots.separation_distance import Safety
 from .solids.base import Difference, Intersection, Solid, Union
 from .solids.capsules import Capsules
-from .solids.polyhedra import Polyhedron, polyhedra
+from .solids.polyhedra import Polyhedron, half_space, polyhedra
 from .solids.spheres import sphere
 from .volumes import OWN, NamedVolume, Volume, within
 from .weight_field import WeightField
@@ -29,6 +31,8 @@ ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
 OWN_NAME = f"letters, digits, spaces, _, - and ., but none of {', '.join((*NAMES, OWN))}"
 """Names that a target of one's own may have."""
 TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
+Reachable = bool | Literal["person"]
+"""What a target is cut to: nothing, what is connected to the robot, or what a person can touch."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +67,9 @@ class Target:
     """A volume of one's own; None for the one of this name."""
     importance: WeightField | None = field(default=None, repr=False)
     """How much each place matters; None: all the same."""
-    reachable: bool = field(default=False, repr=False)
+    reachable: Reachable = field(default=False, repr=False)
     """Whether only what is connected to the robot past the obstacles, and the polyhedra that it
-    carries, belongs to the target."""
+    carries, belongs to the target; ``person``: only what a person can touch."""
 
     def __post_init__(self) -> None:
         if self.volume is not None:
@@ -120,7 +124,8 @@ class Target:
         if self.volume is not None:
             return name
         weighted = " weighted" if self.importance is not None else ""
-        return name + (" reachable" if self.reachable else "") + weighted
+        by = " by a person" if self.reachable == "person" else ""
+        return name + (f" reachable{by}" if self.reachable else "") + weighted
 
 
 def own_name(name: str) -> bool:
@@ -156,6 +161,7 @@ def target_solid(
     obstacles: tuple[Polyhedron, ...] = (),
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
+    person: Person | None = None,
 ) -> Difference:
     """Return the target at pose ``q`` in the base frame: the outer solid less V_R, what is attached
     to the robot, and obstacles.
@@ -171,10 +177,12 @@ def target_solid(
         obstacles: convex bodies to subtract, base frame.
         rate: joint speeds (J,), rad/s, for V_P; None if unknown.
         safety: terms of the separation distance, for V_P.
+        person: who reaches a target that is ``reachable`` by a person.
 
     Raises:
-        ValueError: if a shell's radius does not exceed V_R's, so that nothing is left; or if
-            V_P or V_N cannot be computed, as for a robot without bodies.
+        ValueError: if a shell's radius does not exceed V_R's, so that nothing is left; if
+            V_P or V_N cannot be computed, as for a robot without bodies; or if a person or the
+            floor is missing.
     """
     place = _AtPose(robot, q, shape or Shape(), rate, safety or Safety())
     for radius in target.radii:
@@ -185,8 +193,16 @@ def target_solid(
             )
     outer = target.volumes[0].solid(place.named)
     outer = within(outer, outer.bounds())
+    if target.reachable == "person":
+        if person is None:
+            raise ValueError(
+                "person: found none, allowed: one, because a target is reachable by it"
+            )
+        floor = person.stands_on(obstacles)
+        outer = Intersection(outer, person_region(obstacles, person, floor, outer.bounds()))
+        obstacles = (*obstacles, half_space(floor))
     obstacles = (*obstacles, *carried_polyhedra(robot, q))
-    if target.reachable and obstacles:
+    if target.reachable is True and obstacles:
         centres = place.curve.discs(place.shape.points_per_bend)[0]
         box = np.concatenate([outer.bounds(), centres])
         box = np.stack([box.min(axis=0), box.max(axis=0)])

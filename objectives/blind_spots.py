@@ -4,7 +4,7 @@ the robot.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -19,7 +19,7 @@ from ..coverage.voxels.inscribed_balls import InscribedBall, largest_balls
 from ..coverage.voxels.octree import voxels
 from ..coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from .occlusion import setup_sight
-from .verify import Verifier
+from .verify import EmptyTargetError, Verifier
 
 MOST = 8  # default maximum number of blind spots
 LEAST = 0.05  # m, default radius of the smallest blind spot
@@ -158,7 +158,7 @@ def blind_spots(
 ) -> Blind:
     """Return the largest blind spots of ``setup`` in ``target`` over ``poses``.
 
-    A ball whose centre lies in a larger ball of another pose is left out.
+    In a scene with a person, they are sought where the person can touch the target. A ball whose centre lies in a larger ball of another pose is left out.
 
     Args:
         verifier: counts voxels of the scene.
@@ -171,7 +171,17 @@ def blind_spots(
     Raises:
         ValueError, TooFineError, BodilessError: as ``uncovered`` does.
     """
-    unseen = {pose: uncovered(verifier, setup, target, pose) for pose in poses}
+    person = verifier.scene.person is not None
+    if person:
+        target = replace(target, reachable="person")
+    unseen = dict[int, VoxelSet]()
+    for pose in poses:
+        try:
+            unseen[pose] = uncovered(verifier, setup, target, pose)
+        except EmptyTargetError:  # no person touches the target
+            if not person:
+                raise
+            unseen[pose] = VoxelSet.empty(verifier.centre_voxel)
     rank: list[tuple[int, InscribedBall]] = [
         (pose, ball) for pose, some in unseen.items() for ball in largest_balls(some, most, least)
     ]

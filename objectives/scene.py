@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Setup
 from ..coverage.robots.base_frame import BaseFrame
@@ -117,6 +118,8 @@ class CoreScene:
     """How the sensors of each ring are read."""
     prices: Prices | None = None
     """What rings and sensors cost, if known."""
+    person: Person | None = None
+    """Where people walk and how far they reach, if stated."""
 
     def __post_init__(self) -> None:
         """Put the links into use that the rules ask for; a robot without bodies has free mounts.
@@ -162,7 +165,9 @@ class CoreScene:
             ValueError: as ``target_solid`` does.
         """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
-        return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
+        return target_solid(
+            target, self.robot, at.q, self.shape, stands, at.rate, self.safety, self.person
+        )
 
     def sample(self, target: Target, pose: int, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         """Return points (N, 3) m in a target at a pose, denser where its weight field is larger.

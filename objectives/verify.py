@@ -35,6 +35,10 @@ _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on o
 _BYTES = 100
 
 
+class EmptyTargetError(ValueError):
+    """A target without a voxel."""
+
+
 def _silent(_: object) -> None:
     """Report nothing."""
 
@@ -129,7 +133,7 @@ class Verifier:
                 if len(wanted):
                     yield wanted, region
         if total == 0:
-            raise ValueError(
+            raise EmptyTargetError(
                 f"target {target} contains no voxel of {voxel:g} m: it is empty, or the voxels are"
                 " too large"
             )

@@ -1,12 +1,13 @@
-"""Counted zeta of a setup broken down by occlusion model, and by kind of sensor."""
+"""Counted zeta of a setup broken down by occlusion model, by kind of sensor, and by where people
+can be."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
-from .verified import Verified
-from .verify import Verifier
+from .verified import Verified, weighted_mean
+from .verify import EmptyTargetError, Verifier
 
 
 def by_occlusion(
@@ -32,6 +33,35 @@ def by_occlusion(
         )
         for occlusion in models
     }
+
+
+@dataclass(frozen=True)
+class PeopleShare:
+    """The part of a target that a person can touch."""
+
+    share: float
+    """Share of the target's volume, a mean over the poses, in [0, 1]."""
+    zeta: float
+    """Coverage of this part, in [0, 1]."""
+
+
+def where_people_are(verifier: Verifier, setup: Setup, known: Verified) -> PeopleShare | None:
+    """Return which part of the target of ``known`` the scene's person can touch, and its zeta.
+
+    None if the scene states no person, if the target has this end already, or if the rule is
+    ``certified``. A part of no voxel has the zeta 0.
+    """
+    target, scene = known.target, verifier.scene
+    if scene.person is None or target.reachable == "person" or verifier.rule == "certified":
+        return None
+    cut = replace(target, reachable="person")
+    try:
+        part = verifier.verify(setup, cut)
+    except EmptyTargetError:
+        return PeopleShare(0.0, 0.0)
+    each = zip(known.poses, part.poses, strict=True)
+    shares = [(b.target_voxels or 0) / (a.target_voxels or 1) for a, b in each]
+    return PeopleShare(weighted_mean([p.weight for p in part.poses], shares), part.zeta)
 
 
 PARTS = ("rings", "single sensors", "sensors of the cell")

@@ -8,6 +8,7 @@ from copy import copy
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
+from ..formats.schema.reach_models import BeyondModel, PeopleModel
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.criterion import Criterion, judge
 from ..objectives.dark_clothing import verify_dark
@@ -15,10 +16,11 @@ from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
+from ..objectives.reach import beyond_sensors
 from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
 from ..objectives.verify import Verifier
-from ..objectives.verify_breakdown import by_occlusion, by_part
+from ..objectives.verify_breakdown import by_occlusion, by_part, where_people_are
 from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -92,6 +94,13 @@ def counted(
                         () if name in brief else unseeing(scene, one),
                         mount_faults(scene, one, clear),
                     )
+                if target in goals and name == next(iter(setups)):  # the others are for comparison
+                    people = where_people_are(verifier, one, verified)
+                    more = {
+                        "beyond": BeyondModel.from_domain(beyond_sensors(scene, target)),
+                        "people": PeopleModel.of(people),
+                    }
+                    result = result.model_copy(update=more)
                 yield result
 
 

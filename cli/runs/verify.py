@@ -12,6 +12,7 @@ from ...reporting.lines.calibration import calibration_lines
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import occlusion_table, part_lines, print_sight, unmounted_lines
 from ...reporting.lines.protective_volume import protective_lines
+from ...reporting.lines.reach import record_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.tables import (
     count_error_line,
@@ -72,6 +73,7 @@ def verify(
             console.print(line, highlight=False, soft_wrap=True)
     effects = [r.calibration for r in results if r.calibration is not None]
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
+    more += record_lines(results)
     for line in (record_line(scene), *protective_lines(results, setup), *more):
         if line:
             console.print(line, highlight=False, soft_wrap=True)

@@ -21,6 +21,7 @@ from ...objectives.verified import PoseZeta, Verified
 from .base_model import StrictModel
 from .field_types import Metres, Percent
 from .mapping import COVERAGE, MappedModel, Of, rounded_millimetres
+from .reach_models import BeyondModel, PeopleModel
 from .sensor_records import SensorRecord
 from .separation_models import SeparationModel
 
@@ -257,6 +258,12 @@ class VerifyResult(MappedModel[Verified]):
     )
     calibration: CalibrationEffectModel | None = Field(
         default=None, description="what the calibration of the arm changes, if it has one"
+    )
+    beyond: BeyondModel | None = Field(
+        default=None, description="part of the target that no layout covers"
+    )
+    people: PeopleModel | None = Field(
+        default=None, description="part of the target that the scene's person can touch"
     )
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
     sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")

@@ -42,6 +42,7 @@ from .mounted_sensor_models import (
     singles_of,
 )
 from .obstacle_models import ObstacleModel, obstacles_of
+from .person_models import PersonModel
 from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
@@ -171,6 +172,9 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=1000,
         description="obstacles of the cell; they occlude and belong to no target",
     )
+    person: PersonModel | None = Field(
+        default=None, description="where people walk and how far they reach"
+    )
     attached: list[AttachedModel] = Field(
         default=[],
         max_length=1000,
@@ -239,7 +243,12 @@ class SceneModel(MappedModel[CoreScene]):
         """Yield shells within the robot's own volume, near volumes of a robot without bodies, and
         different targets of one name."""
         inner, first = self.curve.robot_radius, dict[tuple[str, float | None], Target]()
+        floors = (one.floor for one in self.obstacles)
+        if self.person is not None and all(f is None for f in (self.person.floor, *floors)):
+            yield ("person", "floor"), None, "a height, m, or an obstacle with a floor"
         for i, model in enumerate(self.targets):
+            if model.reachable == "person" and self.person is None:
+                yield ("targets", i, "reachable"), "person", "true or false without a [person]"
             if model.files:
                 continue  # the loader reads them first
             target, where = model.target, "radius" if model.volume is None else "volume"

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationInfo, field_validator
 
 from ...coverage.robots.base_frame import BaseFrame
-from ...coverage.targets import NAMES, OWN_NAME, WITH_RADIUS, Target, own_name
+from ...coverage.targets import NAMES, OWN_NAME, WITH_RADIUS, Reachable, Target, own_name
 from ...coverage.volumes import BoxVolume, CombinedVolume, FunctionVolume, Volume
 from ...objectives.scene import CoreScene, Goal
 from .base_model import fault
@@ -27,9 +27,10 @@ class TargetModel(MappedModel[Goal]):
         default=None,
         description="weight field: how much each place matters; all the same if absent",
     )
-    reachable: bool = Field(
+    reachable: Reachable = Field(
         default=False,
-        description="whether only what is connected to the robot past the obstacles counts",
+        description="whether only what is connected to the robot past the obstacles counts, or"
+        " only what a person can touch",
     )
     name: str = Field(
         max_length=LONGEST_NAME,

@@ -1,24 +1,45 @@
-"""Lines about targets that extend beyond the reach of the sensors."""
+"""Lines about how far sensors and people reach into targets."""
 
-from ...objectives.reach import farthest, reachable_share
+from collections.abc import Sequence
+
+from ...formats.schema.reach_models import BeyondModel
+from ...formats.schema.result_models import VerifyResult
+from ...objectives.reach import beyond_sensors
 from ...objectives.scene import CoreScene
+from ..tables import target_label
 
-_ALL = 0.995  # share of a target from which nothing is said
+_NONE = 0.5  # percent of a target, below which nothing is said
 
 
 def reach_lines(scene: CoreScene) -> list[str]:
-    """Return a line for each target of which a part is out of reach of all rings.
+    """Return a line for each target of which no layout covers a part.
 
     Raises:
-        ValueError: as ``reachable_share`` does.
+        ValueError: as ``beyond_sensors`` does.
     """
-    lines, far = [], max(farthest(sensor) for sensor in scene.sensors)
-    for goal in scene.goals:
-        share = reachable_share(scene, goal.target)
-        if share < _ALL:
+    each = [(str(g.target), beyond_sensors(scene, g.target)) for g in scene.goals]
+    return [line for name, b in each for line in _beyond(name, BeyondModel.from_domain(b))]
+
+
+def record_lines(results: Sequence[VerifyResult]) -> list[str]:
+    """Return lines about the parts of targets that no layout covers and that people can touch."""
+    lines = []
+    for r in results:
+        if r.beyond is not None:
+            lines += _beyond(target_label(r), r.beyond)
+        if r.people is not None:
             lines.append(
-                f"{goal.target} extends beyond the sensors' reach: no layout covers more than about"
-                f" {100 * share:.0f} % of it, because a beam ends at most {far:.2f} m from its"
-                " sensor."
+                f"{target_label(r)}: a person can touch {r.people.percent:.1f} % of it; of this"
+                f" part {r.people.zeta_percent:.2f} % is covered."
             )
     return lines
+
+
+def _beyond(name: str, beyond: BeyondModel) -> list[str]:
+    share, error = beyond.percent, beyond.error_percent
+    if share <= _NONE:
+        return []
+    return [
+        f"{name}: {share:.1f} % (± {error:.1f}) of it is beyond any sensor that the rules allow on"
+        f" the arm; no layout covers more than about {min(100 - share + error, 100):.1f} %."
+    ]

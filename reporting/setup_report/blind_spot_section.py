@@ -40,6 +40,8 @@ def blind_spot_section(f: Facts) -> Iterator[str]:
         " base to which the tool points; left and right are those of the robot. Heights count from"
         " the base frame's origin.\n"
     )
+    if f.scene.person is not None:
+        yield "Only what a person can touch counts here, by the scene's `person`.\n"
     for n, blind in enumerate(f.blind):
         if len(f.blind) > 1:
             yield f"### {blind.target}\n"

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..lines.occlusion import ASSUMPTIONS, part_lines, scene_lines, unseeing_lines
 from ..lines.protective_volume import protective_lines
+from ..lines.reach import record_lines
 from ..pages import escaped, table
 from ..robustness import lines, robustness_rows
 from ..tables import (
@@ -88,7 +89,12 @@ def coverage_section(f: Facts) -> Iterator[str]:
                 f"{target_label(r)} in the worst pose, {r.worst.pose}: {percent(r.worst, r.rule)}"
                 " %.\n"
             )
-    told = [*part_lines(f.own), *unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene)]
+    told = [
+        *part_lines(f.own),
+        *unseeing_lines(f.own[0].unseeing),
+        *scene_lines(f.scene),
+        *record_lines(f.own),
+    ]
     if told:
         yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
 

@@ -10,6 +10,7 @@ from ..text import listed
 from .facts import Facts
 
 SECTION = "section.png"
+_CONNECTED = "is connected to the robot past the obstacles"
 
 
 def definition_section(f: Facts) -> Iterator[str]:
@@ -56,7 +57,9 @@ def _meaning(scene: CoreScene) -> str:
         if g.target.importance
     ]
     names += [
-        f"only what is connected to the robot past the obstacles belongs to {g.target}"
+        "only what "
+        + ("a person can touch" if g.target.reachable == "person" else _CONNECTED)
+        + f" belongs to {g.target}"
         for g in scene.goals
         if g.target.reachable
     ]

@@ -1,0 +1,128 @@
+"""What no layout covers: no point that a drawn layout covers is beyond any sensor; closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.polyhedra import box
+from place_rings.coverage.targets import Target
+from place_rings.objectives.feasibility.clearance import MountClearance
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.occlusion import setup_sight
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.reach import beyond_any, beyond_sensors
+from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+
+from ..strategies.units import GENERATORS
+
+SENSORS = [
+    Sensor(math.radians(25), 0.6),
+    Sensor(math.radians(45), 1.0, fov_up=math.radians(45), zones=8, near_m=0.05),
+    Sensor(math.radians(150), 0.3, shape="dome"),
+    Sensor(math.radians(270), 0.7, shape="fan", thickness=0.02),
+]
+TARGET = Target("V_S", 0.7)
+
+
+def drawn_scene(rng, sensor, occlusion, real):
+    robot = ROBOTS[str(rng.choice(["ur10", "ur5e", "panda"]))]
+    q = robot.rest + rng.uniform(-0.6, 0.6, len(robot.rest))
+    bodies = [
+        box([0.3, 0.0, -0.05], [*rng.uniform(0.8, 2, 2), rng.uniform(0.005, 0.1)]),
+        box(rng.uniform(-0.8, 0.8, 3) + [0, 0, 0.6], rng.uniform(0.02, 0.5, 3)),
+    ]
+    low = float(rng.uniform(-1.2, 1))
+    limits = Limits(position=(0.1, 0.9), tilt=(low, low + float(rng.uniform(0, 0.5))))
+    return CoreScene(
+        robot=robot,
+        poses=(Pose(q),),
+        goals=(Goal(TARGET),),
+        sensor=sensor,
+        occlusion=occlusion,
+        limits=dict.fromkeys(robot.links, limits) if rng.random() < 0.5 else {},
+        rules=Rules(mount="real" if real else "free"),
+        obstacles=tuple(Obstacle(f"o{i}", b) for i, b in enumerate(bodies)),
+    )
+
+
+def drawn_rings(scene, rng, count):
+    """Rings that the rules allow one by one, with the radii of a search."""
+    clear, rings = MountClearance(scene) if scene.real else None, []
+    for _ in range(40):
+        link = str(rng.choice(scene.robot.links))
+        limits = scene.limits_of(link)
+        ring = Ring(
+            link,
+            float(rng.uniform(*limits.position)),
+            int(rng.integers(3, 9)),
+            float(rng.uniform(*limits.tilt)),
+            float(rng.uniform(-3, 3)),
+            clear.radius(link) if clear else scene.radius_of(link),
+            scene.sensor_of(link),
+        )
+        if not faults(scene, [ring], clear):
+            rings.append(ring)
+        if len(rings) == count:
+            break
+    return tuple(rings)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    GENERATORS,
+    st.sampled_from(SENSORS),
+    st.sampled_from(["ignore", "shadow", "blind"]),
+    st.sampled_from([True, False, False]),
+)
+def test_no_point_that_a_layout_covers_is_beyond_any_sensor(rng, sensor, occlusion, real):
+    scene = drawn_scene(rng, sensor, occlusion, real)
+    rings = drawn_rings(scene, rng, 6)
+    assume(rings)
+    points = scene.sample(TARGET, 0, 1500, 1)
+    covered = setup_sight(scene, Setup(rings), scene.poses[0].q).holds(points)
+    beyond = beyond_any(scene, points, 0)
+    assert points[covered & beyond].tolist() == []
+
+
+def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
+    """Also under one of a millimetre, which no ball about an apex would stand for."""
+    table = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.001]))
+    scene = CoreScene(goals=(Goal(TARGET),), obstacles=(table,))
+    points = scene.sample(TARGET, 0, 2000, 0)
+    under, beyond = points[:, 2] < -0.05, beyond_any(scene, points, 0)
+    assert beyond[under].mean() > 0.98
+    assert beyond[~under].mean() < beyond_sensors(replace(scene, obstacles=()), TARGET).share + 0.02
+
+
+def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
+    """Rings of radius 0 at one place, in all directions that tilts allow."""
+    robot = ROBOTS["ur10"]
+    half, low = math.radians(20), math.radians(-30)
+    limits = Limits(position=(0.5, 0.5), tilt=(low, low), radius=1e-3)
+    others = Limits(keep_out=((0.0, 1.0),))
+    scene = pr.Scene.paper(robot="ur10", sensor=Sensor(2 * half, 5.0)).core
+    scene = replace(
+        scene,
+        limits={link: limits if link == "forearm" else others for link in scene.robot.links},
+    )
+    assert "forearm" in robot.links
+    rng = np.random.default_rng(0)
+    mount = scene.robot.mount("forearm")
+    from place_rings.coverage.robots.kinematics import forward
+
+    T = forward(scene.robot.chain, scene.poses[0].q)[mount.frame]
+    way = rng.normal(size=(4000, 3))
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    middle = T[:3, :3] @ (mount.start + 0.5 * mount.length * mount.axis) + T[:3, 3]
+    share = beyond_any(scene, middle + 2.0 * way, 0).mean()
+    band = (math.sin(low + half) - math.sin(low - half)) / 2  # of a sphere
+    tool = 0.0  # rings on the tool are kept out
+    assert share == pytest.approx(1 - band - tool, abs=0.04)
