@@ -1,14 +1,14 @@
 """The part of space that a standing person can touch past the obstacles, in cubes of a lattice.
 
-A person is a family of upright capsules, one for each stature up to the stated one, at each place of
-the walkable area where the capsule is clear of obstacles. Arms lead from the capsule's surface, at
-any height between the lowest and the highest shoulder, along any path past the obstacles that is no
-longer than the reach, whatever its number of elbows.
+A person is a family of upright capsules, one for each stature up to the stated one, at each place
+of the walkable area where the capsule is clear of obstacles. Arms lead from the capsule's surface,
+at any height between the lowest and the highest shoulder, along any path past the obstacles that is
+no longer than the reach, whatever its number of elbows.
 
-All such paths are followed at once. At the centre of a cube with a free line to the nearest shoulder
-the path is that line. From these a wave runs on over the other centres, along steps over at most two
-cubes in each direction that no obstacle cuts. Wherever the lattice rounds, it errs towards a larger
-region:
+All such paths are followed at once. At the centre of a cube with a free line to the nearest
+shoulder the path is that line. From these a wave runs on over the other centres, along steps over
+at most two cubes in each direction that no obstacle cuts. Wherever the lattice rounds, it errs
+towards a larger region:
 
 * Such steps lengthen a path by 5 % at most, by which the wave goes on beyond the reach.
 * A path is two cubes longer than the reach, for the places of its ends in their cubes.
@@ -117,7 +117,10 @@ def person_region(
         box: lower and upper corner (2, 3) m of the box.
     """
     keys = tuple(
-        tuple(np.ascontiguousarray(a).tobytes() for a in (b.normal, b.offset, b.edges, b.faces))
+        (
+            *(np.ascontiguousarray(a, float).tobytes() for a in (b.normal, b.offset, b.edges)),
+            np.ascontiguousarray(b.faces, np.int64).tobytes(),
+        )
         for b in obstacles
     )
     grown = np.stack([np.floor(box[0] / _GRAIN), np.ceil(box[1] / _GRAIN)]) * _GRAIN
@@ -149,9 +152,11 @@ class _Wave:
     ) -> None:
         self.bodies, self.person, self.floor = bodies, person, floor
         around = person.reach + person.radius + 4 * SIDE
-        top = min(box[1, 2], floor + person.height + person.reach + 4 * SIDE)
+        tallest = floor + person.height
+        tops = [body.edges[..., 2].max() + 4 * SIDE for body in bodies if len(body.edges)]
+        top = min(max(box[1, 2], tallest, *tops), tallest + around)  # arms lead over obstacles
         low = np.array([*(box[0, :2] - around), floor])
-        high = np.array([*(box[1, :2] + around), max(top, floor + person.height)])
+        high = np.array([*(box[1, :2] + around), top])
         self.side = max(SIDE, float(((high - low).prod() / _MOST) ** (1 / 3)))
         self.lowest = np.floor(low / self.side).astype(np.int64) - _FAR
         self.shape = np.ceil(high / self.side).astype(np.int64) + _FAR - self.lowest
@@ -199,7 +204,7 @@ class _Wave:
         person, side = self.person, self.side
         stature = self._statures()[:, :, None]
         above = self.axes[2] - self.floor
-        body = (above <= stature + side / 2) & ~self.blocked
+        body = (stature > 0) & (above <= stature + side / 2) & ~self.blocked
         arms = body & (above >= person.shoulder - side / 2)
         arms &= above <= SHOULDER * stature + side / 2
         limit = person.radius + person.reach + _ROUNDING * side

@@ -158,7 +158,8 @@ def blind_spots(
 ) -> Blind:
     """Return the largest blind spots of ``setup`` in ``target`` over ``poses``.
 
-    In a scene with a person, they are sought where the person can touch the target. A ball whose centre lies in a larger ball of another pose is left out.
+    In a scene with a person, they are sought where the person can touch the target. A ball whose
+    centre lies in a larger ball of another pose is left out.
 
     Args:
         verifier: counts voxels of the scene.

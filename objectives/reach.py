@@ -6,9 +6,9 @@ each test holds for all places of a cell of the grid together, so that it errs t
 
 * The beam is that of the phase in the cell nearest to the point, widened by half the spacing of the
   positions. A square beam counts as the cone around it.
-* A body occludes a point if it does so for the whole ball about the cell, that is, if the place lies
-  deeper in the body's shadow from the point than the ball's radius (the shadow's function is
-  1-Lipschitz).
+* A body occludes a point if it does so for the whole ball about the cell, that is, if the cell's
+  middle lies deeper in the body's shadow from the point than the ball's radius (the shadow's
+  function is 1-Lipschitz).
 * First returns (``blind``) hide at least what shadows hide, so shadows stand for both.
 
 What remains is the Monte Carlo error of the points.

@@ -1,4 +1,4 @@
-"""What a person can touch: arms drawn in continuous space, closed forms, and what grows with what."""
+"""What a person can touch: arms drawn in continuous space, closed forms, monotony."""
 
 import itertools
 import math
@@ -146,8 +146,8 @@ def test_no_path_is_longer_along_steps_than_stated():
     assert 1 / -ConvexHull(units).equations[:, 3].max() <= LONGER
 
 
-def scene_of(*obstacles, person=None, target=Target("V_S", 0.4)):
-    return CoreScene(goals=(Goal(target),), obstacles=obstacles, person=person)
+def scene_of(*obstacles, person=None):
+    return CoreScene(goals=(Goal(Target("V_S", 0.4)),), obstacles=obstacles, person=person)
 
 
 def test_nothing_changes_without_obstacles_over_a_low_floor():

@@ -37,7 +37,7 @@ def drawn_scene(rng, sensor, occlusion, real):
     q = robot.rest + rng.uniform(-0.6, 0.6, len(robot.rest))
     bodies = [
         box([0.3, 0.0, -0.05], [*rng.uniform(0.8, 2, 2), rng.uniform(0.005, 0.1)]),
-        box(rng.uniform(-0.8, 0.8, 3) + [0, 0, 0.6], rng.uniform(0.02, 0.5, 3)),
+        box(rng.uniform(-0.8, 0.8, 3), rng.uniform(0.02, 0.5, 3)),
     ]
     low = float(rng.uniform(-1.2, 1))
     limits = Limits(position=(0.1, 0.9), tilt=(low, low + float(rng.uniform(0, 0.5))))
