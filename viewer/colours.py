@@ -9,12 +9,19 @@ from ..formats.export.palette import (
     ROBOT,
     SENSOR,
     UNCOVERED,
+    WARNING,
     link_colours,
 )
 from ..formats.export.palette import SHADOWED as SHADOWED_COLOUR
 from .quick_estimate import ONCE, SHADOWED, TWICE, UNSEEN
 
-__all__ = ["OBSTACLE", "ROBOT", "SENSOR", "link_colours"]  # of the palette, for this room
+__all__ = [
+    "OBSTACLE",
+    "ROBOT",
+    "SENSOR",
+    "WARNING",
+    "link_colours",
+]  # of the palette
 Rgb = tuple[int, int, int]
 
 

@@ -25,6 +25,7 @@ class Controls:
         self._room, self._names = room, list(names)
         self._setups = [f"{chr(65 + i)}: {printable(name)[:60]}" for i, name in enumerate(names)]
         self.heading, self.headline = gui.add_html(""), gui.add_html("")
+        self.rules = gui.add_html("")
         self.legend, self.zeta = gui.add_html(""), gui.add_html("")
         self.search = gui.add_button(
             "Search from here", hint="Search for a better setup, starting from this one."

@@ -26,7 +26,7 @@ from ..reporting.rendering.meshes import (
 )
 from ..reporting.rendering.obstacles import sharp_edges
 from ..reporting.rendering.surface import Surface
-from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
+from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, WARNING, link_colours
 from .drawn_items import Dots, DrawnMesh, Edges, Item
 from .drawn_parts import DrawnParts, shown_cones
 from .quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
@@ -147,8 +147,9 @@ class Drawing:
         found: dict[str, Item] = {}
         for i, ring in enumerate(setup.rings):
             colour = self._colours[ring.link]
+            mark = WARNING if i in choice.faulty else colour
             hoop, sensors, edge = self._band(ring, choice.pose)
-            found[f"ring{i}"] = DrawnMesh(*hoop, colour, 1.0, i)
+            found[f"ring{i}"] = DrawnMesh(*hoop, mark, 1.0, i)
             found[f"sensors{i}"] = DrawnMesh(*sensors, SENSOR, 1.0, i)
             if i == choice.ring:
                 found["chosen"] = Edges(edge, CURVE, 3.0)
@@ -160,7 +161,8 @@ class Drawing:
         for i, one in enumerate(singles, start=len(setup.rings)):
             colour, of_setup = self._colours.get(one.link, CURVE), i < len(setup.groups)
             chip, axis = self._chip(one, choice.pose)
-            found[f"sensors{i}"] = DrawnMesh(*chip, SENSOR, 1.0, i if of_setup else None)
+            mark = WARNING if i in choice.faulty else SENSOR
+            found[f"sensors{i}"] = DrawnMesh(*chip, mark, 1.0, i if of_setup else None)
             if i == choice.ring and of_setup:
                 found["chosen"] = Edges(axis, CURVE, 3.0)
             if choice.cones == "all" or i in wanted:

@@ -37,6 +37,8 @@ class DrawnParts:
     """True to show the target's outline."""
     robot: bool = True
     """True to show the robot."""
+    faulty: frozenset[int] = frozenset()
+    """Rings and single sensors that cannot be built, drawn in red."""
 
 
 def shown_cones(setup: Setup, choice: DrawnParts) -> list[int]:

@@ -11,11 +11,13 @@ from ..objectives.scene import CoreScene
 from ..reporting.lines.targets import described
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
-from .colours import KINDS, on_page
+from .colours import KINDS, WARNING, on_page
 from .sensor_report import SensorReport
 from .tasks import Proof
 
+UNBUILDABLE = "Cannot be built by the scene's rules"
 _FAINT = "opacity:.72"
+_MOST_TOLD = 5  # violated rules that are listed
 
 IDEA = (
     "Each dot is a sample of the target's volume. <b>Blue</b>: at least one sensor sees it."
@@ -200,11 +202,17 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
 
 def note(text: str, bad: bool = False) -> str:
     """Return a line of plain text."""
-    return (
-        _box(f"<span style='color:{'#d33a4e' if bad else 'inherit'}'>{_text(text)}</span>")
-        if text
-        else ""
-    )
+    colour = WARNING if bad else "inherit"
+    return _box(f"<span style='color:{colour}'>{_text(text)}</span>") if text else ""
+
+
+def violations(texts: Sequence[str]) -> str:
+    """Return why a setup cannot be built, in the colour of the rings concerned."""
+    if not texts:
+        return ""
+    more = [f"and {len(texts) - _MOST_TOLD} more"] * (len(texts) > _MOST_TOLD)
+    lines = "".join(f"<br>{_text(line)}" for line in (*texts[:_MOST_TOLD], *more))
+    return _box(f"<span style='color:{WARNING}'><b>{UNBUILDABLE}:</b>{lines}</span>")
 
 
 def paragraphs(lines: Sequence[str]) -> str:

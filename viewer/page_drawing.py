@@ -32,9 +32,9 @@ from .sensor_report import sensor_report
 from .session import ViewerSession
 from .worker import Worker
 
-_MOST_TOLD = 3  # violated rules that are listed
 _SLOW = 0.12  # s; where all points take longer, few are counted first
 _REST = 0.25  # s without a change, after which all points are counted
+_SOON = 0.05  # s; where the rules take longer, they follow after a rest
 _NAME_SIZE = 60  # characters of a name in the scene
 
 
@@ -72,6 +72,7 @@ class PageDrawing:
         self._newest, self._guard = newest, guard
         self._worker, self._wanted = Worker("drawing"), threading.Event()
         self._closed, self._took, self._dark = False, 0.0, False
+        self._faulty = [frozenset[int]()] * len(room.setups)
         self.cut: Cut | None = None
         self.proof: tuple[Setup, Occlusion, str] | None = None
         """Setup, model and text of the last count; the text is shown while both are."""
@@ -131,6 +132,8 @@ class PageDrawing:
         )
         choice = replace(state.choice, cut=self.cut)
         self._theme(state.dark)
+        if room.judging <= _SOON:
+            self._judge(setups, choice.occlusion)
         shares = self._draw_scene(setups, state, choice)
         count = min(SHOWN, room.glance.each) if few else None
         if not few and room.glance.each > SHOWN and room.glance.weights[choice.pose] > 0:
@@ -158,7 +161,7 @@ class PageDrawing:
             set_value(control, value)
         self._client.flush()
         if not few and not self._closed:
-            self._draw_details(setups[active], state)
+            self._draw_details(setups, state, choice)
 
     def _draw_scene(
         self, setups: list[Setup], state: PageState, choice: DrawnParts
@@ -167,10 +170,10 @@ class PageDrawing:
         room, drawn = self._room, []
         shares: tuple[float, ...] = ()
         for i, setup in enumerate(setups):
-            mine = choice
+            mine = replace(choice, faulty=self._faulty[i])
             if i != state.active:
                 ring = min(choice.ring, len(setup.groups) - 1)
-                mine = replace(choice, ring=ring, sensor=None)
+                mine = replace(mine, ring=ring, sensor=None)
             dots, each = room.drawing.points(setup, mine, setups)
             drawn.append({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots})
             shares = each if i == state.active else shares
@@ -209,13 +212,29 @@ class PageDrawing:
             for target in self._room.targets
         ]
 
-    def _draw_details(self, setup: Setup, state: PageState) -> None:
+    def _judge(self, setups: list[Setup], occlusion: Occlusion) -> bool:
+        """Find which rings of each setup cannot be built; return whether these are others now."""
+        before, self._faulty = (
+            self._faulty,
+            [
+                frozenset(
+                    ring for fault in self._room.broken(setup, occlusion) for ring in fault.rings
+                )
+                for setup in setups
+            ],
+        )
+        return self._faulty != before
+
+    def _draw_details(self, setups: list[Setup], state: PageState, choice: DrawnParts) -> None:
         """Show what may come a little later: rules, the selected sensor, the curve, the count."""
-        controls, choice, room = self._controls, state.choice, self._room
+        controls, room, setup = self._controls, self._room, setups[state.active]
         proof, report = self.proof, ""
         holds = proof is not None and proof[:2] == (setup, choice.occlusion)
+        if room.judging > _SOON and self._wanted.wait(_REST):
+            return  # a newer state is drawn next
+        if self._judge(setups, choice.occlusion):
+            self._draw_scene(setups, state, choice)
         broken = room.broken(setup, choice.occlusion)
-        more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
         if choice.sensor is not None:
             at = choice.target, choice.pose, choice.occlusion, choice.ring, choice.sensor
             ring = "ring " if choice.ring < len(setup.rings) else ""
@@ -226,7 +245,7 @@ class PageDrawing:
         if self._closed:
             return
         controls.proofs.content = proof[2] if proof is not None and holds else ""
-        controls.rings.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
+        controls.rules.content = words.violations([fault.text for fault in broken])
         controls.rings.report.content = report
         if controls.view.curve is not None and curve is not None:
             controls.view.curve.data = curve

@@ -1,7 +1,7 @@
 """Files that a page writes: proposals, and pictures of its view."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import viser
@@ -9,9 +9,11 @@ import viser
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..formats.writing import output_files, write_bytes
+from ..objectives.feasibility.violations import Fault
 from ..objectives.scene import CoreScene
 from ..reporting.text import with_error
 from .controls import Controls
+from .html import UNBUILDABLE
 from .jobs import Job
 from .long_task import LongTask
 from .saving import file_named, save
@@ -34,13 +36,20 @@ class PageFiles:
     def _path(self, name: str, ending: str = ".toml") -> Path:
         return file_named(self._out, name, bool(self._controls.replace.value), ending)
 
-    def save(self, setup: Setup, scene: CoreScene, saved: Callable[[str], None]) -> None:
+    def save(
+        self,
+        setup: Setup,
+        scene: CoreScene,
+        saved: Callable[[str], None],
+        broken: Callable[[], Sequence[Fault]],
+    ) -> None:
         """Start a job that counts a setup and saves it as a proposal.
 
         Args:
             setup: setup to save.
             scene: its scene.
             saved: receives the name of the written file, without its ending.
+            broken: returns the rules that the setup violates; the page and the file name them.
 
         Raises:
             UserError: see ``file_named``.
@@ -50,13 +59,17 @@ class PageFiles:
 
         def work(job: Job) -> None:
             proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
-            save(self._path(path.stem), setup, scene, [p.counted for p in proofs])
+            faults = broken()
+            save(self._path(path.stem), setup, scene, [p.counted for p in proofs], faults)
             saved(path.stem)
             values = ", ".join(
                 f"{p.counted.target} {with_error(100 * p.counted.zeta, p.counted.error)} %"
                 for p in proofs
             )
-            self._work.note(f"saved as {path.name}: {values}, counted")
+            text = f"saved as {path.name}: {values}, counted"
+            if faults:
+                text += f". {UNBUILDABLE}: {'; '.join(fault.text for fault in faults)}"
+            self._work.note(text, bool(faults))
 
         self._work.start(work)
 

@@ -108,7 +108,7 @@ class PageTasks:
                 state.histories[i].saved(setup, name)
             self._show()
 
-        self._files.save(setup, scene, saved)
+        self._files.save(setup, scene, saved, lambda: self._room.broken(setup, scene.occlusion))
 
     def picture(self) -> None:
         """Send a picture of the view to the browser, and save it where there is a folder."""

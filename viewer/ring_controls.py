@@ -63,7 +63,6 @@ class RingControls:
             f"{key.lower()}_deg": gui.add_slider(f"{key}, °", -most, most, 0.5, 0.0, hint=hint)
             for key, most, hint in _ANGLES
         }
-        self.rules = gui.add_html("")
         self.add = gui.add_button("Add a ring on this link")
         self.remove = gui.add_button("Remove this ring")
         self.again = gui.add_button("As opened")

@@ -6,11 +6,14 @@ from pathlib import Path
 
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
+from ..formats.escaping import printable
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import output_files, to_toml, write_text
+from ..objectives.feasibility.violations import Fault, of_mount
 from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
+from .html import UNBUILDABLE
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check \
@@ -45,7 +48,13 @@ def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".to
     return path
 
 
-def save(path: Path, setup: Setup, scene: CoreScene, counted: Sequence[Verified]) -> None:
+def save(
+    path: Path,
+    setup: Setup,
+    scene: CoreScene,
+    counted: Sequence[Verified],
+    broken: Sequence[Fault] = (),
+) -> None:
     """Write a setup as a proposal for ``scene`` with the counted coverage.
 
     Args:
@@ -53,14 +62,15 @@ def save(path: Path, setup: Setup, scene: CoreScene, counted: Sequence[Verified]
         setup: setup to save.
         scene: its scene.
         counted: counts of the setup.
+        broken: rules that it violates, which the file states.
 
     Raises:
         UserError: if the file cannot be written; an existing file stays unchanged.
     """
-    proposal = ProposalFile.of(
-        setup,
-        scene,
-        zeta=[VerifyResult.of(path.stem, one, scene) for one in counted],
-    )
+    mounting = of_mount(scene, broken)
+    zeta = [VerifyResult.of(path.stem, one, scene).with_mounting(mounting) for one in counted]
+    heading = [_HEADING.format(name=path.stem)]
+    heading += [f"{UNBUILDABLE}:", *(f"  {printable(f.text)}" for f in broken)] * bool(broken)
+    text = to_toml(ProposalFile.of(setup, scene, zeta=zeta), "\n".join(heading))
     with output_files(path.parent, path.name) as new:
-        write_text(new / path.name, to_toml(proposal, _HEADING.format(name=path.stem)))
+        write_text(new / path.name, text)

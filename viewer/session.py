@@ -1,8 +1,9 @@
 """State that all pages share: the scene, the opened setups, caches, and the folder for saving."""
 
 import threading
+import time
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
-from ..objectives.feasibility.violations import faults
+from ..objectives.feasibility.violations import Fault, faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene
@@ -42,7 +43,8 @@ def shown_targets(scene: CoreScene) -> tuple[Target, ...]:
 class ViewerSession:
     """One scene and one or two setups in it, for many pages at once.
 
-    Only its caches change. ``turn`` is a lock that the page with the running task holds.
+    Only its caches, and how long they took, change. ``turn`` is a lock that the page with the
+    running task holds.
     """
 
     def __init__(
@@ -66,6 +68,9 @@ class ViewerSession:
         self.glance = QuickEstimate(scene, self.targets)
         self.drawing = Drawing(self.glance, body)
         self.turn = threading.Lock()
+        self.broken = lru_cache(256)(self._broken)
+        self.judging = 0.0
+        """Time that the last setup's rules took, s."""
 
     def places(self) -> list[tuple[float, float, float]]:
         """Return the position of each setup on the page, m, side by side and one target width
@@ -116,16 +121,21 @@ class ViewerSession:
     def _clear(self) -> MountClearance | None:
         return MountClearance(self.scene) if self.scene.real else None
 
-    def broken(self, setup: Setup, occlusion: Occlusion) -> list[str]:
-        """Return the scene's rules that a setup violates, as texts."""
-        scene = replace(self.scene, occlusion=occlusion)
-        found = [f.text for f in faults(scene, setup.rings, self._clear)]
-        if occlusion != "ignore" and (fault := own_link_fault(scene, setup)) is not None:
-            found.append(fault)
-        return found + self._within(setup)
+    def _broken(self, setup: Setup, occlusion: Occlusion) -> tuple[Fault, ...]:
+        """Return the scene's rules that a setup violates, as the search and ``verify`` have them;
+        see ``judging``.
+        """
+        began, scene = time.perf_counter(), replace(self.scene, occlusion=occlusion)
+        found = faults(scene, setup.rings, self._clear)
+        if occlusion != "ignore" and (text := own_link_fault(scene, setup)) is not None:
+            alone = (own_link_fault(scene, Setup((ring,))) for ring in setup.rings)
+            found.append(Fault((next(i for i, one in enumerate(alone) if one),), "link", text))
+        found += self._within(setup)
+        self.judging = time.perf_counter() - began
+        return tuple(found)
 
-    def _within(self, setup: Setup) -> list[str]:
-        """Return a text for each single sensor that lies in a body, at the scene's first pose."""
+    def _within(self, setup: Setup) -> list[Fault]:
+        """Return each single sensor that lies in a body, at the scene's first pose."""
         if not (setup.singles and self.scene.robot.bodies):
             return []
         scene = replace(self.scene, poses=self.scene.poses[:1], cell_sensors=())
@@ -134,7 +144,11 @@ class ViewerSession:
             for i, one in enumerate(setup.singles, start=len(setup.rings))
         )
         return [
-            f"{one.single} lies {1000 * one.depth:.0f} mm within {one.within} and sees nothing"
+            Fault(
+                (len(setup.rings) + one.ring,),
+                "mount",
+                f"{one.single} lies {1000 * one.depth:.0f} mm within {one.within} and sees nothing",
+            )
             for one in unseeing(scene, Setup((), tuple(named)))
             if one.within
         ]

@@ -25,7 +25,8 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
             errors = ", ".join(
                 f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors
             )
-            lines.append(f"ring {one.ring} ({one.link}): {errors or 'not estimated'}")
+            found = f"{one.verdict}; {errors or 'not estimated'}"
+            lines.append(f"ring {one.ring} ({one.link}): {found}")
         lines += [
             f"coverage of {z.named}: {z.proposed_percent:.2f} % as proposed,"
             f" {z.alive_percent:.2f} %"
@@ -35,8 +36,8 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
     for c in r.coverage:
         measured = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
         lines.append(
-            f"test rod: detected in {measured} of {c.named} ({c.trials} trials); predicted"
-            f" {c.predicted_percent:.1f} %"
+            f"test rod: detected in {measured} of {c.named} ({sum(c.table[0])} trials predicted"
+            f" seen, {sum(c.table[1])} unseen); predicted {c.predicted_percent:.1f} %"
         )
     lines += [r.disclaimer, *(f"  {folder / name}" for name in files)]
     old = [name for name in OPTIONAL if name not in files and (folder / name).exists()]

@@ -9,6 +9,7 @@ from itertools import cycle
 
 UNCOVERED, SHADOWED, COVERED_ONCE, COVERED_TWICE = "#D55E00", "#000000", "#56B4E9", "#0072B2"
 ROBOT, OBSTACLE, SENSOR, CELL = "#b4bbc3", "#c9b48c", "#23272b", "#6b7a8f"
+WARNING = "#d33a4e"  # what cannot be built or is not as it should be; a text says why
 _LINKS = ("#009E73", "#CC79A7", "#F0E442", "#7A5230", "#999999", "#E69F00")
 
 

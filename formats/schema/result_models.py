@@ -310,6 +310,14 @@ class VerifyResult(MappedModel[Verified]):
         percent = {part: COVERAGE.write(zeta) for part, zeta in zetas.items()}
         return self.model_copy(update={"by_part_percent": percent})
 
+    def with_mounting(self, faults: Iterable[Fault]) -> Self:
+        """Return the record with the faults of the mount."""
+        each = list(faults)
+        rings = sorted({ring for fault in each for ring in fault.rings})
+        return self.model_copy(
+            update={"mounting": [fault.text for fault in each], "unmounted": rings}
+        )
+
     def with_occlusion(
         self,
         counts: Mapping[Occlusion, Verified],
@@ -318,11 +326,8 @@ class VerifyResult(MappedModel[Verified]):
     ) -> Self:
         """Return the record with the counts under each model, the blocked sensors, and the faults
         of the mount."""
-        each = list(faults)
-        return self.model_copy(
+        return self.with_mounting(faults).model_copy(
             update={
-                "mounting": [fault.text for fault in each],
-                "unmounted": sorted({ring for fault in each for ring in fault.rings}),
                 "by_occlusion_percent": {m: COVERAGE.write(v.zeta) for m, v in counts.items()},
                 "by_occlusion_error_points": {
                     m: COVERAGE.write(v.error) for m, v in counts.items() if v.error is not None

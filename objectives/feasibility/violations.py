@@ -134,9 +134,12 @@ def mount_faults(
     These are the violations of ``faults`` that no other choice of rules would allow: rings without
     room or that cannot be closed, rings that touch, and boards that do not fit.
     """
-    if not scene.real:
-        return []
-    return [f for f in faults(scene, setup.rings, clear) if f.rule in (*REAL, *_BUILT)]
+    return of_mount(scene, faults(scene, setup.rings, clear)) if scene.real else []
+
+
+def of_mount(scene: CoreScene, found: Sequence[Fault]) -> list[Fault]:
+    """Return the violations of the mount among all violations of a setup's rings."""
+    return [f for f in found if scene.real and f.rule in (*REAL, *_BUILT)]
 
 
 def _deg(angle: float) -> str:

@@ -57,9 +57,13 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
     lacks, too_much = missing(check.plans, setup, done, mount, coverage)
     ended = _ended(gathered)
     early = [f"ended early: {ended}"] if ended else []
-    verdict: Literal["as proposed", "differs", "unfinished"] = (
-        "unfinished" if ended or too_much else "differs" if differs else "as proposed"
-    )
+    verdict: Literal["as proposed", "differs", "unfinished"] = "as proposed"
+    if ended or too_much:
+        verdict = "unfinished"
+    elif differs:
+        verdict = "differs"
+    elif mount is not None and any(ring.open for ring in mount.rings):
+        verdict = "unfinished"
     result = CheckResult(
         setup=about.setup,
         simulated=about.injected,

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...coverage.rings.ring import Setup
-from ..mount.mounting_error_model import LIMITS, NAMES
 from .doubt import KINDS, MOST
 from .line_findings import code_findings
 from .models import CoverageModel, LineModel, MountCheckModel
@@ -34,7 +33,7 @@ def differences(
     ports: Sequence[LineModel],
 ) -> list[str]:
     """List the differences between rig and proposal; ``ports`` are the rings' lines as given."""
-    lines, looks, built = list[str](), done.self_check, done.built
+    lines, looks = list[str](), done.self_check
     if done.ports:
         lines.append(text(done.ports, ring_names(setup), [port.port for port in ports]))
     lines += [
@@ -80,17 +79,10 @@ def differences(
         for ring, waving in done.waves.items()
         for fault in waving.faults()
     ]
-    if mount is not None and built is not None:
+    if mount is not None:
         lines += [f"ring {r.ring} ({r.link}): {fault}" for r in mount.rings for fault in r.faults]
-        for i, fit in enumerate(built.fits):
-            limit = LIMITS[[NAMES.index(name) for name in fit.names]]
-            beyond = np.abs(fit.values) > limit + fit.margins()
-            lines += [
-                f"ring {i} ({fit.nominal.link}): is off by more than careful mounting allows:"
-                f" {fit.names[k]}"
-                for k in np.flatnonzero(beyond)
-            ]
     for one in coverage:
+        lines += [f"{said} ({one.named})" for said in one.contradicted]
         if not one.agrees:
             was = f"{one.measured_percent:.1f} % ({one.low_percent:.1f} to {one.high_percent:.1f})"
             lines.append(
@@ -170,6 +162,8 @@ def missing(
         or len(coverage) < len(plans.rods)
     )
     few = 2 * stops < planned
+    if mount is not None:
+        lines += [f"ring {r.ring} ({r.link}): {one}" for r in mount.rings for one in r.open]
     return lines, nothing or few or any(2 * one.trials < one.planned for one in coverage)
 
 

@@ -201,12 +201,17 @@ class ErrorModel(StrictModel):
 
 
 class RingFitModel(StrictModel):
+    """Mounting of a ring. ``verdict`` is ``differs`` if there are ``faults``; if there are none and
+    the readings leave something ``open``, it is ``not determined``."""
+
     ring: int
     link: str
+    verdict: Literal["as proposed", "differs", "not determined"]
     readings: int
     scale: float
     errors: list[ErrorModel]
     faults: list[str]
+    open: list[str] = Field(description="what the readings do not determine, with the reason")
     misfits: dict[str, str] = Field(
         default={},
         description="what is mixed in grids of zones that fit no turn and no mirror, by sensor;"
@@ -233,7 +238,6 @@ class ZetaModel(StrictModel):
 class MountCheckModel(StrictModel):
     stops: int
     planned: int
-    open: list[str]
     rings: list[RingFitModel]
     zeta: list[ZetaModel]
     injected_found: dict[str, bool] | None = None
@@ -242,9 +246,10 @@ class MountCheckModel(StrictModel):
 class CoverageModel(StrictModel):
     """Trials with the rod in a target.
 
-    ``table`` counts trials: rows predicted seen and unseen, columns observed seen and unseen. The
-    percentages are of the target: measured, predicted for the proposal and, after a mount check,
-    for the setup as built.
+    ``table`` counts trials: rows predicted seen and unseen, columns observed seen and unseen;
+    ``edge`` those predicted seen and unseen that are near the edge of coverage, ``beyond`` those
+    beyond the target. The percentages are of the target: measured, predicted for the proposal and,
+    after a mount check, for the setup as built.
     """
 
     target: str
@@ -254,6 +259,11 @@ class CoverageModel(StrictModel):
     planned: int
     testable_percent: Percent
     table: list[list[int]]
+    edge: list[int]
+    beyond: int
+    contradicted: list[str] = Field(
+        description="on which side of the edge of coverage the trials contradict the prediction"
+    )
     predicted_percent: Percent
     built_percent: Percent | None = None
     true_percent: Percent | None = Field(default=None, description="of a simulated rig, counted")

@@ -87,6 +87,7 @@ class StratumModel(StrictModel):
     covered: bool
     weight: float = Field(ge=0, le=1)
     points: _Count
+    edge: bool = False
 
 
 class TrialModel(StrictModel):
@@ -170,7 +171,9 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
         ),
         poses=_stops(plan.joints),
         strata=[
-            StratumModel(pose=s.pose, covered=s.covered, weight=s.weight, points=s.points)
+            StratumModel(
+                pose=s.pose, covered=s.covered, weight=s.weight, points=s.points, edge=s.edge
+            )
             for s in plan.strata
         ],
         trials=[
@@ -197,7 +200,7 @@ def rod_plan_of(file: RodPlanFile, scene: CoreScene) -> RodPlan:
         Rod(file.rod.radius, file.rod.length),
         Detection(Noise(**d.noise.model_dump()), d.frames, d.before, d.sure),
         _joints(file.poses),
-        tuple(Stratum(s.pose, s.covered, s.weight, s.points) for s in file.strata),
+        tuple(Stratum(s.pose, s.covered, s.weight, s.points, s.edge) for s in file.strata),
         np.array([t.stratum for t in file.trials]),
         np.array([t.point for t in file.trials]),
         file.testable_percent / 100,

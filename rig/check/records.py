@@ -7,7 +7,7 @@ import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ...objectives.verify import Verifier
-from ..mount.as_built import AsBuilt, faults, truth_of
+from ..mount.as_built import AsBuilt, faults, truth_of, undetermined
 from ..mount.hand_sweep import Waving
 from ..mount.ring_fit import RingFit
 from ..recording.clocks import Alignment
@@ -45,6 +45,8 @@ _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
 _WORTH = (Happened.BACK,)  # events that are no warning
 _STARTING = (Happened.SILENT.value, Happened.GARBLED.value)
 _DIGITS = 6
+# places away from the edge of coverage at which a sensor sees the rod although none should
+_INTRUDES = 2
 
 
 def seconds_of(gathered: Gathered) -> float:
@@ -231,13 +233,16 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
         value, margin = (round(scale * float(v), _DIGITS) for v in (value, margin))
         errors.append(ErrorModel(name=key, unit=unit, value=value, margin=margin, injected=was))
+    differs, left = faults(fit, number), undetermined(fit)
     return RingFitModel(
         ring=number,
         link=fit.nominal.link,
+        verdict="differs" if differs else "not determined" if left else "as proposed",
         readings=fit.used,
         scale=round(fit.scale, _DIGITS),
         errors=errors,
-        faults=faults(fit, number),
+        faults=differs,
+        open=left,
         misfits={str(wire): text for wire, text in fit.misfits.items()},
         region_holds=None if truth is None else fit.holds(truth),
     )
@@ -260,7 +265,6 @@ def mount_of(
     return MountCheckModel(
         stops=stops,
         planned=len(plan.joints),
-        open=[f"ring {i}: {name}" for i, f in enumerate(built.fits) for name in f.open],
         rings=[fit_of(i, f, was) for i, f in enumerate(built.fits)],
         zeta=zeta,
         injected_found=None if was is None else was.found(built.fits),
@@ -280,6 +284,7 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
             mounted = was.world(check.scene).mounted
             true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
+    edge = [int((rod.tested & plan.edge & (plan.covered == c)).sum()) for c in (True, False)]
     return CoverageModel(
         target=plan.target.key[0],
         radius=plan.target.key[1],
@@ -288,6 +293,9 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
         planned=len(rod.tested),
         testable_percent=100 * plan.testable,
         table=rod.table.tolist(),
+        edge=edge,
+        beyond=int((rod.tested & plan.beyond).sum()),
+        contradicted=_contradicted(check.setup, rod),
         predicted_percent=min(100 * rod.predicted, 100.0),
         built_percent=guess,
         true_percent=true,
@@ -296,3 +304,20 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
         high_percent=min(100 * rod.share.high, 100.0),
         agrees=rod.agrees,
     )
+
+
+def _contradicted(setup: Setup, rod: RodCheck) -> list[str]:
+    """Say on which side of the edge of coverage the trials contradict the prediction."""
+    (_, missed), (intruded, _) = rod.table
+    (covered, uncovered), said = rod.table.sum(axis=1), list[str]()
+    if rod.contradicted(True):
+        said.append(f"the rod was not seen at {missed} of {covered} places where it should be")
+    every, inner = rod.intruding
+    which = np.flatnonzero(every if rod.contradicted(False) else inner >= _INTRUDES)
+    if len(which):
+        by = zip(sensor_names(setup, which), every[which], strict=True)
+        said.append(
+            f"the rod was seen at {intruded} of {uncovered} places where no sensor should see it:"
+            f" by {', '.join(f'{name} ({count})' for name, count in by)}"
+        )
+    return said

@@ -9,6 +9,7 @@ import numpy as np
 from ...formats.writing import output_files, write_text
 from ...reporting.pages import csv_text, escaped, html, table
 from ..rod.coverage_estimate import RodCheck
+from ..rod.trial_plan import EDGE
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .assessment import Assessment
@@ -36,6 +37,13 @@ def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> li
         for name, text in texts.items():
             write_text(new / name, text)
     return list(texts)
+
+
+_NEAR_EDGE = f"of these up to {100 * EDGE:g} cm from the edge of coverage"
+_ONE_SIDE = (
+    "All these places are on one side of the edge of coverage: the rod can stand nowhere on the"
+    " other side, in the target and around it. A smaller rod (--rod-mm) may find places there."
+)
 
 
 def _number(value: float, digits: int = 4) -> Any:
@@ -80,6 +88,8 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
                     zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
                 ),
                 "predicted_seen": int(plan.covered[i]),
+                "near_edge": int(plan.edge[i]),
+                "beyond_target": int(plan.beyond[i]),
                 "tested": int(rod.tested[i]),
                 "seen": int(rod.seen[i]) if rod.tested[i] else "",
                 "told_by": int(rod.told[i].sum()) if rod.tested[i] else "",
@@ -166,6 +176,7 @@ def _mount(r: CheckResult) -> list[str]:
     heads = [
         "ring",
         "link",
+        "verdict",
         "slip, mm",
         "tilt, °",
         "phase, °",
@@ -177,11 +188,8 @@ def _mount(r: CheckResult) -> list[str]:
     lines += [
         f"- ring {one.ring} ({escaped(one.link)}): {escaped(fault)}"
         for one in r.mount.rings
-        for fault in one.faults
+        for fault in (*one.faults, *one.open)
     ]
-    lines += [f"- not determined by these readings: {escaped(', '.join(r.mount.open))}"] * bool(
-        r.mount.open
-    )
     if r.mount.injected_found is not None:
         held = [one.region_holds for one in r.mount.rings]
         said = ", ".join(
@@ -219,7 +227,8 @@ def _ring(one: RingFitModel) -> list[str]:
         e = by.get(name)
         was = "" if e is None or e.injected is None else f" / {e.injected:+.2f}"
         cells.append("–" if e is None else f"{e.value:+.2f} ± {e.margin:.2f}{was}")
-    return [str(one.ring), escaped(one.link), *cells, str(one.readings), f"{one.scale:.2f}"]
+    used = [str(one.readings), f"{one.scale:.2f}"] if one.errors else ["–", "–"]
+    return [str(one.ring), escaped(one.link), one.verdict, *cells, *used]
 
 
 def _coverage(r: CheckResult) -> list[str]:
@@ -227,14 +236,20 @@ def _coverage(r: CheckResult) -> list[str]:
     for c in r.coverage:
         (a, b), (d, e) = c.table
         thick, long = c.rod_mm
-        rows = [("predicted seen", str(a), str(b)), ("predicted unseen", str(d), str(e))]
+        rows = [
+            ("predicted seen", str(a), str(b), str(c.edge[0])),
+            ("predicted unseen", str(d), str(e), str(c.edge[1])),
+        ]
         verdict = "they agree" if c.agrees else "they do not agree"
         lines += [
             (
                 f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm"
-                f" long, in the {c.testable_percent:.0f} % of {c.named} where it can stand."
+                f" long, in the {c.testable_percent:.0f} % of {c.named} where it can stand:"
+                f" {a + b} predicted seen, {d + e} predicted unseen"
+                f"{f', of these {c.beyond} beyond the target' * bool(c.beyond)}."
             ),
-            *("", table(("trials", "seen", "not seen"), rows)),
+            *("", table(("trials", "seen", "not seen", _NEAR_EDGE), rows)),
+            *[_ONE_SIDE, ""] * (not (a + b and d + e)),
             (
                 f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to"
                 f" {c.high_percent:.1f}) of {c.named}, predicted {c.predicted_percent:.1f} %:"

@@ -23,7 +23,7 @@ from ...objectives.scene import CoreScene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
 from .channel_assignment import told
-from .mounting_error_model import NAMES
+from .mounting_error_model import LIMITS, NAMES
 from .ring_fit import RingFit
 
 _SHOWN = {
@@ -136,7 +136,8 @@ class AsBuilt:
             )
             values = f"{', '.join(found)} ({sure})" if found else "not estimated, as proposed here"
             lines.append(f"ring {i} ({fit.nominal.link}): {values}")
-            lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit, i)]
+            said = [*faults(fit, i), *undetermined(fit)]
+            lines += [f"ring {i} ({fit.nominal.link}): {one}" for one in said]
         first = len(self.proposed.rings)
         lines += [f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent]
         return lines
@@ -148,18 +149,25 @@ def _shown(name: str, value: float, margin: float) -> str:
 
 
 def faults(fit: RingFit, number: int) -> list[str]:
-    """List the faults of ring ``number`` beside its mounting errors."""
+    """List the differences of ring ``number`` from its proposal."""
     found = told(fit.order, fit.mixed)
     found += _mixed_grids(fit)
     if fit.zones is not None:
         found += fit.zones.faults(number, fit.nominal.link)
     if fit.dead:
         found.append(f"has dead sensors, by place in its frames: {', '.join(map(str, fit.dead))}")
-    if fit.open:
-        found.append(f"not determined by these readings: {', '.join(fit.open)}")
     if fit.ring.position < 0 or fit.ring.position > 1:
         found.append(f"sits beyond its link's end, at {fit.ring.position:.3f}")
-    return found
+    limit = LIMITS[[NAMES.index(name) for name in fit.names]]
+    beyond = np.flatnonzero(np.abs(fit.values) > limit + fit.margins())
+    return found + [f"is off by more than careful mounting allows: {fit.names[k]}" for k in beyond]
+
+
+def undetermined(fit: RingFit) -> list[str]:
+    """List what the readings do not determine about a ring, with the reason."""
+    if fit.unfit:
+        return [f"not determined, as proposed here: {fit.unfit}"]
+    return [f"not determined by these readings: {', '.join(fit.open)}"] * bool(fit.open)
 
 
 def _mixed_grids(fit: RingFit) -> list[str]:

@@ -5,7 +5,6 @@ which scenes use, turned by 180° about z (ros-industrial/universal_robot, issue
 are read off there stand on the other side of the robot.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -19,7 +18,6 @@ from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .channel_assignment import SURE, best_order, costs
 from .fit import fit_mount
-from .solve import MountError
 
 _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _FITS = 1.0  # mean cost of a reading, below which a cell explains the readings of fitted rings
@@ -64,15 +62,11 @@ def _cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
 
 
 def _fitted_cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
-    """Return the same for fitted rings; infinite if they cannot be fitted."""
-    total = 0.0
-    try:
-        fits = fit_mount(scene, setup, stops)
-    except MountError:
-        return math.inf
+    """Return the same for fitted rings; a ring that cannot be fitted is as proposed."""
+    total, fits = 0.0, fit_mount(scene, setup, stops)
     for fit, (_, measured) in zip(fits, _by_ring(setup, stops), strict=True):
         wanted = expected(scene, Setup((fit.ring,)), stops.joints).distance
-        table = costs(measured, wanted + fit.values[fit.names.index("offset")], _COARSE)
+        table = costs(measured, wanted + fit.offset, _COARSE)
         wires = np.setdiff1d(np.arange(fit.ring.count), fit.dead)
         total += float(table[wires, fit.seat[wires]].sum())
     return total

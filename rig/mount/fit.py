@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
-from ..sensing.expected import expected
+from ..sensing.expected import CELL, ROBOT, expected
 from ..sensing.noise import Noise
 from ..sensing.readings import BLOCKED, Stops, ZoneStops
 from ..sensing.zone_targets import expected_zones
@@ -61,7 +61,7 @@ def fit_mount(
     zones: Mapping[int, ZoneStops] | None = None,
 ) -> tuple[RingFit, ...]:
     """Estimate how each ring of ``setup`` is mounted, from the readings at the stops of a mount
-    check.
+    check. A ring with too few readings has no values, and says why; the others are not concerned.
 
     Args:
         scene: with the known cell.
@@ -69,22 +69,37 @@ def fit_mount(
         stops: readings, wire by wire.
         noise: of the sensors; only its growth with distance matters.
         zones: readings of the zones at the stops, by the number of their ring.
-
-    Raises:
-        MountError: if a ring has too few readings; the message names it.
     """
     noise, first = noise or Noise(), np.cumsum([0, *(r.count for r in setup.rings)])
     fits = []
     for i, ring in enumerate(setup.rings):
         k = slice(int(first[i]), int(first[i + 1]))
+        mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
+        here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
+        measured = _Measured(*here, mute, noise, (zones or {}).get(i))
         try:
-            mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
-            here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
-            measured = _Measured(*here, mute, noise, (zones or {}).get(i))
             fits.append((_fit if measured.zones is None else _fit_zones)(scene, ring, measured))
         except MountError as error:
-            raise MountError(f"ring {i} ({ring.link}): {error}") from error
+            dead = tuple(int(wire) for wire in np.flatnonzero(mute))
+            why = f"{error}; {_advice(scene, ring, measured)}"
+            fits.append(RingFit.none(ring, dead, why))
     return tuple(fits)
+
+
+def _advice(scene: CoreScene, ring: Ring, measured: _Measured) -> str:
+    """Return what to do about a ring with too few readings of the cell."""
+    if measured.mute.all():
+        return "no sensor of it answers: check its cable, its power and its firmware"
+    what = expected(scene, Setup((ring,)), measured.joints).what
+    read, own, cell = np.isfinite(measured.distance).sum(), (what == ROBOT).sum(), what == CELL
+    places = f"of its {what.size} readings at the stops, {read} have a distance"
+    places += f"; as proposed, {cell.sum()} would meet the cell and {own} the robot itself"
+    if 2 * cell.sum() >= what.size:
+        return f"{places}: compare the cell in the scene with the real one, and the ring's place"
+    return (
+        f"{places}: read more stops (--stops), or put a box or a panel where this ring sees it,"
+        " and state it in the scene"
+    )
 
 
 def _fit_zones(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
@@ -113,7 +128,7 @@ def _misfits(scene: CoreScene, fit: RingFit, measured: _Measured) -> dict[int, s
     zones = measured.zones
     assert zones is not None
     wanted = expected_zones(scene, Setup((fit.ring,)), 0, measured.joints)[..., 0]
-    wanted = wanted + fit.values[fit.names.index("offset")]
+    wanted = wanted + fit.offset
     found = dict[int, str]()
     for wire in np.setdiff1d(np.arange(fit.ring.count), fit.dead):
         text = grid_fit(wanted[:, fit.seat[wire]], zones, int(wire)).misfit(wanted.shape[2])

@@ -46,6 +46,22 @@ class RingFit:
     misfits: Mapping[int, str] = field(default_factory=dict)
     """What is mixed in the grids that fit no turn and no mirror, by wire; empty if it is unknown.
     With one of them, nothing is estimated: there are no values, and ``ring`` is as proposed."""
+    unfit: str = ""
+    """Why nothing is estimated, with advice, although no grid is mixed; empty if something is."""
+
+    @staticmethod
+    def none(ring: Ring, dead: tuple[int, ...], why: str) -> "RingFit":
+        """Return a fit of a ring whose readings determine nothing: it is as proposed."""
+        order, nothing = Order(), np.zeros(0)
+        seat, none = order.seat(ring.count), np.zeros((0, 0))
+        return RingFit(
+            ring, ring, (), nothing, none, 0, 0.0, order, seat, (), dead, None, {}, why
+        )
+
+    @property
+    def offset(self) -> float:
+        """What its sensors read too much, m; 0 if it is not estimated."""
+        return float(self.values[self.names.index("offset")]) if self.names else 0.0
 
     @property
     def freedom(self) -> int:

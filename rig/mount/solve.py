@@ -114,7 +114,7 @@ def _counting(
     which[which] = ~steep
     if which.sum() < 3 * len(some):
         raise MountError(
-            f"{int(which.sum())} usable readings of the cell; at least {3 * len(some)} are needed"
+            f"{int(which.sum())} usable readings of the cell, at least {3 * len(some)} are needed"
         )
     return which, off[which], by[~steep][:, some] / read.sigma[which][:, None]
 

@@ -25,6 +25,7 @@ from ..sensing.zone_grid import zoned
 from .trial_plan import RodPlan, Stratum
 
 CONFIDENCE = 0.95
+TOLERATED = 0.2  # of the places predicted seen or unseen; careful mounting moves the edge
 
 
 @dataclass(frozen=True)
@@ -79,31 +80,24 @@ class RodCheck:
         """Whether the interval contains the prediction."""
         return self.share.low <= self.predicted <= self.share.high
 
-    def text(self) -> list[str]:
-        """Describe the result, as lines."""
-        (a, b), (c, d) = self.table
-        s, p, rod = self.share, self.plan, self.plan.rod
-        lines = [
-            (
-                f"{self.tested.sum()} of {len(self.tested)} trials with a rod"
-                f" {2000 * rod.radius:.0f} mm thick and {1000 * (rod.length + 2 * rod.radius):.0f}"
-                f" mm long, in the {100 * p.testable:.0f} % of {p.target} where it can stand."
-            ),
-            f"Predicted seen: {a} seen, {b} not. Predicted unseen: {c} seen, {d} not.",
-            (
-                f"Measured ζ {100 * s.value:.1f} % ({100 * s.low:.1f} to {100 * s.high:.1f}),"
-                f" predicted {100 * self.predicted:.1f} %:"
-                f" {'they agree' if self.agrees else 'they do not agree'}."
-            ),
-        ]
-        for i in np.flatnonzero(self.tested & (self.seen != p.covered)):
-            x, y, z = 1000 * p.point[i]
-            said, was = ("seen", "unseen") if p.covered[i] else ("unseen", "seen")
-            lines.append(
-                f"trial {i} at pose {p.pose[i]}, ({x:.0f}, {y:.0f}, {z:.0f}) mm: predicted {said},"
-                f" was {was}"
-            )
-        return lines
+    def contradicted(self, covered: bool) -> bool:
+        """Whether more than ``TOLERATED`` of the places predicted seen, or unseen, are otherwise,
+        with the confidence of the interval.
+        """
+        row = self.table[0 if covered else 1]
+        wrong, trials = int(row[1 if covered else 0]), int(row.sum())
+        if not trials:
+            return False
+        return _interval(wrong, trials, 2 * self.confidence - 1)[0] > TOLERATED
+
+    @property
+    def intruding(self) -> Int[np.ndarray, "2 K"]:
+        """At how many places where no sensor should see the rod each sensor, as wired, did: at all
+        of them, and at those that are not near the edge of coverage.
+        """
+        unseen = self.tested & ~self.plan.covered
+        some = [unseen, unseen & ~self.plan.edge]
+        return np.array([self.told[which].sum(axis=0) for which in some])
 
 
 def check_rod(

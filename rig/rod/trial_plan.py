@@ -1,17 +1,21 @@
-"""Trial points of the test rod: random points in the target at each pose, half of them predicted
-seen and half unseen.
+"""Trial points of the test rod: random points at each pose on both sides of the edge of coverage,
+half of them predicted seen and half unseen.
 
-The points are centres of the target's voxels at which the rod can stand. They form strata by pose
-and prediction, and the same number is drawn from each, so that both kinds of error are equally
-likely to be detected. A stratum's weight is its share of the target, from which the share for the
-whole target follows.
+The points are centres of the target's voxels at which the rod can stand. They form strata by pose,
+prediction, and nearness to the edge of coverage: the places of the other prediction. The same
+number is drawn from each, so that both kinds of error are equally likely to be detected. A
+stratum's weight is its share of the target, from which the share for the whole target follows.
+
+If the target has too few points of a prediction, more are drawn beyond it, near the edge of
+coverage there: strata of weight 0. They show whether the edge is where it should be.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
 
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
@@ -22,12 +26,20 @@ from .rod import Detection, Rod, placeable, seen
 
 TRIALS = 120
 VOXEL = 0.05  # m
+EDGE = 0.15  # m: points nearer to a place of the other prediction are near the edge of coverage
 _LEAST = 2  # minimum of points drawn from a stratum, if it has as many
+_SPLIT = 8  # trials of a prediction at a pose, from which those near the edge are a stratum
+_BEYOND = (0.4, 0.8, 1.6)  # m around a target where more points are sought, one after the other
+_GRID = 0.1  # m, between these
+
+
+_Told = tuple[Float[np.ndarray, "_ 3"], Bool[np.ndarray, " _"]]
+"""Points, and at which of them the rod is predicted to be seen."""
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """All points of a pose with the same prediction."""
+    """Points of a pose with the same prediction."""
 
     pose: int
     """Number of the pose."""
@@ -37,6 +49,9 @@ class Stratum:
     """Share of the target over all poses."""
     points: int
     """Number of points."""
+    edge: bool = False
+    """Whether its points are near the edge of coverage. With weight 0 they are beyond the target.
+    """
 
 
 @dataclass(frozen=True)
@@ -71,6 +86,18 @@ class RodPlan:
         """Whether each trial is predicted to be seen."""
         covered: np.ndarray = np.array([s.covered for s in self.strata], bool)[self.stratum]
         return covered
+
+    @property
+    def edge(self) -> Bool[np.ndarray, " T"]:
+        """Which trials are near the edge of coverage."""
+        edge: np.ndarray = np.array([s.edge for s in self.strata], bool)[self.stratum]
+        return edge
+
+    @property
+    def beyond(self) -> Bool[np.ndarray, " T"]:
+        """Which trials are beyond the target."""
+        beyond: np.ndarray = np.array([s.weight == 0 for s in self.strata], bool)[self.stratum]
+        return beyond
 
     @property
     def zeta(self) -> float:
@@ -173,17 +200,19 @@ def plan_rod(
     stratum: list[int] = []
     point = []
     for i, points in enumerate(where.points):
-        told = seen(scene, setup, scene.poses[i].q, points, rod, detection, alive)
-        kinds = [some for some in (True, False) if (told == some).any()]
-        for covered in kinds:
-            some = np.flatnonzero(told == covered)
-            wanted = max(round(trials * where.weights[i] / len(kinds)), _LEAST)
-            drawn = rng.choice(some, min(wanted, len(some)), replace=False)
-            stratum += [len(strata)] * len(drawn)
-            point.append(points[drawn])
-            strata.append(
-                Stratum(i, covered, float(where.weights[i] * len(some) / len(points)), len(some))
-            )
+        q, weight = scene.poses[i].q, float(where.weights[i])
+
+        def sees(some: Float[np.ndarray, "N 3"], q: np.ndarray = q) -> Bool[np.ndarray, " N"]:
+            return seen(scene, setup, q, some, rod, detection, alive)
+
+        half, told = max(round(trials * weight / 2), _LEAST), sees(points)
+        more = np.zeros((0, 3)), np.zeros(0, bool)
+        if (lack := half - min(told.sum(), (~told).sum())) > 0:
+            more = _beyond(scene, target, i, points, told, rod, sees, int(lack))
+        for s, some, wanted in _strata(i, weight, (points, told), more, half):
+            stratum += [len(strata)] * wanted
+            point.append(some[rng.choice(len(some), wanted, replace=False)])
+            strata.append(s)
     order = _order(np.array(stratum), strata, rng)
     joints = np.array([p.q for p in scene.poses])
     every = np.concatenate(point)[order]
@@ -207,3 +236,85 @@ def _order(
     """
     pose = np.array([strata[s].pose for s in stratum])
     return np.lexsort((rng.random(len(stratum)), pose))
+
+
+def _strata(
+    pose: int, weight: float, target: _Told, more: _Told, half: int
+) -> Iterator[tuple[Stratum, Float[np.ndarray, "N 3"], int]]:
+    """Yield the strata of a pose, with their points and the number of points to draw.
+
+    Args:
+        pose: number of the pose.
+        weight: its weight.
+        target: points in the target, and which are predicted seen.
+        more: the same beyond the target.
+        half: points to draw of each prediction; more of one if there are too few of the other.
+    """
+    points, told = target
+    edge = near_edge(*(np.concatenate(each) for each in zip(target, more, strict=True)))
+    edge, edge_beyond = edge[: len(points)], edge[len(points) :]
+    inside = {covered: int((told == covered).sum()) for covered in (True, False)}
+    beyond = {covered: edge_beyond & (more[1] == covered) for covered in (True, False)}
+    wanted = {c: min(half, inside[c] + int(beyond[c].sum())) for c in inside}
+    for covered, count in inside.items():
+        left = max(2 * half - sum(wanted.values()), 0)
+        most = min(count, wanted[covered] + left)
+        wanted[covered] = max(wanted[covered], most)
+        near, far = (np.flatnonzero((told == covered) & (edge == e)) for e in (True, False))
+        if len(near) and len(far) and most >= _SPLIT:
+            first = min(len(near), max(most // 2, most - len(far)))
+            parts = [(near, first, True), (far, most - first, False)]
+        else:
+            parts = [(np.flatnonzero(told == covered), most, not len(far))]
+        for which, number, at_edge in parts:
+            share = weight * len(which) / len(points)
+            if len(which):
+                yield Stratum(pose, covered, share, len(which), at_edge), points[which], number
+        some = more[0][beyond[covered]]
+        if (lack := min(wanted[covered] - most, len(some))) > 0:
+            yield Stratum(pose, covered, 0.0, len(some), True), some, lack
+
+
+def near_edge(
+    points: Float[np.ndarray, "N 3"], told: Bool[np.ndarray, " N"]
+) -> Bool[np.ndarray, " N"]:
+    """Return which points are at most ``EDGE`` from one of the other prediction."""
+    near = np.zeros(len(points), bool)
+    for covered in (True, False):
+        mine, others = np.flatnonzero(told == covered), points[told != covered]
+        if len(others) and len(mine):
+            near[mine] = np.isfinite(KDTree(others).query(points[mine], 1, 0, 2, EDGE)[0])
+    return near
+
+
+def _beyond(
+    scene: CoreScene,
+    target: Target,
+    pose: int,
+    points: Float[np.ndarray, "N 3"],
+    told: Bool[np.ndarray, " N"],
+    rod: Rod,
+    sees: Callable[[Float[np.ndarray, "M 3"]], Bool[np.ndarray, " M"]],
+    wanted: int,
+) -> _Told:
+    """Return places for the rod beyond a target at a pose, no higher or lower than those in it, and
+    which are predicted seen.
+
+    The search widens until ``wanted`` places near the edge of coverage are of the prediction that
+    the target's ``points`` lack.
+    """
+    solid, lacking = scene.solid(target, pose), bool(told.mean() < 0.5)
+    low, high = points.min(axis=0), points.max(axis=0)
+    found = np.zeros((0, 3)), np.zeros(0, bool)
+    for margin in _BEYOND:
+        out = np.array([margin, margin, 0.0])
+        axes = [np.arange(a, b + 1e-9, _GRID) for a, b in zip(low - out, high + out, strict=True)]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        grid = grid[np.asarray(solid(grid)) > 0]
+        some = grid[placeable(scene, scene.poses[pose].q, grid, rod)]
+        found = some, sees(some)
+        both = (np.concatenate(each) for each in zip((points, told), found, strict=True))
+        near = near_edge(*both)[len(points) :]
+        if (near & (found[1] == lacking)).sum() >= wanted:
+            break
+    return found

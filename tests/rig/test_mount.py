@@ -19,12 +19,12 @@ from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order, best_order, costs, mixed, reseated
 from place_rings.rig.mount.fit import RingFit, fit_mount, median_error
 from place_rings.rig.mount.mounting_error_model import LIMITS, NAMES, moved, slopes
-from place_rings.rig.mount.solve import MountError, Read, solve
+from place_rings.rig.mount.solve import Read, solve
 from place_rings.rig.mount.stop_plan import MountPlan, planned
 from place_rings.rig.poses.clear import clear, drawn, gaps
 from place_rings.rig.sensing.expected import CELL, expected
 from place_rings.rig.sensing.noise import Noise
-from place_rings.rig.sensing.readings import FAILED, VALID, WEAK, at_stops
+from place_rings.rig.sensing.readings import VALID, WEAK, at_stops
 from place_rings.rig.simulated_cell.world import DEAD, World
 
 from ..support.drawing import seeds
@@ -233,9 +233,19 @@ def test_a_region_holds_the_truth_as_often_as_it_says():
     assert 0.93 < np.mean(hits) < 0.97
 
 
-def test_too_little_is_refused_by_name(plan):
-    world = World(SCENE, SETUP, np.array([*[DEAD] * 8, *range(8, 14)]))
+@pytest.mark.parametrize("mute", [True, False])
+def test_a_ring_without_usable_readings_hides_no_other(plan, mute):
+    """Its readings fail, or are so few that they determine nothing."""
+    dead = [*[DEAD] * 8, *range(8, 14)]
+    world = World(SCENE, SETUP, np.array(dead) if mute else None)
     readings = world.readings(np.random.default_rng(0), plan.joints, 3)
-    assert np.all(readings.status[readings.ring == 0] == FAILED)
-    with refused("ring 0 (forearm)", error=MountError):
-        fit_mount(SCENE, SETUP, at_stops(readings, SETUP, plan.joints))
+    stops = at_stops(readings, SETUP, plan.joints)
+    if not mute:
+        stops.distance[:, :8] = np.nan
+    lost, other = fit_mount(SCENE, SETUP, stops)
+    assert (lost.ring, lost.names, lost.dead) == (SETUP.rings[0], (), tuple(range(8 * mute)))
+    assert lost.unfit
+    assert not other.unfit
+    alone = fit_mount(SCENE, SETUP, stops)[1]
+    np.testing.assert_array_equal(other.values, alone.values)
+    assert np.abs(other.values).max() < 0.02

@@ -18,6 +18,7 @@ from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.global_stage import Round
 from place_rings.viewer import page_files, page_tasks, tasks
+from place_rings.viewer.html import UNBUILDABLE
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
 
@@ -219,6 +220,25 @@ def test_search_count_and_save(tmp_path, monkeypatch):
         page.close()
         until(lambda: server.pages == 0, "a closed page is still kept")
         until(lambda: not server.room.turn.locked(), "its search continues")
+
+
+def test_a_ring_moved_too_near_is_named_at_once_and_when_it_is_saved(tmp_path, monkeypatch):
+    monkeypatch.setattr(page_files, "prove", partial(tasks.prove, voxel=0.05, width=0.1))
+    scene = CoreScene()
+    radius, length = scene.radius_of("forearm"), scene.robot.mount("forearm").length
+    pair = Setup(tuple(Ring("forearm", p, 4, 0.3, 0.0, radius) for p in (0.4, 0.8)))
+    with Server(ViewerSession(scene, {"pair": pair}, tmp_path)) as server:
+        page = Client(server.url)
+        page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
+        assert UNBUILDABLE not in page.words
+        page.set("Position, mm", 1000 * (0.8 * length - 0.015))
+        page.until(lambda: "are 15.0 mm apart" in page.words, "15 mm are not named")
+        page.set("Save as a new proposal", True)
+        page.until(lambda: "saved as proposal.toml" in page.words, "it is not saved")
+        assert page.words.count("are 15.0 mm apart") == 2
+        assert "are 15.0 mm apart" in (tmp_path / "proposal.toml").read_text()
+        page.set("Changes", "Undo")
+        page.until(lambda: page.words.count("are 15.0 mm apart") == 1, "the rule is still broken")
 
 
 def test_an_address_that_cannot_be_served_is_one_line():

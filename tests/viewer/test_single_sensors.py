@@ -105,9 +105,10 @@ def test_every_sensor_is_drawn_and_can_be_selected(setup, cones):
 
 def test_a_room_says_which_sensor_lies_in_a_body():
     deep = Setup((), (replace(PAD, position=(0.0, 0.0, 0.2)), EYE))
-    (said,) = ViewerSession(CoreScene(), {"deep": deep}).broken(deep, OCCLUSIONS[1])
-    assert said.startswith("sensor pad (forearm) lies 4")
-    assert said.endswith("mm within forearm_1 and sees nothing")
+    (fault,) = ViewerSession(CoreScene(), {"deep": deep}).broken(deep, OCCLUSIONS[1])
+    assert fault.rings == (0,)
+    assert fault.text.startswith("sensor pad (forearm) lies 4")
+    assert fault.text.endswith("mm within forearm_1 and sees nothing")
     with pytest.raises(ValueError, match="no ring to search from"):
         search_from(paper_scene(), ALONE, lambda *_: None, lambda: False)
 

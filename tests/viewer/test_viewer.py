@@ -21,13 +21,14 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.robots.urdf_options import UrdfOptions
+from place_rings.objectives.feasibility.violations import faults, mount_faults
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.global_stage import Round
 from place_rings.viewer import html as words
-from place_rings.viewer.colours import KINDS, rgb
+from place_rings.viewer.colours import KINDS, WARNING, rgb
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_items import Dots, DrawnMesh, Edges
 from place_rings.viewer.drawn_parts import DrawnParts
@@ -360,12 +361,48 @@ def test_a_scene_with_one_target_shows_the_papers_beside_it():
     assert shown_targets(paper_scene(goals=two)) == (FAR, Target("V_T"))
 
 
-def test_a_room_says_which_rules_are_broken():
-    close = Setup((Ring("forearm", 0.5, 4), Ring("forearm", 0.501, 4)))
-    room = ViewerSession(paper_scene(), {"a": close})
-    assert any("rings 0 and 1" in text for text in room.broken(close, "ignore"))
-    assert room.broken(SMALL, "ignore") == []
-    assert len(KINDS) == 4
+ROOM = ViewerSession(CoreScene(), {"a": SMALL})
+
+
+@settings(max_examples=12)
+@given(gap=st.floats(0.0, 0.3), tilt=st.floats(-1.2, 1.2), seed=drawing.seeds)
+def test_rings_that_cannot_be_built_are_red_and_the_reasons_are_those_of_verify(gap, tilt, seed):
+    """Rings too near to each other, off the robot's links, through its bodies, of any tilt."""
+    scene = ROOM.scene
+    radius = scene.radius_of("forearm")
+    pair = (Ring("forearm", p, 4, t, 0.0, radius) for p, t in ((0.4, 0.2), (0.4 + gap, tilt)))
+    setup = rounded(Setup((*pair, *drawing.setup(np.random.default_rng(seed)).rings)), scene.sensor)
+    found = ROOM.broken(setup, "ignore")
+    assert {f.text for f in mount_faults(scene, setup)} <= {f.text for f in found}
+    assert [f.text for f in found] == [f.text for f in faults(scene, setup.rings)]
+    bad = frozenset(ring for fault in found for ring in fault.rings)
+    items = ROOM.drawing.rings(setup, DrawnParts(0, NEAR, "ignore", faulty=bad))
+    red = {i for i in range(len(setup.rings)) if items[f"ring{i}"].colour == WARNING}
+    assert red == bad
+
+
+def test_a_saved_file_states_what_cannot_be_built(tmp_path):
+    """Rings 15 mm apart; as good as new without a fault."""
+    scene = CoreScene()
+    length, radius = scene.robot.mount("forearm").length, scene.radius_of("forearm")
+    places = (0.5, 0.5 + 0.015 / length)
+    close = rounded(
+        Setup(tuple(Ring("forearm", p, 4, 0.3, 0.0, radius) for p in places)), scene.sensor
+    )
+    found = ROOM.broken(close, "shadow")
+    texts = [fault.text for fault in found]
+    assert any(f.rings == (0, 1) and f.rule == "spacing" and "15.0 mm" in f.text for f in found)
+    counted = [Verifier(scene, 0.05).verify(close, NEAR)]
+    path = tmp_path / "close.toml"
+    save(path, close, scene, counted, found)
+    (record,) = read_proposal(path)[2].zeta
+    assert record.mounting == [f.text for f in mount_faults(scene, close)]
+    assert record.unmounted == [0, 1]
+    assert all(text in path.read_text() for text in texts)
+    assert all(text in words.violations(texts) for text in texts)
+    save(path, close, scene, counted)
+    assert read_proposal(path)[2].zeta[0].mounting == []
+    assert words.violations([]) == ""
 
 
 URDF = """<robot name="two"><link name="base"><visual><geometry><box size="0.2 0.2 \
