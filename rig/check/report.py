@@ -15,6 +15,7 @@ from ..sensing.readings import Stops
 from .assessment import Assessment
 from .health_tables import doubtful_sensors, links, shown_number
 from .models import CheckResult, RingFitModel, WavingModel
+from .pictures import write_pictures
 from .planned_check import PlannedCheck
 
 OPTIONAL = ("stops.csv", "trials.csv", "built.toml")
@@ -25,7 +26,6 @@ def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> li
     """Write the report of a check; return the names of the files."""
     result, done = assessment.result, assessment.parts
     texts = {"check.json": result.model_dump_json(indent=2) + "\n"}
-    texts["check.html"] = html(page(result), folder, f"Check of {result.setup}")
     if done.read is not None:
         texts["stops.csv"] = csv_text(_stops(check, done.stops, done.read))
     if done.rods:
@@ -33,10 +33,13 @@ def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> li
     if done.built is not None:
         name = f"{check.about.setup}, as built"
         texts["built.toml"] = done.built.toml(name, assessment.verifier)
-    with output_files(folder, *texts, keep=True) as new:
+    names, old = ["check.json", "check.html"], (p.name for p in folder.glob("check-*.png"))
+    with output_files(folder, *dict.fromkeys([*names, *texts, *old]), keep=True) as new:
+        pictures = write_pictures(check, assessment, new)
+        texts["check.html"] = html(page(result, pictures), new, f"Check of {result.setup}")
         for name, text in texts.items():
             write_text(new / name, text)
-    return list(texts)
+    return list(dict.fromkeys([*names, *texts, *pictures]))
 
 
 _NEAR_EDGE = f"of these up to {100 * EDGE:g} cm from the edge of coverage"
@@ -99,8 +102,12 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
     return rows
 
 
-def page(r: CheckResult) -> str:
-    """Return the report as Markdown."""
+def page(r: CheckResult, pictures: Mapping[str, str]) -> str:
+    """Return the report as Markdown, with pictures by the names of their files."""
+    rings, readings, trials = (
+        [f"![{escaped(pictures[name])}]({name})" + "\n" for name in pictures if part in name]
+        for part in ("rings", "readings", "trials")
+    )
     lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
     kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
     lines += [
@@ -112,7 +119,10 @@ def page(r: CheckResult) -> str:
         lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
     lines += [*(escaped(note) for note in calibration_notes(r)), ""] * bool(r.calibration)
     return "\n".join(
-        [*lines, *_self(r), *doubtful_sensors(r), *_mount(r), *_coverage(r), *links(r)]
+        [
+            *(*lines, *rings, *_self(r), *doubtful_sensors(r), *_mount(r), *readings),
+            *(*_coverage(r), *trials, *links(r)),
+        ]
     )
 
 

@@ -81,7 +81,7 @@ def fit_mount(
             fits.append((_fit if measured.zones is None else _fit_zones)(scene, ring, measured))
         except MountError as error:
             dead = tuple(int(wire) for wire in np.flatnonzero(mute))
-            why = f"{error}; {_advice(scene, ring, measured)}"
+            why = f"{error}: {_advice(scene, ring, measured)}"
             fits.append(RingFit.none(ring, dead, why))
     return tuple(fits)
 
@@ -91,14 +91,15 @@ def _advice(scene: CoreScene, ring: Ring, measured: _Measured) -> str:
     if measured.mute.all():
         return "no sensor of it answers: check its cable, its power and its firmware"
     what = expected(scene, Setup((ring,)), measured.joints).what
-    read, own, cell = np.isfinite(measured.distance).sum(), (what == ROBOT).sum(), what == CELL
-    places = f"of its {what.size} readings at the stops, {read} have a distance"
-    places += f"; as proposed, {cell.sum()} would meet the cell and {own} the robot itself"
+    read, own, cell = np.isfinite(measured.distance).sum(), what == ROBOT, what == CELL
+    places = f"of {what.size} at the stops, {read} have a distance; as proposed, {cell.sum()} meet"
+    places += f" the cell and {own.sum()} the robot itself"
     if 2 * cell.sum() >= what.size:
-        return f"{places}: compare the cell in the scene with the real one, and the ring's place"
+        return f"{places}. Compare the cell in the scene with the real one, and the ring's place"
+    nearer = ", nearer than the robot's own body" * bool(2 * own.sum() >= what.size)
     return (
-        f"{places}: read more stops (--stops), or put a box or a panel where this ring sees it,"
-        " and state it in the scene"
+        f"{places}. Read more stops (--stops), put a panel where this ring sees it{nearer}, and"
+        " state it in the scene; or measure the ring's place by hand"
     )
 
 

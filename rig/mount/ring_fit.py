@@ -54,9 +54,7 @@ class RingFit:
         """Return a fit of a ring whose readings determine nothing: it is as proposed."""
         order, nothing = Order(), np.zeros(0)
         seat, none = order.seat(ring.count), np.zeros((0, 0))
-        return RingFit(
-            ring, ring, (), nothing, none, 0, 0.0, order, seat, (), dead, None, {}, why
-        )
+        return RingFit(ring, ring, (), nothing, none, 0, 0.0, order, seat, (), dead, None, {}, why)
 
     @property
     def offset(self) -> float:

@@ -28,6 +28,7 @@ TRIALS = 120
 VOXEL = 0.05  # m
 EDGE = 0.15  # m: points nearer to a place of the other prediction are near the edge of coverage
 _LEAST = 2  # minimum of points drawn from a stratum, if it has as many
+_NEAR = 0.25  # least share of the trials of a prediction near the edge, and away from it
 _SPLIT = 8  # trials of a prediction at a pose, from which those near the edge are a stratum
 _BEYOND = (0.4, 0.8, 1.6)  # m around a target where more points are sought, one after the other
 _GRID = 0.1  # m, between these
@@ -262,7 +263,8 @@ def _strata(
         wanted[covered] = max(wanted[covered], most)
         near, far = (np.flatnonzero((told == covered) & (edge == e)) for e in (True, False))
         if len(near) and len(far) and most >= _SPLIT:
-            first = min(len(near), max(most // 2, most - len(far)))
+            share = min(max(len(near) / (len(near) + len(far)), _NEAR), 1 - _NEAR)
+            first = min(len(near), max(round(share * most), most - len(far)))
             parts = [(near, first, True), (far, most - first, False)]
         else:
             parts = [(np.flatnonzero(told == covered), most, not len(far))]

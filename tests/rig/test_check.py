@@ -206,7 +206,10 @@ def test_a_replay_gives_the_same_files_every_time(taped, tmp_path):
     write_files(taped.checked, taped.found, tmp_path / "b")
     first = files_of(tmp_path / "a")
     assert first == files_of(tmp_path / "b")
-    assert set(first) == {"check.html", "check.json", "stops.csv", "trials.csv", "built.toml"}
+    pictures = {f"check-{name}.png" for name in ("rings", "readings", "trials-0", "trials-1")}
+    texts = {"check.html", "check.json", "stops.csv", "trials.csv", "built.toml"}
+    assert set(first) == texts | pictures
+    assert first["check.html"].count(b'src="data:image/png') == len(pictures)
     setup, scene, _ = read_proposal(tmp_path / "a" / "built.toml")
     assert (len(setup.rings), len(scene.obstacles)) == (2, 3)
 

@@ -11,6 +11,7 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
+from place_rings.rig.check.records import _contradicted
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.channel_assignment import Order
 from place_rings.rig.mount.hand_sweep import waved
@@ -89,6 +90,58 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
     np.testing.assert_array_equal(again.point, plan.point)
     with refused("trials", "0", error=ValueError):
         plan_rod(SCENE, SETUP, TARGET, 0)
+
+
+@settings(max_examples=8, deadline=None)
+@given(radius=st.floats(0.2, 0.4), half=st.integers(2, 20), seed=seeds)
+def test_trials_stand_on_both_sides_of_the_edge_of_coverage(radius, half, seed):
+    """In a target, and where it lacks places of a prediction, near the edge beyond it."""
+    target, rod = Target("V_S", radius), Rod(0.035, 0.1)
+    where = places(SCENE, target, rod, 0.08)
+    told = seen(SCENE, SETUP, Q, where.points[0], rod, Detection())
+    some = where.points[0][told][:: max(1, int(told.sum()) // 200)]
+    for points in (where.points[0], some):
+        within = replace(where, points=(points,))
+        plan = plan_rod(SCENE, SETUP, target, 2 * half, rod, seed=seed, where=within)
+        np.testing.assert_array_equal(
+            seen(SCENE, SETUP, Q, plan.point, rod, Detection()), plan.covered
+        )
+        assert (plan.covered.sum(), (~plan.covered).sum()) == (half, half)
+        assert placeable(SCENE, Q, plan.point, rod).all()
+        assert sum(s.weight for s in plan.strata) == pytest.approx(1)
+        inside = (plan.point[:, None] == points).all(axis=2).any(axis=1)
+        np.testing.assert_array_equal(inside, ~plan.beyond)
+        assert plan.edge[plan.beyond].all()
+        assert np.all(SCENE.solid(target, 0)(plan.point[plan.beyond]) > 0)
+    assert plan.beyond.sum() == half
+    assert plan.zeta == 1
+
+
+def test_a_sensor_that_sees_where_none_should_is_named(plan):
+    """And so is one side of the edge that is otherwise; a few places near the edge are not."""
+    rng = np.random.default_rng(0)
+    before, each = trials(World(SCENE, SETUP), plan, rng)
+    unseen = np.flatnonzero(~plan.covered)
+
+    def found(wrong, sensor=3):
+        """The result where one sensor sees the rod at places where none should."""
+        result = check_rod(plan, SETUP, before, each)
+        told = result.told.copy()
+        told[wrong, sensor] = True
+        return _contradicted(SETUP, replace(result, told=told))
+
+    edge, inner = (unseen[plan.edge[unseen] == e] for e in (True, False))
+    assert found(edge[:1]) == []
+    assert found(inner[:1]) == []
+    (line,) = found(inner[:2])
+    assert "2 of 15" in line
+    assert "0:3 (2)" in line
+    (line,) = found(unseen[:9], 10)
+    assert "9 of 15" in line
+    assert "1:2 (9)" in line
+    blind = World(SCENE, SETUP, np.full(SETUP.sensors, DEAD))
+    (line,) = _contradicted(SETUP, check_rod(plan, SETUP, *trials(blind, plan, rng)))
+    assert "15 of 15" in line
 
 
 def trials(world, plan, rng):
