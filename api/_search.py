@@ -186,8 +186,7 @@ def search(
     space = choice.space(core)
     if searches > 1 and space is None:
         raise InputError(
-            f"found {searches}, allowed: 1 with reach, and with sensors without any_rings"
-            " or rings",
+            f"found {searches}, allowed: 1 with reach, and with sensors without any_rings or rings",
             "searches",
             others=("reach", "sensors", "any_rings", "rings"),
         )
