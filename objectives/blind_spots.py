@@ -182,7 +182,7 @@ def blind_spots(
         except EmptyTargetError:  # no person touches the target
             if not person:
                 raise
-            unseen[pose] = VoxelSet.empty(verifier.centre_voxel)
+            unseen[pose] = VoxelSet.empty(verifier.point_voxel)
     rank: list[tuple[int, InscribedBall]] = [
         (pose, ball) for pose, some in unseen.items() for ball in largest_balls(some, most, least)
     ]

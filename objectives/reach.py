@@ -161,7 +161,7 @@ def _beyond(
         beyond = ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
     rest = np.flatnonzero(beyond & ~hidden.inside)
     for grid in grids:
-        left = _left(grid, frames[grid.mount.frame], hidden, rest)
+        left = _left(grid, np.asarray(frames[grid.mount.frame]), hidden, rest)
         beyond[np.setdiff1d(rest, left)] = False
         rest = left
     return beyond

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.robots.attached import Attached
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
@@ -39,27 +40,36 @@ class TurnedFunction:
 
 def states_coordinates(scene: CoreScene) -> bool:
     """Return whether a scene states coordinates in the base frame that half a turn changes."""
-    on_base = (*scene.cell_sensors, *scene.rules.fixed_sensors, *scene.robot.attached)
+    sensors = (*scene.cell_sensors, *scene.rules.fixed_sensors)
+    links = {*(s.link for s in sensors), *(a.link for a in scene.robot.attached)}
     return (
         any(len(one.body.edges) for one in scene.obstacles)
-        or any(one.link == BASE_LINK for one in on_base)
+        or BASE_LINK in links
+        or bool(scene.person and scene.person.areas)
         or any(goal.target.volume or goal.target.importance for goal in scene.goals)
     )
 
 
 def turned_scene(scene: CoreScene) -> CoreScene:
     """Return the scene with all that it states in the base frame turned: obstacles, volumes and
-    weights of targets, sensors of the cell, and what is fixed or attached to the link ``base``."""
+    weights of targets, walkable areas, sensors of the cell, and what is fixed or attached to the link ``base``."""
     return replace(
         scene,
         robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
         goals=tuple(map(turned_goal, scene.goals)),
         obstacles=tuple(map(turned_obstacle, scene.obstacles)),
         cell_sensors=tuple(map(turned_single, scene.cell_sensors)),
+        person=None if scene.person is None else turned_person(scene.person),
         rules=replace(
             scene.rules, fixed_sensors=tuple(map(turned_single, scene.rules.fixed_sensors))
         ),
     )
+
+
+def turned_person(person: Person) -> Person:
+    """Return a person whose walkable areas are turned."""
+    areas = [[(0.0 - x, 0.0 - y) for x, y in area] for area in person.areas]
+    return replace(person, areas=areas)
 
 
 def turned_obstacle(one: Obstacle) -> Obstacle:

@@ -79,7 +79,7 @@ class PageDrawing:
         self._labels = self._names_in_scene()
         frame = f" of {frame_text(room.scene.robot)}"
         for name, (_, end) in zip("xyz", BASE_AXES, strict=True):
-            place = tuple(float(x) for x in 1.05 * end)
+            place = 1.05 * np.asarray(end, float)
             client.scene.add_label(
                 f"/setup0/axes/{name}", name + frame * (name == "x"), position=place
             )

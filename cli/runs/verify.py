@@ -69,14 +69,14 @@ def verify(
         if 1 < len(scene.poses) <= _SHOWN:
             each = ", ".join(percent(p, r.rule) for p in r.poses)
             console.print(f"{target_label(r)} at each pose, in percent: {each}")
-        if line := worst_line(r):
-            console.print(line, highlight=False, soft_wrap=True)
+        if worst := worst_line(r):
+            console.print(worst, highlight=False, soft_wrap=True)
     effects = [r.calibration for r in results if r.calibration is not None]
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     more += record_lines(results)
-    for line in (record_line(scene), *protective_lines(results, setup), *more):
-        if line:
-            console.print(line, highlight=False, soft_wrap=True)
+    for stated in (record_line(scene), *protective_lines(results, setup), *more):
+        if stated:
+            console.print(stated, highlight=False, soft_wrap=True)
 
 
 def _counted(
