@@ -163,7 +163,7 @@ def _show(
     }
     where = (
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
-        f" {counted(len(scene.poses), 'pose')}, rule centre, voxels of {voxel:g} m"
+        f" {counted(len(scene.poses), 'pose')}, rule sampled, voxels of {voxel:g} m"
     )
     seen = occlusion_table(comparison, sensors, where, prices)
     if seen is None or any(r.worst for r in comparison):
