@@ -31,7 +31,7 @@ def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:
 def robustness_table(results: list[RobustnessResult]) -> Explained:
     """Return the same rows as a table for the terminal."""
     first = results[0]
-    title = f"{first.setup}: coverage ζ in percent (rule centre, voxels of {first.voxel:g} m)"
+    title = f"{first.setup}: coverage ζ in percent (rule sampled, voxels of {first.voxel:g} m)"
     table = Table()
     table.add_column("")
     for r in results:
