@@ -40,11 +40,10 @@ class TurnedFunction:
 
 def states_coordinates(scene: CoreScene) -> bool:
     """Return whether a scene states coordinates in the base frame that half a turn changes."""
-    sensors = (*scene.cell_sensors, *scene.rules.fixed_sensors)
-    links = {*(s.link for s in sensors), *(a.link for a in scene.robot.attached)}
+    singles, attached = scene.standing, scene.robot.attached
     return (
         any(len(one.body.edges) for one in scene.obstacles)
-        or BASE_LINK in links
+        or BASE_LINK in {*(one.link for one in singles), *(one.link for one in attached)}
         or bool(scene.person and scene.person.areas)
         or any(goal.target.volume or goal.target.importance for goal in scene.goals)
     )

@@ -79,9 +79,8 @@ class PageDrawing:
         self._labels = self._names_in_scene()
         frame = f" of {frame_text(room.scene.robot)}"
         for name, (_, end) in zip("xyz", BASE_AXES, strict=True):
-            place = 1.05 * np.asarray(end, float)
             client.scene.add_label(
-                f"/setup0/axes/{name}", name + frame * (name == "x"), position=place
+                f"/setup0/axes/{name}", name + frame * (name == "x"), position=1.05 * end
             )
 
     def _names_in_scene(self) -> list[viser.LabelHandle]:
