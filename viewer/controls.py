@@ -102,9 +102,10 @@ class Controls:
         rings, sensors = [len(s.rings) for s in setups], [s.sensors for s in setups]
         self.heading.content = words.heading(names, scene.robot.name, sensors, rings)
         label = str(choice.target)
-        now = next(row.values[active][1] for row in rows if row.target == label)
+        row = next(row for row in rows if row.target == label)
+        dark = row.dark[active] if row.dark else None
         self.headline.content = words.headline(
-            now, label, words.meaning(choice.target, scene), where
+            row.values[active][1], label, words.meaning(choice.target, scene), where, dark
         )
         self.zeta.content = words.zeta_table(
             self._setups if len(setups) > 1 else self._names, rows, seconds, of

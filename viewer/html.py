@@ -92,7 +92,9 @@ def meaning(target: Target, scene: CoreScene) -> str:
     return f"{target} is {what}, less the robot itself"
 
 
-def headline(zeta: float, target: str, what: str, where: str = "") -> str:
+def headline(
+    zeta: float, target: str, what: str, where: str = "", dark: float | None = None
+) -> str:
     """Return the coverage in large type, and what it means.
 
     Args:
@@ -100,10 +102,12 @@ def headline(zeta: float, target: str, what: str, where: str = "") -> str:
         target: label of the target.
         what: sentence on what the target is, without its stop.
         where: of which setup, if there are several.
+        dark: ζ in [0, 1] for dark clothing, if it is known.
     """
+    also = "" if dark is None else f"; {100 * dark:.1f} % of dark clothing"
     return _box(
         f"<div style='font-size:21px;font-weight:600;line-height:1.3'>ζ = {100 * zeta:.1f} %"
-        f" <span style='font-size:15px'>of {_text(target)} covered{_text(where)}</span></div>"
+        f" <span style='font-size:15px'>of {_text(target)} covered{_text(where)}{also}</span></div>"
         f"<span style='{_FAINT}'>{_text(what)}. {IDEA}</span>"
     )
 
