@@ -11,6 +11,7 @@ from manifold3d import Manifold, Mesh
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
@@ -20,7 +21,7 @@ from ..formats.schema.print_models import PrintResult
 from ..formats.schema.robot_models import TCP_FRAME
 from ..objectives.scene import CoreScene
 from .rendering.canvas import Canvas
-from .rendering.figures import add_bar, png
+from .rendering.figures import add_bar, add_base_axes, png
 from .rendering.meshes import capsule, closed
 from .rendering.surface import Surface
 from .text import counted
@@ -40,6 +41,7 @@ _LINE = 0.22  # inches, of a line of names
 _BADGE = 0.05  # m, wanted distance of a ring's number from others and from all rings
 _END_ON = 0.2  # length of a projected axis below which a ring is seen from its end
 _LABEL = "#333333"
+_AXIS = 0.22  # m, length of a drawn axis of the base
 _ASIDE, _ELEVATION = 28.0, 18.0  # degrees, of the eye out of the side view and above it
 
 
@@ -122,7 +124,8 @@ def assembly_picture(
     ]
     title = (
         f"{scene.robot.name} with {counted(len(setup.rings), 'printed ring')}"
-        f" and {counted(setup.sensors, 'sensor')}, from two sides"
+        f" and {counted(setup.sensors, 'sensor')}, from two sides;"
+        f" axes of {frame_text(scene.robot)}"
     )
     figure = _side_by_side(views, title, [f"{r.ring} {r.link}" for r in result.rings])
     axes = [
@@ -130,6 +133,7 @@ def assembly_picture(
         for ring in setup.rings
     ]
     for view in views:
+        add_base_axes(view, _AXIS)
         _number(view, result, [np.vstack([part[0] for part in ring]) for ring in parts], axes)
     return png(figure)
 

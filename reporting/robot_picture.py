@@ -17,7 +17,7 @@ from ..coverage.targets import Shape, robot_curve
 from ..formats.robots.robot_fit import FittedLink
 from .plots import GREY, INK
 from .rendering.canvas import Canvas
-from .rendering.figures import write_png
+from .rendering.figures import add_base_axes, write_png
 from .rendering.meshes import FINE_DISC, circle
 
 _AXIS = 0.16  # length of a drawn axis, as a share of the picture's
@@ -58,23 +58,9 @@ def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) 
     ax.plot(*xy.T, color=_CURVE, lw=2.0, zorder=3.1, solid_capstyle="round")
     origins = canvas.project(np.vstack([np.zeros(3), frames[:, :3, 3]]))[0]
     ax.plot(*origins.T, "o", ms=4.5, color="white", mec=_CURVE, mew=1.2, zorder=3.2)
-    _axes(canvas, float(np.ptp(box, axis=0).max()))
+    add_base_axes(canvas, _AXIS * float(np.ptp(box, axis=0).max()))
     for m in robot.mounts:
         _mount(canvas, frames[m.frame], m)
-
-
-def _axes(canvas: Canvas, size: float) -> None:
-    """Draw the axes of the base from its origin; one that points at the eye has no arrow."""
-    start = canvas.project(np.zeros(3))[0]
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        end = canvas.project(_AXIS * size * axis)[0]
-        if np.linalg.norm(end - start) < 0.2 * _AXIS * size:
-            continue
-        arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
-        canvas.ax.annotate("", end, start, arrowprops=arrow, zorder=4)
-        at = start + 1.14 * (end - start)
-        style = {"ha": "center", "va": "center", "fontsize": 10, "color": INK, "zorder": 4}
-        canvas.ax.text(*at, name, **style)
 
 
 def _mount(canvas: Canvas, T: Any, m: Any) -> None:

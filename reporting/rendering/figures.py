@@ -55,3 +55,16 @@ def add_bar(canvas: Canvas, at: tuple[float, float], length: float) -> None:
         "va": "top",
     }
     canvas.ax.annotate(f"{length:g} m", (x.mean(), at[1]), color=INK, fontsize=9, zorder=5, **below)
+
+
+def add_base_axes(canvas: Canvas, length: float) -> None:
+    """Draw the axes of the base, ``length`` m, from its origin, with their names; one that points
+    at the eye is left out."""
+    start = canvas.project(np.zeros(3))[0]
+    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 10, "color": INK}
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        end = canvas.project(length * axis)[0]
+        if np.linalg.norm(end - start) > 0.2 * length:
+            canvas.ax.annotate("", end, start, arrowprops=arrow, zorder=5)
+            canvas.ax.text(*(start + 1.14 * (end - start)), name, zorder=5, **style)
