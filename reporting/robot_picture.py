@@ -20,7 +20,7 @@ from .rendering.canvas import Canvas
 from .rendering.figures import add_base_axes, write_png
 from .rendering.meshes import FINE_DISC, circle
 
-_AXIS = 0.16  # length of a drawn axis, as a share of the picture's
+_AXIS = 0.12  # length of a drawn axis, as a share of the picture's
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
 
