@@ -212,7 +212,7 @@ STICK = """
 
 def test_a_robot_without_bodies_has_none(run, tmp_path):
     (tmp_path / "stick.urdf").write_text(STICK)
-    code, out, err = run("verify", "n1_8_0", "--robot", "stick.urdf", "--target", "V_N:0.3")
+    code, out, err = run("--robot", "stick.urdf", "--target", "V_N:0.3", "--sensors", "8")
     assert (code, out) == (2, "")
     assert "V_N" in err.splitlines()[-1]
     assert "stick" in err.splitlines()[-1]
