@@ -48,7 +48,8 @@ def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
     points = np.stack([x, np.full_like(x, flange[1]), z], axis=-1).reshape(-1, 3)
     inside, own = (np.asarray(part(points)).reshape(x.shape) for part in (solid, solid.b))
     axes.contourf(x, z, inside, [-9, 0], colors=[VOLUME])
-    axes.contourf(x, z, own, [-9, 0], colors=[OWN])
+    if target.symbol == "V_S":
+        axes.contourf(x, z, own, [-9, 0], colors=[OWN])
     bodies = robot_capsules(scene.robot, frames)
     hulls = []
     for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
@@ -79,18 +80,19 @@ def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
 
 def main() -> None:
     """Draw and write the picture."""
-    figure, axes = plt.subplots(1, 2, figsize=(12.6, 6.2), layout="constrained", sharey=True)
+    figure, axes = plt.subplots(1, 2, figsize=(12.6, 6.8), sharey=True)
+    figure.subplots_adjust(left=0.06, right=0.99, top=0.95, bottom=0.18, wspace=0.03)
     section(axes[0], pr.Shell(RADIUS))
     section(axes[1], pr.Near(RADIUS))
     axes[1].set_ylabel("")
     ball = f"{NEAREST:g} to {RADIUS:g} m ahead of the flange, within {HALF_ANGLE:g}° of its axis"
     parts = (
         Patch(color=VOLUME, label="target, in the section through the flange"),
-        Patch(color=OWN, label="excluded: V_R (left), the bodies (right)"),
-        Patch(color=BODY, label="the robot's bodies, from the side"),
+        Patch(color=OWN, label="V_R, excluded from V_S"),
+        Patch(color=BODY, label="the robot's bodies from the side, excluded from V_N"),
         Patch(fill=False, edgecolor=AHEAD, linewidth=2, label=ball),
     )
-    figure.legend(handles=parts, loc="outside lower center", ncols=2, fontsize=10, frameon=False)
+    figure.legend(handles=parts, loc="lower center", ncols=2, fontsize=10, frameon=False)
     path = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "near.png"
     figure.savefig(path, dpi=110)
 

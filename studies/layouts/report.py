@@ -73,8 +73,7 @@ def _page(rows: Sequence[ScoredLayout]) -> Iterator[str]:
         " those of 0.15 m; V_OT is the sphere of the robot's reach and the sphere of 1.5 m about"
         " the tool. Robots, beams and numbers of sensors differ, so rows compare with the search"
         " beside them, not with each other. The search may choose any link for its rings; a layout"
-        " on one link was"
-        " not made for the whole arm.\n"
+        " on one link was not made for the whole arm.\n"
     )
     yield "![Each layout on its robot, with its coverage beside the search's](layouts.png)\n"
     yield "## Layouts and the search, under shadow\n"
