@@ -172,6 +172,7 @@ def blind_spots(
     Raises:
         ValueError, TooFineError, BodilessError: as ``uncovered`` does.
     """
+    verifier = verifier.at_centres()  # balls need sets without ragged surfaces
     person = verifier.scene.person is not None
     if person:
         target = replace(target, reachable="person")

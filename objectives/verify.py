@@ -167,6 +167,12 @@ class Verifier:
         """Return a verifier for another occlusion model, with the same cached voxels."""
         return self.in_scene(replace(self.scene, occlusion=occlusion))
 
+    def at_centres(self) -> "Verifier":
+        """Return a verifier of the same scene that judges voxels at their centres."""
+        if self.rule == "centre":
+            return self
+        return Verifier(self.scene, self.point_voxel, "centre", memory=self.memory, at=self.at)
+
     def in_scene(self, scene: CoreScene) -> "Verifier":
         """Return a verifier for a scene of the same targets and poses, with the same cached
         voxels."""

@@ -117,7 +117,9 @@ def test_coverage_on_a_rail_is_that_of_the_arm_alone():
     space = Space(alone, sensors=16)
     setup = space.setup(fresh(space, np.random.default_rng(0)))
     for goal in goals:
-        here, there = (Verifier(s, voxel).verify(setup, goal.target).zeta for s in (alone, on))
+        here, there = (
+            Verifier(s, voxel, "centre").verify(setup, goal.target).zeta for s in (alone, on)
+        )
         assert here == pytest.approx(there, abs=2e-4)
 
 

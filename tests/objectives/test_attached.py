@@ -151,7 +151,7 @@ def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, set
     assert len(robot_capsules(scene.robot, frames)) == len(scene.robot.bodies)
     seen = int(np.asarray(setup_sight(scene, setup, q).holds(inside)).sum())
     if rule == "centre":
-        counted = Verifier(scene, voxel).verify(setup, NEAR)
+        counted = Verifier(scene, voxel, rule).verify(setup, NEAR)
         assert counted.target_voxels == len(inside)
         assert counted.covered_voxels == pytest.approx(seen, abs=1)
     else:

@@ -116,7 +116,8 @@ def test_drawn_mountings_are_counted_one_by_one(verifier, setup, seed):
     for i, pose in enumerate(verifier.scene.poses):
         ((wanted, _),) = verifier.pieces(NEAR, i)
         covered = [
-            count(c, 0.05, within=wanted) for c in misplaced_cones(UR10, setup, pose.q, drawn)
+            count(c, 0.05, verifier.points, wanted)
+            for c in misplaced_cones(UR10, setup, pose.q, drawn)
         ]
         expected += verifier.scene.pose_weights[i] * np.array(covered) / len(wanted)
     assert found.zetas == pytest.approx(expected, abs=1e-12)
