@@ -72,9 +72,8 @@ def test_the_largest_ball_of_a_ball_is_itself(monkeypatch, cells):
 def verifier():
     """Two poses, the second of which differs in the wrist alone, past the robot's own body."""
     turned = UR10.rest + 0.4 * np.eye(6)[3]
-    return Verifier(
-        replace(paper_scene(), poses=(Pose(UR10.rest), Pose(turned)), occlusion="shadow"), VOXEL
-    )
+    poses = (Pose(UR10.rest), Pose(turned))
+    return Verifier(replace(paper_scene(), poses=poses, occlusion="shadow"), VOXEL, "centre")
 
 
 @pytest.mark.parametrize("target", [NEAR, Target("V_O")], ids=str)
@@ -97,7 +96,7 @@ class PieceByPiece(Verifier):
 
 
 def test_piece_by_piece_nothing_is_lost(verifier):
-    setup, tight = named_setup("n2_16_55"), PieceByPiece(verifier.scene, VOXEL)
+    setup, tight = named_setup("n2_16_55"), PieceByPiece(verifier.scene, VOXEL, "centre")
     assert uncovered(tight, setup, NEAR, 0) == uncovered(verifier, setup, NEAR, 0)
 
 
