@@ -215,9 +215,12 @@ def test_verify_prints_one_object_or_a_list_and_a_table(run):
     assert code == 0
     one = VerifyResult.model_validate_json(out)
     said = (one.setup, one.target, one.radius, one.rule, one.voxel)
-    assert said == ("n3_16_55", "V_S", 0.5, "centre", 0.1)
+    assert said == ("n3_16_55", "V_S", 0.5, "sampled", 0.1)
     assert one.low_percent == one.zeta_percent == one.high_percent
     assert one.zeta_percent == pytest.approx(100 * one.covered_voxels / one.target_voxels)
+    assert 0 < one.error_points < 5
+    _, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--rule", "centre", "--json")
+    assert VerifyResult.model_validate_json(out).error_points is None
     several = ("--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified")
     _, out, _ = run("verify", "n2_16_25", *several, "--json")
     results = [VerifyResult.model_validate(r) for r in json.loads(out)]

@@ -43,6 +43,7 @@ from place_rings.reporting.setup_report.blind_spot_picture import coarse
 from place_rings.reporting.setup_report.directions import bearing, heading, height, whereabouts
 from place_rings.reporting.setup_report.facts import looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list
+from place_rings.reporting.text import with_error
 
 HOSTILE = (
     "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` |"
@@ -299,13 +300,14 @@ def test_the_report_says_what_is_counted(made):
     read, file = made
     setup, scene = resolve(str(file), None)
     counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
-    assert f"{100 * counted.zeta:.2f} %" in read.text
+    assert f"{with_error(100 * counted.zeta, counted.error)} %" in read.text
     assert "Fails." in read.text
     bounds = re.search(r"proved: ([\d.]+) to ([\d.]+) %", read.text)
     certified = Verifier(scene, None, "certified", 0.02).verify(setup, scene.goals[0].target)
     assert float(bounds[1]) <= 100 * certified.high
     assert float(bounds[2]) >= 100 * certified.low
-    unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in counted.poses]
+    centred = Verifier(scene, 0.1, "centre").verify(setup, scene.goals[0].target)
+    unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in centred.poses]
     for litres in unseen:
         assert f"{litres:,.1f} litres" in read.text
     rows = {row[0]: row for row in read.rows}
