@@ -126,7 +126,7 @@ class Estimate:
     _here: float = field(default=0.0, init=False)  # expected seconds of this call
     _part: float = field(default=0.0, init=False)  # finished share of it
     _stored: int = field(default=0, init=False)
-    _began: float = field(default_factory=time.monotonic, init=False)
+    _began: float = field(default_factory=lambda: time.monotonic(), init=False)
 
     @classmethod
     def of(
