@@ -131,8 +131,8 @@ class Proposal(Placement):
 
     @property
     def rings_tried(self) -> dict[int, float]:
-        """Counted value of the criterion in [0, 1] by the number of rings, for a search with
-        ``fewest_rings``; empty otherwise."""
+        """Counted value of the criterion in [0, 1] by the number of rings, for a search for the
+        fewest rings; empty otherwise."""
         return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
 
     @property

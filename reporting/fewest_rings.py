@@ -53,7 +53,7 @@ def fewest_rings_line(record: FewestRingsModel) -> str:
     cut = [one for one in record.tried if not one.finished]
     why = [f"{_loss(one, best)} after {one.seconds:.0f} s" for one in cut]
     if fewer is None:
-        why.append(f"no time was left for {answer.rings - 1}")
+        why.append(f"no time was left for {counted(answer.rings - 1, 'ring')}")
     return (
         f"The proposal has {rings}, within {margin} so far. Other numbers of rings may be better:"
         f" the searches were cut short ({', '.join(why)}). Set a longer --time, or none. {spent}"
