@@ -5,7 +5,7 @@ from rich.table import Table
 from ..formats.schema.proposal_models import FewestRingsModel, TriedRingsModel
 from ..objectives.prices import Prices
 from .explained import Explained
-from .text import counted
+from .text import counted, listed
 
 
 def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Explained:
@@ -50,13 +50,16 @@ def fewest_rings_line(record: FewestRingsModel) -> str:
     if record.conclusive:
         loss = "" if fewer is None else f"; {_loss(fewer, best)}"
         return f"The proposal has {rings}, the fewest within {margin}{loss}. {spent}"
-    cut = [one for one in record.tried if not one.finished]
-    why = [f"{_loss(one, best)} after {one.seconds:.0f} s" for one in cut]
-    if fewer is None:
-        why.append(f"no time was left for {counted(answer.rings - 1, 'ring')}")
+    cut = [str(one.rings) for one in record.tried if not one.finished]
+    left = [str(number) for number in record.untried]
+    why = " and ".join(
+        [f"a limit cut short the searches with {listed(cut)} rings"] * bool(cut)
+        + [f"no time was left for {listed(left)} rings"] * bool(left)
+    )
+    loss = "" if fewer is None else f" ({_loss(fewer, best)})"
     return (
-        f"The proposal has {rings}, within {margin} so far. Other numbers of rings may be better:"
-        f" the searches were cut short ({', '.join(why)}). Set a longer --time, or none. {spent}"
+        f"The proposal has {rings}, within {margin} so far{loss}. Another number may be better:"
+        f" {why}. Set a longer --time, or none. {spent}"
     )
 
 

@@ -312,6 +312,9 @@ class FewestRingsModel(StrictModel):
         description="whether the searches for the best and for one ring fewer than the answer"
         " ended by themselves"
     )
+    untried: list[int] = Field(
+        default=[], description="smaller numbers of rings for which no time was left"
+    )
 
     @classmethod
     def of(cls, fewest: "FewestRings", scene: CoreScene) -> Self:
@@ -327,7 +330,12 @@ class FewestRingsModel(StrictModel):
             )
             for n, one in fewest.tried.items()
         ]
-        return cls(within_points=100 * fewest.within, tried=tried, conclusive=fewest.conclusive)
+        return cls(
+            within_points=100 * fewest.within,
+            tried=tried,
+            conclusive=fewest.conclusive,
+            untried=list(fewest.untried),
+        )
 
 
 class RepeatedModel(StrictModel):
