@@ -131,6 +131,9 @@ def _places(scene: CoreScene) -> list[_Places]:
             ]
         more = _EDGE if clear is not None else 0.0
         heights, half = _cells([(a * length, b * length) for a, b in ends if a <= b], more)
+        for a, b in limits.keep_out:  # a ring may sit at its very ends
+            kept = (heights - half > a * length) & (heights + half < b * length)
+            heights = heights[~kept] if length else heights[: 0 if a <= 0 <= b else None]
         around = max(8, math.ceil(2 * math.pi * radius / _SPACING))
         phase = np.arange(around) * (2 * math.pi / around)
         sensor = scene.sensor_of(mount.link)
@@ -169,7 +172,7 @@ def _beyond(
 
 def _left(
     grid: _Places, frame: Float[np.ndarray, "4 4"], hidden: "_Hidden", rest: Int[np.ndarray, " K"]
-) -> Int[np.ndarray, " K"]:
+) -> Int[np.ndarray, " L"]:
     """Return which of the points with the numbers ``rest`` no ring of a link covers."""
     mount = grid.mount
     cells = np.stack(np.meshgrid(grid.height, grid.phase, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from ..strategies.units import GENERATORS
 
-BOX = np.array([[-1.0, -1, 0], [1, 1, 2.6]])
+BOX = np.array([[-0.6, -0.6, 0], [0.6, 0.6, 2.6]])
 ARM = 0.05  # m, clearance of the drawn arms' axes
 
 
@@ -92,7 +92,7 @@ def hands(rng, bodies, person, wanted=300):
     return np.array(ends).reshape(-1, 3)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(GENERATORS)
 def test_all_that_drawn_arms_touch_belongs_to_the_region(rng):
     bodies, person = drawn_cell(rng), drawn_person(rng)
@@ -102,7 +102,7 @@ def test_all_that_drawn_arms_touch_belongs_to_the_region(rng):
     assert ends[~region.holds(ends)].tolist() == []
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(GENERATORS, st.sampled_from(["reach", "height", "shoulder", "areas"]))
 def test_the_region_grows_with_the_person_and_the_floor(rng, key):
     bodies, person = drawn_cell(rng), drawn_person(rng)

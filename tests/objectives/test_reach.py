@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets import Target
@@ -40,7 +41,8 @@ def drawn_scene(rng, sensor, occlusion, real):
         box(rng.uniform(-0.8, 0.8, 3), rng.uniform(0.02, 0.5, 3)),
     ]
     low = float(rng.uniform(-1.2, 1))
-    limits = Limits(position=(0.1, 0.9), tilt=(low, low + float(rng.uniform(0, 0.5))))
+    tilt = low, low + float(rng.uniform(0, 0.5))
+    limits = Limits(position=(0.1, 0.9), tilt=tilt, keep_out=((0.3, 0.6),))
     return CoreScene(
         robot=robot,
         poses=(Pose(q),),
@@ -75,7 +77,7 @@ def drawn_rings(scene, rng, count):
     return tuple(rings)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     GENERATORS,
     st.sampled_from(SENSORS),
@@ -104,25 +106,20 @@ def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
 
 def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
     """Rings of radius 0 at one place, in all directions that tilts allow."""
-    robot = ROBOTS["ur10"]
     half, low = math.radians(20), math.radians(-30)
     limits = Limits(position=(0.5, 0.5), tilt=(low, low), radius=1e-3)
-    others = Limits(keep_out=((0.0, 1.0),))
+    others = Limits(sensor=Sensor(2 * half, 0.01))
     scene = pr.Scene.paper(robot="ur10", sensor=Sensor(2 * half, 5.0)).core
     scene = replace(
         scene,
         limits={link: limits if link == "forearm" else others for link in scene.robot.links},
     )
-    assert "forearm" in robot.links
     rng = np.random.default_rng(0)
     mount = scene.robot.mount("forearm")
-    from place_rings.coverage.robots.kinematics import forward
-
     T = forward(scene.robot.chain, scene.poses[0].q)[mount.frame]
     way = rng.normal(size=(4000, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
     middle = T[:3, :3] @ (mount.start + 0.5 * mount.length * mount.axis) + T[:3, 3]
     share = beyond_any(scene, middle + 2.0 * way, 0).mean()
     band = (math.sin(low + half) - math.sin(low - half)) / 2  # of a sphere
-    tool = 0.0  # rings on the tool are kept out
-    assert share == pytest.approx(1 - band - tool, abs=0.04)
+    assert share == pytest.approx(1 - band, abs=0.04)
