@@ -216,7 +216,7 @@ def _panel(
     ax.scatter(
         x[good & ~cell], y[good & ~cell], color=GREY, label="meets the robot itself", **style
     )
-    label = f"more than {1000 * _AGREE:.0f} mm off, or with a target where none is, or none"
+    label = f"more than {1000 * _AGREE:.0f} mm off, or a target on one side only"
     ax.scatter(x[off], y[off], color=WARNING, marker="x", s=20, lw=1.2, zorder=3, label=label)
     ax.set(xlim=(1.6 * none, most), ylim=(1.6 * none, most), aspect="equal")
     ax.axhline(0, color=GREY, lw=0.5)

@@ -7,7 +7,8 @@ number is drawn from each, so that both kinds of error are equally likely to be 
 stratum's weight is its share of the target, from which the share for the whole target follows.
 
 If the target has too few points of a prediction, more are drawn beyond it, near the edge of
-coverage there: strata of weight 0. They show whether the edge is where it should be.
+coverage there, on both of its sides: strata of weight 0. They show whether the edge is where it
+should be.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -262,6 +263,9 @@ def _strata(
         most = min(count, wanted[covered] + left)
         wanted[covered] = max(wanted[covered], most)
         near, far = (np.flatnonzero((told == covered) & (edge == e)) for e in (True, False))
+        some = more[0][beyond[covered]]
+        if not len(near) and most >= _SPLIT:  # the edge of coverage is beyond the target
+            most -= min(round(_NEAR * most), len(some))
         if len(near) and len(far) and most >= _SPLIT:
             share = min(max(len(near) / (len(near) + len(far)), _NEAR), 1 - _NEAR)
             first = min(len(near), max(round(share * most), most - len(far)))
@@ -272,7 +276,6 @@ def _strata(
             share = weight * len(which) / len(points)
             if len(which):
                 yield Stratum(pose, covered, share, len(which), at_edge), points[which], number
-        some = more[0][beyond[covered]]
         if (lack := min(wanted[covered] - most, len(some))) > 0:
             yield Stratum(pose, covered, 0.0, len(some), True), some, lack
 
