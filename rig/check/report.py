@@ -8,8 +8,8 @@ import numpy as np
 
 from ...formats.writing import output_files, write_text
 from ...reporting.pages import csv_text, escaped, html, table
+from ..rod.coverage_edge import EDGE
 from ..rod.coverage_estimate import RodCheck
-from ..rod.trial_plan import EDGE
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .assessment import Assessment

@@ -2,41 +2,35 @@
 half of them predicted seen and half unseen.
 
 The points are centres of the target's voxels at which the rod can stand. They form strata by pose,
-prediction, and nearness to the edge of coverage: the places of the other prediction. The same
-number is drawn from each, so that both kinds of error are equally likely to be detected. A
-stratum's weight is its share of the target, from which the share for the whole target follows.
+prediction, and nearness to the edge of coverage: the places of the other prediction. As many are
+drawn of one prediction as of the other, so that both kinds of error are equally likely to be
+detected, and a quarter or more near the edge. A stratum's weight is its share of the target, from
+which the share for the whole target follows.
 
 If the target has too few points of a prediction, more are drawn beyond it, near the edge of
 coverage there, on both of its sides: strata of weight 0. They show whether the edge is where it
 should be.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.spatial import KDTree
 
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...coverage.voxels.octree import voxels
 from ...coverage.weight_field import WeightField
 from ...objectives.scene import CoreScene
+from .coverage_edge import Told, near_edge, places_beyond
 from .rod import Detection, Rod, placeable, seen
 
 TRIALS = 120
 VOXEL = 0.05  # m
-EDGE = 0.15  # m: points nearer to a place of the other prediction are near the edge of coverage
 _LEAST = 2  # minimum of points drawn from a stratum, if it has as many
 _NEAR = 0.25  # least share of the trials of a prediction near the edge, and away from it
 _SPLIT = 8  # trials of a prediction at a pose, from which those near the edge are a stratum
-_BEYOND = (0.4, 0.8, 1.6)  # m around a target where more points are sought, one after the other
-_GRID = 0.1  # m, between these
-
-
-_Told = tuple[Float[np.ndarray, "_ 3"], Bool[np.ndarray, " _"]]
-"""Points, and at which of them the rod is predicted to be seen."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +204,7 @@ def plan_rod(
         half, told = max(round(trials * weight / 2), _LEAST), sees(points)
         more = np.zeros((0, 3)), np.zeros(0, bool)
         if (lack := half - min(told.sum(), (~told).sum())) > 0:
-            more = _beyond(scene, target, i, points, told, rod, sees, int(lack))
+            more = places_beyond(scene, target, i, points, told, rod, sees, int(lack))
         for s, some, wanted in _strata(i, weight, (points, told), more, half):
             stratum += [len(strata)] * wanted
             point.append(some[rng.choice(len(some), wanted, replace=False)])
@@ -241,7 +235,7 @@ def _order(
 
 
 def _strata(
-    pose: int, weight: float, target: _Told, more: _Told, half: int
+    pose: int, weight: float, target: Told, more: Told, half: int
 ) -> Iterator[tuple[Stratum, Float[np.ndarray, "N 3"], int]]:
     """Yield the strata of a pose, with their points and the number of points to draw.
 
@@ -278,48 +272,3 @@ def _strata(
                 yield Stratum(pose, covered, share, len(which), at_edge), points[which], number
         if (lack := min(wanted[covered] - most, len(some))) > 0:
             yield Stratum(pose, covered, 0.0, len(some), True), some, lack
-
-
-def near_edge(
-    points: Float[np.ndarray, "N 3"], told: Bool[np.ndarray, " N"]
-) -> Bool[np.ndarray, " N"]:
-    """Return which points are at most ``EDGE`` from one of the other prediction."""
-    near = np.zeros(len(points), bool)
-    for covered in (True, False):
-        mine, others = np.flatnonzero(told == covered), points[told != covered]
-        if len(others) and len(mine):
-            near[mine] = np.isfinite(KDTree(others).query(points[mine], 1, 0, 2, EDGE)[0])
-    return near
-
-
-def _beyond(
-    scene: CoreScene,
-    target: Target,
-    pose: int,
-    points: Float[np.ndarray, "N 3"],
-    told: Bool[np.ndarray, " N"],
-    rod: Rod,
-    sees: Callable[[Float[np.ndarray, "M 3"]], Bool[np.ndarray, " M"]],
-    wanted: int,
-) -> _Told:
-    """Return places for the rod beyond a target at a pose, no higher or lower than those in it, and
-    which are predicted seen.
-
-    The search widens until ``wanted`` places near the edge of coverage are of the prediction that
-    the target's ``points`` lack.
-    """
-    solid, lacking = scene.solid(target, pose), bool(told.mean() < 0.5)
-    low, high = points.min(axis=0), points.max(axis=0)
-    found = np.zeros((0, 3)), np.zeros(0, bool)
-    for margin in _BEYOND:
-        out = np.array([margin, margin, 0.0])
-        axes = [np.arange(a, b + 1e-9, _GRID) for a, b in zip(low - out, high + out, strict=True)]
-        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        grid = grid[np.asarray(solid(grid)) > 0]
-        some = grid[placeable(scene, scene.poses[pose].q, grid, rod)]
-        found = some, sees(some)
-        both = (np.concatenate(each) for each in zip((points, told), found, strict=True))
-        near = near_edge(*both)[len(points) :]
-        if (near & (found[1] == lacking)).sum() >= wanted:
-            break
-    return found
