@@ -71,7 +71,7 @@ def test_a_setup_without_rings_is_checked_to_its_end(tmp_path):
     assert (checked.injected.dead, r.verdict, r.mount) == (None, "as proposed", None)
     assert [one.answering for one in r.self_check.rings] == [1, 1]
     assert r.coverage[0].trials == 6
-    assert "pad" in page(r)
+    assert "pad" in page(r, {})
 
 
 def test_single_sensors_are_checked_beside_a_ring(tmp_path):
