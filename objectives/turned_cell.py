@@ -51,7 +51,8 @@ def states_coordinates(scene: CoreScene) -> bool:
 
 def turned_scene(scene: CoreScene) -> CoreScene:
     """Return the scene with all that it states in the base frame turned: obstacles, volumes and
-    weights of targets, walkable areas, sensors of the cell, and what is fixed or attached to the link ``base``."""
+    weights of targets, walkable areas, sensors of the cell, and what is fixed or attached to the
+    link ``base``."""
     return replace(
         scene,
         robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
