@@ -27,7 +27,7 @@ _chosen = jax.jit(SoftTerms.choose, static_argnames="most")
 _value = jax.jit(SoftTerms.criterion)
 _slope = jax.jit(jax.value_and_grad(SoftTerms.criterion, argnums=2, has_aux=True))
 _mean = jax.jit(SoftTerms.mean, static_argnames="most")
-_PAIRS = 1 << 21  # of sensors and points that are processed at once, in some 400 MB
+_PAIRS = 3 << 18  # of sensors and points that are processed at once, in some 250 MB
 
 
 class SoftCoverage:
