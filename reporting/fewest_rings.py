@@ -1,5 +1,7 @@
 """Table of a search for the fewest rings: the coverage of each number of rings."""
 
+from collections.abc import Sequence
+
 from rich.table import Table
 
 from ..formats.schema.proposal_models import FewestRingsModel, TriedRingsModel
@@ -50,17 +52,20 @@ def fewest_rings_line(record: FewestRingsModel) -> str:
     if record.conclusive:
         loss = "" if fewer is None else f"; {_loss(fewer, best)}"
         return f"The proposal has {rings}, the fewest within {margin}{loss}. {spent}"
-    cut = [str(one.rings) for one in record.tried if not one.finished]
-    left = [str(number) for number in record.untried]
+    cut = [one.rings for one in record.tried if not one.finished]
     why = " and ".join(
-        [f"a limit cut short the searches with {listed(cut)} rings"] * bool(cut)
-        + [f"no time was left for {listed(left)} rings"] * bool(left)
+        [f"a limit cut short the searches with {_rings(cut)}"] * bool(cut)
+        + [f"no time was left for {_rings(record.untried)}"] * bool(record.untried)
     )
     loss = "" if fewer is None else f" ({_loss(fewer, best)})"
     return (
         f"The proposal has {rings}, within {margin} so far{loss}. Another number may be better:"
         f" {why}. Set a longer --time, or none. {spent}"
     )
+
+
+def _rings(numbers: Sequence[int]) -> str:
+    return f"{listed([str(number) for number in numbers])} ring{'s' * ([*numbers] != [1])}"
 
 
 def _loss(one: TriedRingsModel, best: float) -> str:
