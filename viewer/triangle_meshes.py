@@ -133,8 +133,8 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     return loops(np.array([circle(np.asarray(c), np.asarray(axis), r) for c, axis, r in each]))
 
 
-def _on_surface(solid: Solid, edges: Float[np.ndarray, "E 2 3"]) -> Float[np.ndarray, "E 2 3"]:
-    """Return the edges (E, 2, 3) m whose middle is not inside the solid."""
+def _on_surface(solid: Solid, edges: Float[np.ndarray, "E 2 3"]) -> Float[np.ndarray, "F 2 3"]:
+    """Return the edges (F, 2, 3) m whose middle is not inside the solid."""
     return edges[np.asarray(solid(edges.mean(axis=1))) > -_INSIDE]
 
 

@@ -199,7 +199,7 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     assert {n for n in link if n.startswith("cones")} == {"cones1"}
 
 
-@pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P")])
+@pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P"), Target("V_N", 0.3)])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
     scene = paper_scene(
         poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),)
