@@ -22,7 +22,7 @@ from .cell_classification import SLACK, scale
 from .containing_cones import Held
 from .octree_cells import Cells, Region, first_cells
 from .sample_points import block_samples, points_in_blocks
-from .solid_bitmask import words
+from .solid_bitmask import words, words_at_samples
 from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre
 
@@ -192,8 +192,10 @@ class _Descent:
         grid = BlockGrid(self.wanted.voxel, self.slack * scale(self.cones))
         if self.sampled:
             pattern, shift = block_samples(cells.numbers)
-            grid, points = replace(grid, pattern=pattern[cell]), points + grid.voxel * shift
-        mask = words(self.cones, grid, rows(points, cell), cone)
+            points = points + grid.voxel * shift
+            mask = words_at_samples(self.cones, grid, pattern, points, cell, cone)
+        else:
+            mask = words(self.cones, grid, rows(points, cell), cone)
         word, open_ = mask.sure, np.flatnonzero(mask.sure != mask.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             each = points_in_blocks(cells.numbers[cell[some]], grid.voxel, self.sampled)

@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -23,7 +23,7 @@ from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells
 from .sample_points import block_samples, points_in_blocks
-from .solid_bitmask import words
+from .solid_bitmask import words, words_at_samples
 from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre, differing, runs
 
@@ -157,9 +157,13 @@ class Descent:
         grid = BlockGrid(self.voxel, SLACK * self.scale**2)
         if self.rule == "sampled":
             pattern, shift = block_samples(cells.numbers)
-            grid, points = replace(grid, pattern=pattern), points + self.voxel * shift
+            points = points + self.voxel * shift
         unions = [
-            words(parts, grid.only(cell), rows(points, cell), index).union(cell, len(cells))
+            (
+                words_at_samples(parts, grid, pattern, points, cell, index)
+                if self.rule == "sampled"
+                else words(parts, grid, rows(points, cell), index)
+            ).union(cell, len(cells))
             for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
         mask = fold(self.solid, unions, LOGIC)

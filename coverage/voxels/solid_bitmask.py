@@ -5,6 +5,7 @@ its rounding error has the sign of the implicit function. A voxel nearer to 0 st
 the implicit function itself is evaluated there.
 """
 
+from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
@@ -32,6 +33,31 @@ def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
     """
     none = np.zeros(len(index), np.uint64)
     return Bitmask(none, ~none)
+
+
+def words_at_samples(
+    parts: Parts,
+    grid: BlockGrid,
+    pattern: np.ndarray,
+    points: np.ndarray,
+    cell: np.ndarray,
+    index: np.ndarray,
+) -> Bitmask:
+    """Return the voxels of pairs of a block and a part whose sample points lie in the part.
+
+    Args:
+        parts: the parts.
+        grid: the grid of voxels.
+        pattern: pattern of each block's sample points.
+        points: centres of the blocks, m, shifted as their sample points are.
+        cell, index: block and part of each pair.
+    """
+    order = np.argsort(pattern[cell], kind="stable")
+    cell = cell[order]
+    mask = words(parts, replace(grid, pattern=pattern[cell]), rows(points, cell), index[order])
+    sure, maybe = np.empty_like(mask.sure), np.empty_like(mask.maybe)
+    sure[order], maybe[order] = mask.sure, mask.maybe
+    return Bitmask(sure, maybe)
 
 
 @words.register

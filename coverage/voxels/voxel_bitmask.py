@@ -42,6 +42,7 @@ def _monomials(points: Float[np.ndarray, "Q 64 3"]) -> Float[np.ndarray, "Q 10 6
     return np.stack([x**0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], 1)
 
 
+_KINDS = np.arange(len(PATTERNS), dtype=np.uint8)
 _AT_CENTRES, _AT_SAMPLES = _monomials(_CENTRES), _monomials(PATTERNS)
 _DEGREE = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])  # of each monomial
 
@@ -88,8 +89,7 @@ class BlockGrid:
     rounding: float
     """Rounding error of a quadric on the blocks, m^2; values nearer to 0 stay undecided."""
     pattern: UInt8[np.ndarray, " P"] | None = None
-    """Pattern of each block's sample points, to which ``points`` are shifted; None: points are
-    the voxels' centres."""
+    """Ascending pattern of each block's sample points; None: points are the voxels' centres."""
 
     @property
     def _points(self) -> Float[np.ndarray, "Q 64 3"]:
@@ -112,12 +112,11 @@ class BlockGrid:
 
     def words(self, quadric: Float[np.ndarray, "10 P"]) -> Bitmask:
         """Return where quadrics, given by coefficients about block centres, are at least 0."""
-        n, edges, order, monomials = quadric.shape[1], np.zeros(1, np.int64), None, _AT_CENTRES
+        n, edges, monomials = quadric.shape[1], np.zeros(1, np.int64), _AT_CENTRES
         quadric = quadric * (self.voxel**_DEGREE)[:, None]
         if self.pattern is not None:  # blocks of one pattern are multiplied together
-            order, monomials = np.argsort(self.pattern, kind="stable"), _AT_SAMPLES
-            quadric = quadric[:, order]
-            edges = np.searchsorted(self.pattern[order], np.arange(len(monomials)))
+            monomials = _AT_SAMPLES
+            edges = np.searchsorted(self.pattern, _KINDS)
         sure, maybe = np.empty((2, n), np.uint64)
         values = np.empty((min(n, _GEMM), VOXELS))
         for low in range(0, n, _GEMM):
@@ -129,8 +128,6 @@ class BlockGrid:
             value = values[: high - low]
             sure[low:high] = packed(value > self.rounding)
             maybe[low:high] = packed(value >= -self.rounding)
-        if order is not None:
-            sure[order], maybe[order] = sure.copy(), maybe.copy()
         return Bitmask(sure, maybe)
 
 
