@@ -158,7 +158,8 @@ def _beyond(
     scene: CoreScene, grids: list[_Places], pose: int, points: Float[np.ndarray, "N 3"]
 ) -> Bool[np.ndarray, " N"]:
     q, rules = scene.poses[pose].q, scene.rules
-    frames, hidden = forward(scene.robot.chain, q), _Hidden(occluders(scene, q), points)
+    frames = np.asarray(forward(scene.robot.chain, q))
+    hidden = _Hidden(occluders(scene, q), points)
     beyond = np.ones(len(points), bool)
     if rules.fixed or scene.standing:
         beyond = ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
