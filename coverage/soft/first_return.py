@@ -93,10 +93,14 @@ def of_each(function: Callable[[Polyhedron], Any], obstacles: Sequence[Polyhedro
         alike.setdefault((body.normal.shape, body.edges.shape), []).append(i)
     results: dict[int, Any] = {}
     for some in alike.values():
-        bodies = jax.tree.map(lambda *each: jnp.stack(each), *(obstacles[i] for i in some))
-        together = jax.vmap(function)(bodies)
+        tables = zip(*(vars(obstacles[i]).values() for i in some), strict=True)
+        together = jax.vmap(lambda *of_one: function(Polyhedron(*of_one)))(*map(_stacked, tables))
         results |= {i: jax.tree.map(lambda a, n=n: a[n], together) for n, i in enumerate(some)}
     return [results[i] for i in range(len(obstacles))]
+
+
+def _stacked(arrays: Sequence[Any]) -> Any:
+    return jnp.stack([jnp.asarray(array) for array in arrays])
 
 
 def soft_stop(
