@@ -94,7 +94,7 @@ def _lowest(function: Callable[[Array], Array], low: Array, rounds: int) -> Any:
     from their ratio, so each round of steps begins anew from the interval that is left.
 
     Args:
-        function: maps places (S, ...) to values.
+        function: maps places (...) to values.
         low: (...) zeros.
         rounds: number of rounds; the error is 0.62 ** (13 ``rounds``).
     """
@@ -112,8 +112,8 @@ def _lowest(function: Callable[[Array], Array], low: Array, rounds: int) -> Any:
 
     high = xp.ones_like(low)
     for _ in range(rounds):
-        inner = xp.stack([high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)])
-        state = (low, high), tuple(inner), tuple(function(inner))
+        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        state = (low, high), (a, b), (function(a), function(b))
         if xp is np:
             for _ in range(_STEPS):
                 state = step(state)

@@ -70,7 +70,8 @@ def _by_obstacle(looks: Beam, body: Polyhedron, fade: Numbers) -> Any:
     still, planes = jax.lax.stop_gradient((points, body))
     nearest = stop(still, _outside(still, planes)).argmin(axis=1)[:, None]
     point = jnp.take_along_axis(points, nearest[..., None], axis=1)
-    face = (dot(jax.lax.stop_gradient(point), planes.normal) - planes.offset).argmax(axis=1)
+    outside = dot(jax.lax.stop_gradient(point), planes.normal[None]) - planes.offset[None]
+    face = outside.argmax(axis=1)
     outside = dot(point[:, 0], body.normal[face]) - body.offset[face]
     return stop(point, outside[:, None])[:, 0]
 
@@ -79,7 +80,7 @@ def _outside(points: Array, body: Polyhedron) -> Any:
     """Return the maximum plane function (K, N) m; a loop, which compiles fast for many faces."""
 
     def more(face: Any, value: Array) -> Any:
-        return jnp.maximum(value, dot(points, body.normal[face]) - body.offset[face])
+        return jnp.maximum(value, dot(points, body.normal[None, None, face]) - body.offset[face])
 
     nothing = jnp.full(points.shape[:-1], -jnp.inf, points.dtype)
     return jax.lax.fori_loop(0, len(body.offset), more, nothing)
