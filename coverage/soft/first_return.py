@@ -40,10 +40,10 @@ def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
     each = each[0][None], each[1][None], each[2][None]
     places = capsule_places(beam, *each, ROUNDS)
     body = stop(beam, each, places).argmin(axis=1)
-    of_body = [jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places]
-    body, of_body = _computed_once((body, of_body))
+    nearest, first = (jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places)
+    body, nearest, first = _computed_once((body, nearest, first))
     start, end, radius = (a[body] for a in bodies.arrays())
-    return stop(looks, (start, end, radius), of_body)
+    return stop(looks, (start, end, radius), (nearest, first))
 
 
 def _beyond(beam: Beam) -> Any:
