@@ -57,6 +57,7 @@ def stops(cones, bodies, each, grown):
     return np.minimum(at, 1.1 * cones.range_m / np.cos(cones.half_angle))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [jnp.float64, jnp.float32])
 @settings(max_examples=8, deadline=None)
 @given(seed=drawing.seeds, width=st.sampled_from([1e-6, 1e-3, 5e-3, 0.02]))
@@ -70,6 +71,7 @@ def test_a_soft_first_return_lies_between_those_of_thicker_and_thinner_bodies(ki
     assert np.all(soft <= stops(cones, bodies, each, -grown) + NEAR)
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(seed=drawing.seeds)
 def test_a_soft_first_return_has_its_slope(seed):
