@@ -66,8 +66,8 @@ if TYPE_CHECKING:
     from .objectives.mount_rules import Limits, Rules
     from .objectives.poses import Pose
     from .objectives.prices import Prices
-    from .placement.search.feasible_set import InfeasibleError
     from .placement.search.progress import Outcome, Progress
+    from .placement.space.feasible_set import InfeasibleError
 
 __all__ = [
     "Box",
@@ -183,7 +183,7 @@ _MODULES = {
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),
-    "placement.search.feasible_set": ("InfeasibleError",),
+    "placement.space.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),
 }
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}

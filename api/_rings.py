@@ -7,7 +7,7 @@ from ._errors import InputError
 from .objectives.mount_rules import Rules
 from .objectives.named_layouts import ring_layout
 from .objectives.scene import CoreScene
-from .placement.search.design import Space
+from .placement.space.design import Space
 
 _RINGS_PER_LINK = 2
 _SENSORS_PER_RING = 16  # default where the scene's rules allow it

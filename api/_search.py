@@ -20,12 +20,12 @@ from .objectives.scene import CoreScene
 from .objectives.verify import VOXEL, Verifier
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching
-from .placement.search.design import Space
-from .placement.search.feasible_set import InfeasibleError
 from .placement.search.gradient_stage import Device, accelerated
 from .placement.search.progress import Progress
 from .placement.search.result import FewestRings, Reach, SearchResult
 from .placement.search.several_searches import fewest_rings, fewest_sensors, repeated_search
+from .placement.space.design import Space
+from .placement.space.feasible_set import InfeasibleError
 
 __all__ = ["InfeasibleError", "search"]
 

@@ -10,8 +10,8 @@ from ._study_arguments import StudyOptions
 from ._validation import check_scene, check_search_sight
 from .formats.errors import UserError
 from .objectives.scene import CoreScene, Goal
-from .placement.search.design import Space
-from .placement.search.feasible_set import InfeasibleError
+from .placement.space.design import Space
+from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.store import Cell
 
 Measure = Callable[[str, list[Cell]], list[Any]]

@@ -12,7 +12,7 @@ from ._errors import input_errors
 from ._study_arguments import StudyName, StudyOptions, Told
 from ._study_pages import check, measured, written
 from .formats.writing import output_files, write_text
-from .placement.search.feasible_set import InfeasibleError
+from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.estimate import Estimate, calibration, rehearsed
 from .studies.engine.measurement import Measurement
 from .studies.engine.registry import TASKS

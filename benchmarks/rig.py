@@ -15,8 +15,8 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.named_layouts import layout_in, ring_layout
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.search import search
+from place_rings.placement.space.design import Space
 from place_rings.rig.mount.stop_plan import POSES, planned
 from place_rings.rig.poses.itinerary import Itinerary, reachable
 from place_rings.rig.poses.routes import Clearance

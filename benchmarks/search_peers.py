@@ -16,9 +16,9 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.mounting import meeting
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Candidate, Space
 from place_rings.placement.search.exchange import share_of
 from place_rings.placement.search.exchange_points import Fields
+from place_rings.placement.space.design import Candidate, Space
 from search_questions import QUESTIONS
 from search_run import exact
 

@@ -11,7 +11,7 @@ from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
+from place_rings.placement.space.design import Space
 from place_rings.simulation.pick_and_place import pick_and_place
 
 _RINGS_PER_LINK, _SENSORS_PER_RING = 2, 16  # of given rings, with one ring on the tool

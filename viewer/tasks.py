@@ -17,10 +17,10 @@ from ..objectives.pose_subset import MANY
 from ..objectives.scene import CoreScene, Goal
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
-from ..placement.search.design import Space
 from ..placement.search.global_stage import Schedule
 from ..placement.search.progress import Progress
 from ..placement.search.search import search
+from ..placement.space.design import Space
 
 WIDTH = 0.001  # width of the guaranteed interval, as a share
 # receives the current step and the completed share in [0, 1]; may raise

@@ -10,7 +10,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.link_segments import HIGH, LOW, Segment, most_rings, segments
-from ..search.design import Space
+from ..space.design import Space
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
-from ..search.design import Space
+from ..space.design import Space
 from .blurred_beam import BlurredBeam, Profile
 from .coverage_bound import CoverageBound, TermBound
 from .families import Budget, Family, families

@@ -19,7 +19,7 @@ from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.verify import Verifier
 from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
-from ..search.stop_token import StopToken
+from ..stop_token import StopToken
 from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
 from .problem import EncodedSetup, RedesignProblem

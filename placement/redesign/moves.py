@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...coverage.rings.ring import Ring
-from ..search.feasible_set import Rng
+from ..space.feasible_set import Rng
 from .changes import Touched
 from .problem import RedesignProblem
 

@@ -20,7 +20,7 @@ from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.target_points import TargetPoints
 from ...objectives.verify import Verifier
 from ..search.progress import Outcome, Progress, Statistics
-from ..search.stop_token import StopToken
+from ..stop_token import StopToken
 from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
 from .changes import Touched
 from .problem import RedesignProblem

@@ -20,13 +20,13 @@ from ...coverage.ring_views.mount_points import MountPoints
 from ...coverage.ring_views.ring_views import RingPlaces, Views, ring_views
 from ...coverage.rings.ring import Ring
 from ...objectives.parameterization import Interval, decode, encode, positions
-from .design import Candidate, Space
+from ..space.design import Candidate, Space
+from ..space.feasible_set import Rng
+from ..space.ring_places import SPREADS
+from ..stop_token import StopToken
 from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criterion_by_counts
 from .exchange_points import Field, Fields
-from .feasible_set import Rng
-from .stop_token import StopToken
 
-SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of the scale
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed

@@ -16,7 +16,7 @@ from ...objectives.criterion import Criterion, check_criterion
 from ...objectives.occlusion import occluders, sight
 from ...objectives.scene import CoreScene
 from ...objectives.target_points import TargetPoints
-from .design import Space
+from ..space.design import Space
 
 ACTIVE = 16  # poses at which a candidate is improved where the worst of more poses counts
 # points of each pose at which it is then judged: at most, at least, and of all poses together

@@ -15,14 +15,14 @@ import numpy as np
 
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
-from .design import Candidate, Space
+from ..space.design import Candidate, Space
+from ..space.starts import fresh
+from ..stop_token import StopToken
 from .exchange import Exchange, TrialReach, share_of
 from .exchange_criteria import criterion_by_counts
 from .exchange_points import ACTIVE, Fields, active_poses
 from .ring_library import Wanted, ring_library
 from .ruin_recreate import RuinRecreate
-from .starts import fresh
-from .stop_token import StopToken
 
 _STREAM, _LIBRARY = 3, 5  # random streams of the candidates and of the libraries
 _SOFTNESS = 0.02  # of the minimum over poses or losses, per scale of a round

@@ -23,10 +23,10 @@ from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import at_tilt, decode
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.soft_terms import Sample
-from .design import Candidate, Space
-from .feasible_set import Rng
-from .starts import fresh
-from .stop_token import StopToken
+from ..space.design import Candidate, Space
+from ..space.feasible_set import Rng
+from ..space.starts import fresh
+from ..stop_token import StopToken
 
 _PAIRS = 1 << 24  # of a candidate's ring and a point, whose gradients fit in 16 GB of memory
 _POINTS = 1024  # drawn anew in each step, of each goal at each pose

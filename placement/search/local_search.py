@@ -18,7 +18,7 @@ from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import Interval, at_tilt, tilt_slope
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.soft_terms import Sample
-from .stop_token import StopToken
+from ..stop_token import StopToken
 
 Values = Float[np.ndarray, "3 R"]
 _TOLERANCE = 1e-7  # of constraints, as a share of a link

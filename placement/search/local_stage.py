@@ -7,12 +7,12 @@ import numpy as np
 
 from ...objectives.parameterization import decode
 from ...objectives.soft_coverage import SoftCoverage
-from .design import Candidate, Space
+from ..space.design import Candidate, Space
+from ..space.starts import fresh
+from ..stop_token import StopToken
 from .exchange_points import Fields
 from .global_stage import SearchRecord
 from .local_search import Climb, RingConstraints, climb
-from .starts import fresh
-from .stop_token import StopToken
 
 _CLIMBED = 2  # best candidates that climb, side by side
 _POINTS = 65536  # of all goals and poses together, as far as they were drawn

@@ -16,11 +16,18 @@ from ...coverage.ring_views.ring_views import RingPlaces, ring_views
 from ...coverage.rings.ring import ring_values
 from ...objectives.link_segments import ABOVE, BELOW
 from ...objectives.parameterization import encode
-from .design import Candidate, Space
+from ..space.design import Candidate, Space
+from ..space.feasible_set import Rng
+from ..space.ring_places import (
+    SinglePlaces,
+    joined,
+    places_anywhere,
+    places_near,
+    places_of,
+    rows_at_tilt,
+)
+from ..stop_token import StopToken
 from .exchange_points import Field
-from .feasible_set import Rng
-from .ring_places import SinglePlaces, joined, places_anywhere, places_near, places_of, rows_at_tilt
-from .stop_token import StopToken
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _BITS = 64

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt64
 
-from .feasible_set import Rng
+from ..space.feasible_set import Rng
+from ..stop_token import StopToken
 from .ring_library import RingLibrary
-from .stop_token import StopToken
 
 _DROPPED = 6  # most rings that leave at once
 _TRIED = 700  # places among which a recreation chooses; 1500 take longer for the same answers

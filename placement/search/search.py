@@ -12,15 +12,15 @@ from ...coverage.voxels.allocation import keep_freed_memory
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
-from .design import Space
+from ..space.design import Space
+from ..space.starts import feasible, fitted, fresh, papers
+from ..stop_token import StopToken
 from .exchange_points import Fields
 from .global_stage import GlobalStage, Schedule, SearchRecord, judging_points, usual
 from .gradient_stage import Device, accelerated, gradient_stage, suits
 from .local_stage import LocalStage
 from .progress import Outcome, Progress, StageResult, Statistics
 from .result import SearchResult
-from .starts import feasible, fitted, fresh, papers
-from .stop_token import StopToken
 from .verdict import choose
 
 FINALISTS = 3  # candidates that the exact count compares

@@ -11,9 +11,9 @@ from ...coverage.rings.ring import Setup
 from ...objectives.criterion import Criterion
 from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
-from .design import Space
+from ..space.design import Space
+from ..space.feasible_set import InfeasibleError
 from .exchange_points import Fields
-from .feasible_set import InfeasibleError
 from .global_stage import Schedule, judging_points, usual
 from .gradient_stage import Device
 from .progress import Outcome, Progress, RepeatedProgress

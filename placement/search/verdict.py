@@ -11,7 +11,7 @@ from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import CoreScene
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
-from .stop_token import StopToken
+from ..stop_token import StopToken
 
 # With more than ``MANY`` poses, setups are compared at some of them, and the chosen one is counted
 # at all: where the mean counts, at ROUGH representative poses on voxels of side COARSE, m; where

@@ -8,10 +8,10 @@ from typing import Any
 from ...formats.schema.ring_models import ring_models
 from ...objectives.criterion import Criterion
 from ...objectives.named_layouts import ring_layout
-from ...placement.search.design import Space
 from ...placement.search.global_stage import usual
 from ...placement.search.progress import Outcome
 from ...placement.search.search import search as searching
+from ...placement.space.design import Space
 from .registry import register
 from .scenes import Rings, scene_from, setup_from
 

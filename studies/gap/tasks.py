@@ -6,7 +6,7 @@ from typing import Any
 
 from ...objectives.criterion import Criterion
 from ...placement.bound.upper_bound import upper_bound
-from ...placement.search.design import Space
+from ...placement.space.design import Space
 from ..engine.registry import register
 from ..engine.scenes import scene_from
 

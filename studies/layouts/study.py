@@ -15,8 +15,8 @@ from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Target
 from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
-from ...placement.search.design import Space
-from ...placement.search.feasible_set import InfeasibleError
+from ...placement.space.design import Space
+from ...placement.space.feasible_set import InfeasibleError
 from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import keys_of, setup_keys
 from ..engine.store import Cell

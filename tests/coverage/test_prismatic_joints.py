@@ -18,8 +18,8 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
 
 from ..strategies.rings import LONGEST, ROBOT_NAMES, poses
 from ..strategies.units import GENERATORS

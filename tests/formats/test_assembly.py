@@ -18,9 +18,9 @@ from place_rings.formats.printing.print_files import ring_files
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import fresh
 from place_rings.reporting.assembly_picture import assembly_picture, printed_parts
 
 from ..support.assembly import Verdict, judge, shared

@@ -26,9 +26,9 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import fresh
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.cable_section import cable_section
 from place_rings.reporting.setup_report.facts import Facts

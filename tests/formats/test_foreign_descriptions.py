@@ -22,7 +22,7 @@ from place_rings.formats.stand_ins import refuse_stand_in
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.feasible_set import FeasibleSet
+from place_rings.placement.space.feasible_set import FeasibleSet
 from place_rings.reporting.export_formats import FORMATS
 
 from ..support.refusals import has_parts, refused

@@ -43,9 +43,9 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import fresh
 from place_rings.reporting.ring_pictures import ring_pictures
 
 from ..support import drawing

@@ -45,9 +45,9 @@ from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
-from place_rings.placement.search.starts import _drawn, feasible, fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import _drawn, feasible, fresh
 from place_rings.reporting.lines.occlusion import shared_tilt_line
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull

@@ -15,8 +15,8 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import ABOVE, BELOW, GRAIN, HIGH, LOW, TILTS
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import CoreScene
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
 
 from ..support import drawing
 

@@ -37,9 +37,9 @@ from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.space.design import Space
 
 from ..strategies.rings import poses, setups
 

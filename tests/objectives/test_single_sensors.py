@@ -34,12 +34,12 @@ from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_part
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.redesign.redesign import improve
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import share_of
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
 
 from ..strategies.rings import LINKS, setups
 from ..strategies.scenes import CELLS, scenes, shells

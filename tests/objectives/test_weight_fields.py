@@ -29,9 +29,9 @@ from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.space.design import Space
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places
 

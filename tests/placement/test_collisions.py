@@ -21,10 +21,10 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import _drawn, fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import _drawn, fresh
 
 SHORT = (Round(256, 3, 1, 6, 0.3, 6), Round(512, 2, 1, 6, 0.1, 4))
 

@@ -25,21 +25,21 @@ from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, TrialReach
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.global_stage import any_rings, given_rings, usual
 from place_rings.placement.search.ring_library import Wanted, ring_library
-from place_rings.placement.search.ring_places import (
+from place_rings.placement.search.ruin_recreate import Gains, RuinRecreate, gains, joined
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.ring_places import (
     _room,
     places_anywhere,
     places_near,
     places_of,
 )
-from place_rings.placement.search.ruin_recreate import Gains, RuinRecreate, gains, joined
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 
 from ..strategies.units import GENERATORS
 

@@ -19,10 +19,10 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.placement.search.design import Candidate, Space
-from place_rings.placement.search.feasible_set import InfeasibleError, refusal
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fitted, fresh, papers
+from place_rings.placement.space.design import Candidate, Space
+from place_rings.placement.space.feasible_set import InfeasibleError, refusal
+from place_rings.placement.space.starts import fitted, fresh, papers
 
 from ..support import drawing
 

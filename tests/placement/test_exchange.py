@@ -38,13 +38,13 @@ from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle, paper_scene
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, TrialReach, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
 from place_rings.placement.search.exchange_points import Field, Fields, HeldViews
 from place_rings.placement.search.global_stage import GlobalStage, Round, SearchRecord
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 
 from ..strategies.singles import SENSORS
 from ..strategies.units import GENERATORS, uniform_directions

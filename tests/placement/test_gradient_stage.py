@@ -6,10 +6,10 @@ import pytest
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.gradient_stage import gradient_stage, suits
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 
 SCENES = {
     "paper": pr.Scene.paper(targets=[pr.Shell(0.5)]),

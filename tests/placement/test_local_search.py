@@ -13,13 +13,13 @@ from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.local_search import ClimbEffort, RingConstraints, climb
 from place_rings.placement.search.local_stage import LocalStage
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 
 from ..objectives.test_single_sensors import HELD, SCENE, SKIN
 from ..support import drawing

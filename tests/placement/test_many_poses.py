@@ -14,12 +14,12 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 from place_rings.simulation.pick_and_place import pick_and_place
 
 SHORT = (Round(512, 4, 1, 8, 0.2, 8),)

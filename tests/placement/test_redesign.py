@@ -27,10 +27,10 @@ from place_rings.placement.redesign.changes import ChangeKind, Touched, changes,
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.redesign.redesign import improve
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.progress import Outcome
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
+from place_rings.placement.space.starts import fresh
 
 from ..support import drawing
 from .test_design import drawn_scene

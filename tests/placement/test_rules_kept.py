@@ -20,10 +20,10 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle
-from place_rings.placement.search.design import Space
-from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
 
 SIZE = 0.2  # m, of the boxes that are obstacles
 SHORT = (Round(1024, 3, 1, 4, 0.2, 4), Round(2048, 2, 1, 4, 0.05))

@@ -22,14 +22,14 @@ from place_rings.objectives.parameterization import decode, encode, positions
 from place_rings.objectives.scene import CoreScene, Pose
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search import exchange, exchange_points, ring_library
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.ring_places import places_of
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fresh
-from place_rings.placement.search.stop_token import StopToken
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.ring_places import places_of
+from place_rings.placement.space.starts import fresh
+from place_rings.placement.stop_token import StopToken
 
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
 FREE = CoreScene(rules=CLOSE)

@@ -17,13 +17,13 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import global_stage
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.ruin_recreate import RuinRecreate
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
 
 SHORT = (Round(1024, 4, 1, 8, 0.2, 8, 1), Round(2048, 2, 1, 8, 0.05))
 NEAR_AND_FAR = (Goal(Target("V_N", 0.4), 0.7), Goal(Target("V_S", 1.2), 0.3))

@@ -23,9 +23,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import exchange_points
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.global_stage import Round, judging_points
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
 from place_rings.placement.search.result import SearchResult
@@ -35,6 +33,8 @@ from place_rings.placement.search.several_searches import (
     fewest_sensors,
     repeated_search,
 )
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.feasible_set import InfeasibleError
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
 SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))

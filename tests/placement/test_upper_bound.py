@@ -38,10 +38,10 @@ from place_rings.placement.bound.ring_values import RingMaxima, RingSums, shares
 from place_rings.placement.bound.upper_bound import AtPose, Effort, Priced, upper_bound
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.global_stage import Round
 from place_rings.placement.search.search import search
-from place_rings.placement.search.starts import fresh
+from place_rings.placement.space.design import Space
+from place_rings.placement.space.starts import fresh
 from place_rings.reporting.lines.reach import reach_lines
 from scipy.ndimage import map_coordinates
 

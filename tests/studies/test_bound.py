@@ -9,7 +9,7 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
-from place_rings.placement.search.design import Space
+from place_rings.placement.space.design import Space
 from place_rings.studies.bound import report as bound_report
 from place_rings.studies.bound import study as bound
 from place_rings.studies.bound.max_cover import (

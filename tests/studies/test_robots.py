@@ -10,8 +10,8 @@ import pytest
 import tomli_w
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
-from place_rings.placement.search.design import Space
 from place_rings.placement.search.progress import Outcome
+from place_rings.placement.space.design import Space
 from place_rings.studies.engine import searching_tasks as searching
 from place_rings.studies.engine.registry import TASKS
 from place_rings.studies.engine.scenes import scene_from

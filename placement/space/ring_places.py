@@ -8,10 +8,10 @@ from jaxtyping import Bool, Float, Int
 
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import at_tilt, decode
-from .design import Candidate, Space
-from .exchange import SPREADS
-from .feasible_set import Rng
+from ..space.design import Candidate, Space
+from ..space.feasible_set import Rng
 
+SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of the scale
 _RECOUNTED = 0.6  # share of the places near a ring with another number of sensors
 _EXCHANGED = 0.25  # share of the places near a ring at the position of another ring
 _PACKED = 0.3  # share of the places anywhere that lie some spacings from an end

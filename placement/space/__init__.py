@@ -1,0 +1,1 @@
+"""The setups that a scene's rules allow, as design vectors, and starts among them."""
