@@ -196,6 +196,8 @@ def search(
     check_search_sight(core)
     with input_errors("device"):
         accelerated(device)
+    if choice.fewest:
+        Space(core, sensors=sensors)  # raises before anything is told of the search
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
     reached = fewest = repeated = None

@@ -46,7 +46,7 @@ def test_there_is_none_without_figures_of_a_sensor_and_for_an_interval():
 
 def test_a_search_states_dark_clothing_and_what_the_cell_covers_alone():
     _, scene = laid_out(pr.sensors["vl53l5cx-4x4"], CAMERA)
-    found = pr.search(scene, sensors=4, time_cap=0.2, voxel=VOXEL)
+    found = pr.search(scene, sensors=4, time=0.2, voxel=VOXEL)
     again = pr.verify(found.setup, scene, voxel=VOXEL)
     record = next(r for r in found.compare() if r.setup == "proposal")
     assert found.dark_clothing == again.dark_clothing

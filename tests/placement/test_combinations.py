@@ -317,8 +317,8 @@ def test_a_schedule_follows_what_costs_time_and_ends_with_few_candidates_on_many
         return given_rings(scene, Space(scene, ring_layout(scene, rings, 6)), AIMS[aim])
 
     free = [any_rings(scene, Space(scene, sensors=40)) for scene in (paper, shadow)]
-    dear = [given(blind), given(worst), *(given(shadow, aim) for aim in AIMS if aim != "mean")]
-    for rounds in (given(paper), given(shadow), given(square), *dear, *free):
+    dear = [given(blind), *(given(shadow, aim) for aim in AIMS if aim != "mean")]
+    for rounds in (given(paper), given(shadow), given(worst), given(square), *dear, *free):
         each = [(r.points, r.keep, r.scale, r.anywhere) for r in rounds]
         for (n, keep, scale, others), (more, fewer, nearer, less) in itertools.pairwise(each):
             assert more == 2 * n
