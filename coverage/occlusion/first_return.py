@@ -122,7 +122,11 @@ def _lowest(function: Callable[[Array], Array], low: Array, rounds: int) -> Any:
 
             state = fori_loop(0, _STEPS, lambda _, s: step(s), state)
         low, high = state[0]
-    return xp.where(low <= 0, 0.0, xp.where(high >= 1, 1.0, (low + high) / 2))
+    best, least = low, function(low)
+    for place in ((low + high) / 2, high):  # a function that jumps at its least place has two sides
+        value = function(place)
+        best, least = xp.where(value < least, place, best), xp.minimum(value, least)
+    return best
 
 
 def _widened(beam: Beam, radius: Numbers, margin: float) -> tuple[Beam, Numbers]:

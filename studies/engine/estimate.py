@@ -20,6 +20,7 @@ from .store import Cell, Store
 _SECONDS = {
     "place": 20.0,
     "short place": 9.0,
+    "zeta sampled": 0.1,
     "zeta centre": 0.1,
     "zeta certified": 0.5,
     "zeta touch": 0.1,

@@ -78,7 +78,7 @@ def test_a_drawn_layout_is_scored_as_verify_counts_it(tmp_path_factory, some, se
     for target in study.TARGETS[:2]:
         asked = {"target": target.name, "radius": target.radius}
         scored = TASKS["zeta"](**cell, **asked)
-        counted = Verifier(scene, 0.1).verify(Setup((), each), target)
+        counted = Verifier(scene, 0.1, "centre").verify(Setup((), each), target)
         assert scored["zeta_percent"] == 100 * counted.zeta
 
 
