@@ -11,7 +11,7 @@ each test holds for all places of a cell of the grid together, so that it errs t
   function is 1-Lipschitz).
 * First returns (``blind``) hide at least what shadows hide, so shadows stand for both.
 
-What remains is the Monte Carlo error of the points.
+What remains is the Monte Carlo error of the points, and of the poses where a scene has many.
 """
 
 import math
@@ -38,7 +38,7 @@ from .occlusion import occluders, setup_sight
 from .scene import CoreScene
 
 _POINTS = 8192  # sampled in the target, over all poses
-_POSES = 8  # most poses, evenly spaced among the scene's
+_POSES = 16  # most poses, drawn from the scene's
 _SPACING = 0.03  # m, between neighbouring places of the grid
 _SLACK = 1e-4  # m, for rounding
 _EDGE = 0.01  # m, by which a ring's interval may exceed the tabulated one
@@ -52,7 +52,7 @@ class Beyond:
     share: float
     """Share of the target, in [0, 1]."""
     error: float
-    """Monte Carlo error of the share, in [0, 1], at a confidence of 95 %."""
+    """Monte Carlo error of the share, of points and poses, in [0, 1], at a confidence of 95 %."""
 
 
 class _Places(NamedTuple):
@@ -89,17 +89,21 @@ def beyond_sensors(scene: CoreScene, target: Target, points: int = _POINTS) -> B
         ValueError: as ``Scene.solid`` does.
         EmptySolidError: for an empty target.
     """
-    every = max(-(-len(scene.poses) // _POSES), 1)
-    poses = range(0, len(scene.poses), every)
+    weights = np.asarray(scene.pose_weights, float)
+    poses, drawn = np.arange(len(weights)), len(weights) > _POSES
+    if drawn:  # one pose in each of equal steps along the weights, in proportion to them
+        along = (np.arange(_POSES) + np.random.default_rng(0).random(_POSES)) / _POSES
+        poses = np.searchsorted(np.cumsum(weights)[:-1], along, side="right")
+        weights = np.full(_POSES, 1 / _POSES)
     each, places = max(points // len(poses), 512), _places(scene)
-    weights = np.array([scene.poses[i].weight for i in poses])
-    weights = weights / weights.sum()
-    shares = np.array(
-        [float(np.mean(_beyond(scene, places, i, scene.sample(target, i, each, 0)))) for i in poses]
-    )
+    samples = (scene.sample(target, i, each, k) for k, i in enumerate(poses.tolist()))
+    beyond = (_beyond(scene, places, *one) for one in zip(poses.tolist(), samples, strict=True))
+    shares = np.array([float(np.mean(one)) for one in beyond])
     spread = np.maximum(shares * (1 - shares), 1 / each)  # of none out of N: about 3 / N
-    error = 1.96 * math.sqrt(float(weights**2 @ spread) / each)
-    return Beyond(float(weights @ shares), error)
+    variance = float(weights**2 @ spread) / each
+    if drawn:
+        variance += float(np.var(shares, ddof=1)) / len(shares)
+    return Beyond(float(weights @ shares), 1.96 * math.sqrt(variance))
 
 
 def beyond_any(

@@ -14,6 +14,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets import Target
+from place_rings.coverage.volumes import BallVolume
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
@@ -123,3 +124,22 @@ def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
     share = beyond_any(scene, middle + 2.0 * way, 0).mean()
     band = (math.sin(low + half) - math.sin(low - half)) / 2  # of a sphere
     assert share == pytest.approx(1 - band, abs=0.04)
+
+
+def test_every_pose_counts_among_many():
+    """Poses that alternate between two, of which one reaches the target; in both orders."""
+    there, away = (Pose(np.radians([turn, -20, 20, -90, -90, 0])) for turn in (180, 0))
+    ball = Target("ball", None, BallVolume(0.2, (1.8, 0.0, 0.5)))
+
+    def share(*poses):
+        scene = CoreScene(
+            poses=poses, goals=(Goal(ball),), occlusion="ignore", rules=Rules(mount="free")
+        )
+        return beyond_sensors(scene, ball)
+
+    mean = (share(there).share + share(away).share) / 2
+    assert 0.1 < mean < 0.9
+    for poses in ((there, away), (away, there)):
+        found = share(*poses * 16)
+        assert 0 < abs(found.share - mean) + found.error < 0.5
+        assert abs(found.share - mean) <= 1.5 * found.error
