@@ -192,7 +192,8 @@ class Verifier:
         error = count.error if self.rule == "sampled" else None
         return PoseZeta(weight, zeta, zeta, zeta, count.voxels, count.covered, None, error)
 
-    def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
+    def at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
+        """Return zeta of ``setup`` for ``target`` at a pose; raises as ``verify``."""
         seen = self.seen(setup, pose)
         if self.rule == "certified" or self.voxel is None:
             self.at(pose)
@@ -244,7 +245,7 @@ class Verifier:
         if self.voxel is not None:
             groups = self.scene.with_cell(setup).groups
             check_beams({group.sensor for group in groups}, self.voxel)
-        poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
+        poses = tuple(self.at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         return self.over_poses(target, poses, time.perf_counter() - start)
 
     def verify_goals(self, setup: Setup) -> tuple[Verified, ...]:

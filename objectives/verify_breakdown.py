@@ -1,12 +1,13 @@
 """Counted zeta of a setup broken down by occlusion model, by kind of sensor, and by where people
 can be."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
-from .verified import Verified, weighted_mean
+from .verified import PoseZeta, Verified, weighted_mean
 from .verify import EmptyTargetError, Verifier
 
 
@@ -42,26 +43,32 @@ class PeopleShare:
     share: float
     """Share of the target's volume, a mean over the poses, in [0, 1]."""
     zeta: float
-    """Coverage of this part, in [0, 1]."""
+    """Coverage of this part, in [0, 1]: a mean over the poses at which there is such a part."""
 
 
 def where_people_are(verifier: Verifier, setup: Setup, known: Verified) -> PeopleShare | None:
     """Return which part of the target of ``known`` the scene's person can touch, and its zeta.
 
     None if the scene states no person, if the target has this end already, or if the rule is
-    ``certified``. A part of no voxel has the zeta 0.
+    ``certified``. A part of no voxel at any pose has the zeta 0.
     """
     target, scene = known.target, verifier.scene
     if scene.person is None or target.reachable == "person" or verifier.rule == "certified":
         return None
-    cut = replace(target, reachable="person")
-    try:
-        part = verifier.verify(setup, cut)
-    except EmptyTargetError:
+    cut, parts, share = replace(target, reachable="person"), list[PoseZeta](), 0.0
+    for pose, whole in enumerate(known.poses):
+        try:
+            part = verifier.at_pose(setup, cut, pose)
+        except EmptyTargetError:  # no person touches the target at this pose
+            continue
+        parts.append(part)
+        share += whole.weight * (part.target_voxels or 0) / (whole.target_voxels or 1)
+    if not parts:
         return PeopleShare(0.0, 0.0)
-    each = zip(known.poses, part.poses, strict=True)
-    shares = [(b.target_voxels or 0) / (a.target_voxels or 1) for a, b in each]
-    return PeopleShare(weighted_mean([p.weight for p in part.poses], shares), part.zeta)
+    total = math.fsum(p.weight for p in parts)
+    return PeopleShare(
+        share, weighted_mean([p.weight / total for p in parts], [p.zeta for p in parts])
+    )
 
 
 PARTS = ("rings", "single sensors", "sensors of the cell")

@@ -14,8 +14,10 @@ from place_rings.coverage.solids.polyhedra import box, box_of, half_space
 from place_rings.coverage.targets import Target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.blind_spots import blind_spots
+from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_breakdown import where_people_are
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -189,6 +191,25 @@ def test_faults_name_file_and_key(run, tmp_path, text, where):
     assert (code, out) == (2, "")
     assert where in err
     assert "scene.toml" in err
+
+
+def test_a_part_at_one_pose_only_is_weighted_with_that_pose():
+    """A person at one side; the arm turns away from it."""
+    target, setup = Target("V_N", 0.1), pr.Setup.named("n1_8_0")
+    there, away = (Pose(np.radians([turn, -20, 20, -90, -90, 0]), 3.0) for turn in (0, 180))
+    area = [(0.9, -0.6), (2, -0.6), (2, 0.6), (0.9, 0.6)]
+    person = Person(floor=-0.7, areas=[area], reach=0.3)
+
+    def part(*poses):
+        scene = CoreScene(poses=poses, goals=(Goal(target),), person=person)
+        verifier = Verifier(scene, 0.04)
+        return where_people_are(verifier, setup, verifier.verify(setup, target))
+
+    alone, turning = part(there), part(there, replace(away, weight=1.0))
+    assert alone.share > 0.1
+    assert part(away).share == 0
+    assert turning.share == pytest.approx(0.75 * alone.share)
+    assert turning.zeta == pytest.approx(alone.zeta)
 
 
 def test_there_and_back():
