@@ -16,6 +16,7 @@ from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target
+from place_rings.coverage.volumes import BoxVolume
 from place_rings.coverage.voxels import inscribed_balls
 from place_rings.coverage.voxels.inscribed_balls import largest_balls
 from place_rings.coverage.voxels.octree import voxels
@@ -154,3 +155,12 @@ def test_a_spot_of_two_poses_is_listed_once(verifier):
     bare = replace(verifier.scene, robot=replace(UR10, bodies=()), occlusion="ignore")
     spot = blind_spots(Verifier(bare, VOXEL), setup, NEAR, (0,), most=1).spots[0]
     assert spot.beside.body in ("base", *UR10.chain.joints)
+
+
+def test_a_sheet_between_the_centres_of_voxels_has_the_blind_spots_that_are_counted():
+    sheet = Target("sheet", None, BoxVolume((1.0, 1.0, 0.8 * VOXEL), (1.2, 0.5, 15 * VOXEL)))
+    verifier, setup = Verifier(paper_scene(), VOXEL), named_setup("n1_8_0")
+    counted = verifier.verify(setup, sheet)
+    left = counted.target_voxels - counted.covered_voxels
+    assert left > 100
+    assert blind_spots(verifier, setup, sheet, [0]).volume[0] == pytest.approx(left * VOXEL**3)
