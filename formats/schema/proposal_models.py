@@ -235,7 +235,12 @@ class ProposalFile(VersionedFile):
         if self.found is not None:
             keys["found"] = _lean(keys["found"], FoundModel)
         keys["scene"] = {
-            key: {k: v for k, v in value.items() if v != scene[key][k]} if key in _TABLES else value
+            key: (
+                # some keys with their default are not even in the default's table
+                {k: v for k, v in value.items() if k not in scene[key] or v != scene[key][k]}
+                if key in _TABLES
+                else value
+            )
             for key, value in keys["scene"].items()
             if key in _ALWAYS or value != scene[key]
         }

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.formats.loader import read_proposal, read_robot, read_scene, resolve
@@ -190,6 +191,7 @@ def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
             {"rules": Rules(shared_tilt=True, spacing=0.05)},
             {"rules": Rules(mount="free"), "occlusion": "ignore"},
             {"over_poses": "worst", "safety": Safety(human=1.0)},
+            {"printing": Printing(cover=True)},
             {
                 "sensor": effective(Use("vl53l5cx")).sensor,
                 "ring_radius": 0.09,
@@ -228,6 +230,6 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
     assert "low_percent" not in text
     defaults = SceneModel().model_dump(mode="json")
     for table in {"curve", "safety", "motion", "link", "rules", "printing"} & keys["scene"].keys():
-        assert all(defaults[table][k] != v for k, v in keys["scene"][table].items())
+        assert all(defaults[table].get(k) != v for k, v in keys["scene"][table].items())
     whole = tomli_w.dumps(_drop_none(file.model_dump(mode="json")))  # as files stated before
     assert ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE) == file
