@@ -119,7 +119,9 @@ class Coverage(Placement):
                 update=more
                 | {
                     "calibration": effects[i] if effects else None,
-                    "beyond": BeyondModel.from_domain(beyond_sensors(core, one.target)),
+                    "beyond": BeyondModel.from_domain(
+                        beyond_sensors(core, one.target, besides=self.setup)
+                    ),
                     "people": PeopleModel.of(where_people_are(self.verifier, self.setup, one)),
                 }
             )

@@ -77,13 +77,16 @@ class _Places(NamedTuple):
         return math.hypot(self.half, 2 * self.radius * math.sin(math.pi / len(self.phase) / 2))
 
 
-def beyond_sensors(scene: CoreScene, target: Target, points: int = _POINTS) -> Beyond:
+def beyond_sensors(
+    scene: CoreScene, target: Target, points: int = _POINTS, besides: Setup | None = None
+) -> Beyond:
     """Return the share of ``target`` that no layout of ``scene`` covers, as a mean over the poses.
 
     Args:
         scene: the scene; its fixed rings and sensors and those of the cell cover what they see.
         target: the target.
         points: points to sample, over all poses.
+        besides: a setup that covers what it sees, whether the rules allow its sensors or not.
 
     Raises:
         ValueError: as ``Scene.solid`` does.
@@ -97,7 +100,8 @@ def beyond_sensors(scene: CoreScene, target: Target, points: int = _POINTS) -> B
         weights = np.full(_POSES, 1 / _POSES)
     each, places = max(points // len(poses), 512), _places(scene)
     samples = (scene.sample(target, i, each, k) for k, i in enumerate(poses.tolist()))
-    beyond = (_beyond(scene, places, *one) for one in zip(poses.tolist(), samples, strict=True))
+    each_pose = zip(poses.tolist(), samples, strict=True)
+    beyond = (_beyond(scene, places, *one, besides) for one in each_pose)
     shares = np.array([float(np.mean(one)) for one in beyond])
     spread = np.maximum(shares * (1 - shares), 1 / each)  # of none out of N: about 3 / N
     variance = float(weights**2 @ spread) / each
@@ -159,14 +163,20 @@ def _cells(ends: list[tuple[float, float]], more: float) -> tuple[Float[np.ndarr
 
 
 def _beyond(
-    scene: CoreScene, grids: list[_Places], pose: int, points: Float[np.ndarray, "N 3"]
+    scene: CoreScene,
+    grids: list[_Places],
+    pose: int,
+    points: Float[np.ndarray, "N 3"],
+    besides: Setup | None = None,
 ) -> Bool[np.ndarray, " N"]:
     q, rules = scene.poses[pose].q, scene.rules
     frames = np.asarray(forward(scene.robot.chain, q))
     hidden = _Hidden(occluders(scene, q), points)
     beyond = np.ones(len(points), bool)
     if rules.fixed or scene.standing:
-        beyond = ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
+        beyond &= ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
+    if besides is not None and besides.groups:
+        beyond &= ~setup_sight(scene, besides, q).holds(points)
     rest = np.flatnonzero(beyond & ~hidden.inside)
     for grid in grids:
         left = _left(grid, np.asarray(frames[grid.mount.frame]), hidden, rest)

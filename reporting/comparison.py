@@ -97,7 +97,9 @@ def counted(
                 if target in goals and name == next(iter(setups)):  # the others are for comparison
                     people = where_people_are(verifier, one, verified)
                     more = {
-                        "beyond": BeyondModel.from_domain(beyond_sensors(scene, target)),
+                        "beyond": BeyondModel.from_domain(
+                            beyond_sensors(scene, target, besides=one)
+                        ),
                         "people": PeopleModel.of(people),
                     }
                     result = result.model_copy(update=more)

@@ -8,6 +8,7 @@ import place_rings as pr
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
@@ -143,3 +144,15 @@ def test_every_pose_counts_among_many():
         found = share(*poses * 16)
         assert 0 < abs(found.share - mean) + found.error < 0.5
         assert abs(found.share - mean) <= 1.5 * found.error
+
+
+def test_what_is_counted_is_never_above_what_is_said_to_be_possible():
+    """Also for sensors that the scene's rules know nothing of: other rings, and single ones."""
+    short, long = Sensor(math.radians(20), 0.15), Sensor(math.radians(60), 1.5)
+    ring = Ring("forearm", 0.5, 8, sensor=long)
+    single = MountedSensor("base", (0.0, 0.0, 1.2), (1.0, 0.0, -0.3), long)
+    scene = CoreScene(goals=(Goal(TARGET),), sensor=short, rules=Rules(mount="free"))
+    for setup in (Setup((ring,)), Setup((), (single,))):
+        record = pr.verify(setup, scene, voxel=0.04).records[0]
+        most = 100 - record.beyond.percent + record.beyond.error_percent
+        assert 5 < record.zeta_percent <= most + record.error_points
