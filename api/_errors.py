@@ -40,9 +40,9 @@ class InputError(UserError, ValueError):
         The message begins with ``argument`` and the offending part of its value, if there is one.
         ``others`` are the names of further arguments in the line, matched as whole words.
         """
-        line = self.line
-        for other in self._others:
-            line = re.sub(rf"\b{other}\b", write(other), line)
+        line, others = self.line, "|".join(self._others)
+        if others:  # all at once: one name may occur in the option of another
+            line = re.sub(rf"\b(?:{others})\b", lambda found: write(found[0]), line)
         if not self.argument:
             return printable(line)
         part = f" {self._value}" if self._value else ""

@@ -23,7 +23,12 @@ from .placement.search import search as searching
 from .placement.search.gradient_stage import Device, accelerated
 from .placement.search.progress import Progress
 from .placement.search.result import FewestRings, Reach, SearchResult
-from .placement.search.several_searches import fewest_rings, fewest_sensors, repeated_search
+from .placement.search.several_searches import (
+    allowed_totals,
+    fewest_rings,
+    fewest_sensors,
+    repeated_search,
+)
 from .placement.space.design import Space
 from .placement.space.feasible_set import InfeasibleError
 
@@ -198,6 +203,8 @@ def search(
         accelerated(device)
     if choice.fewest:
         Space(core, sensors=sensors)  # raises before anything is told of the search
+    elif space is None:
+        allowed_totals(core, choice.rings)  # likewise
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
     tell(Progress())
     reached = fewest = repeated = None

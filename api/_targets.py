@@ -41,7 +41,7 @@ class TargetVolume:
             number(name, value, f"0 to {most:g}")
             if not (math.isfinite(value) and 0 <= value <= most):
                 raise InputError(f"found {value:g}, allowed: 0 to {most:g}", name)
-        if self.reachable not in (False, True, "person"):
+        if not isinstance(self.reachable, bool) and self.reachable != "person":
             raise InputError(f"found {self.reachable!r}, allowed: False, True, person", "reachable")
         if not isinstance(self.importance, WeightField | None):
             raise InputError(f"found {self.importance!r}, allowed: weight_field(...)", "importance")
@@ -82,6 +82,7 @@ class _WithRadius(TargetVolume):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        number("radius", self.radius, "a positive number of metres")
         self.target  # noqa: B018  (raises for a bad radius)
 
 

@@ -23,6 +23,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Real
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -75,20 +76,24 @@ class Person:
     """Length of an arm from the body's surface, m; ISO 13855 has 0.85 m from the shoulder."""
 
     def __post_init__(self) -> None:
+        tallest = self.height if isinstance(self.height, Real) else math.inf
         for name, low, high in (
             ("height", 0.5, 2.5),
-            ("shoulder", 0.1, SHOULDER * self.height),
+            ("shoulder", 0.1, SHOULDER * tallest),
             ("radius", 0.05, 0.5),
             ("reach", 0.0, 2.0),
         ):
             value = getattr(self, name)
-            if not low <= value <= high:
-                raise ValueError(f"{name}: found {value:g}, allowed: {low:g} to {high:.4g} m")
-        areas = []
-        for area in self.areas:
-            corners = np.asarray(area, float)
+            if not isinstance(value, Real) or not low <= value <= high:
+                raise ValueError(f"{name}: found {value!r}, allowed: {low:g} to {high:.4g} m")
+        areas, allowed = [], "polygons of 3 or more corners (x, y) m"
+        try:
+            polygons = [np.asarray(area, float) for area in self.areas]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"areas: found {self.areas!r}, allowed: {allowed}") from error
+        for corners in polygons:
             if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
-                raise ValueError(f"areas: found {area}, allowed: 3 or more corners (x, y) m")
+                raise ValueError(f"areas: found {corners.tolist()}, allowed: {allowed}")
             areas.append(tuple((x, y) for x, y in corners.tolist()))
         object.__setattr__(self, "areas", tuple(areas))  # lists would have no hash
 

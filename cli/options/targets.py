@@ -26,7 +26,8 @@ def positive(option: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and 0 < value <= _MOST_WEIGHT):
-        raise UserError(f"{option}: found {shown(text)}, allowed: a positive number")
+        allowed = f"above 0 and at most {_MOST_WEIGHT:g}"
+        raise UserError(f"{option}: found {shown(text)}, allowed: {allowed}")
     return value
 
 

@@ -46,7 +46,7 @@ class Electronics:
                 "controller",
                 self.controller,
                 ", ".join(CONTROLLERS),
-                self.controller in CONTROLLERS,
+                self.controller in tuple(CONTROLLERS),
             ),
         ):
             if not holds:

@@ -58,6 +58,13 @@ class TargetModel(MappedModel[Goal]):
             raise fault(volume.kind, "a volume with an end; intersect a half-space with another")
         return volume
 
+    @field_validator("reachable", mode="before")
+    @classmethod
+    def _by_whom(cls, found: Any) -> Any:
+        if not isinstance(found, bool) and found != "person":
+            raise fault(found, "true, false or person")
+        return found
+
     @field_validator("name")
     @classmethod
     def _known(cls, name: str, info: ValidationInfo) -> str:

@@ -124,7 +124,7 @@ def fewest_sensors(
         return result.short == 0 and result.exact >= wanted
 
     began, known, outcome = time.monotonic(), list[Setup](), Outcome.FINISHED
-    allowed, results = _allowed(scene, rings), dict[int, SearchResult]()
+    allowed, results = allowed_totals(scene, rings), dict[int, SearchResult]()
     # indices of the largest count that falls short and of the smallest that suffices
     short, enough = -1, len(allowed)
     at = min(bisect_left(allowed, _SENSORS), len(allowed) - 1)
@@ -165,7 +165,7 @@ def fewest_sensors(
     )
 
 
-def _allowed(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
+def allowed_totals(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
     """Return the sensor totals that the rules allow, ascending, up to ``_MOST``.
 
     Raises:

@@ -339,8 +339,7 @@ def refusal(
         )
     if not fewest <= sensors <= most:
         return (
-            f"{_counted(sensors, 'sensor')} do not fit on {requested}, which hold {fewest} to"
-            f" {most}"
+            f"{_counted(sensors, 'sensor')} do not fit on {requested}; allowed: {fewest} to {most}"
         )
     return None
 
