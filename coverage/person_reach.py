@@ -84,7 +84,8 @@ class Person:
             ("reach", 0.0, 2.0),
         ):
             value = getattr(self, name)
-            if not isinstance(value, Real) or not low <= value <= high:
+            real = isinstance(value, Real)
+            if not real or not low <= value <= high:
                 raise ValueError(f"{name}: found {value!r}, allowed: {low:g} to {high:.4g} m")
         areas, allowed = [], "polygons of 3 or more corners (x, y) m"
         try:
