@@ -3,6 +3,7 @@
 import shlex
 import sys
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -89,15 +90,17 @@ def place(
 
 
 def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal) -> Proposal:
-    """Return the result of the search; its progress goes to ``console``, and before it the parts of
-    the target that no sensor reaches."""
-    with late_progress(console) as bar:
+    """Return the result of the search; its progress goes to ``console``, and then the parts of the
+    target that no sensor reaches, which are computed meanwhile."""
+    lines = list[Future[list[str]]]()
+    with ThreadPoolExecutor(1) as thread, late_progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Progress) -> None:
             if p == Progress():  # the request is valid, the search has not begun
-                for line in (*electronics_lines(scene), *reach_lines(scene)):
+                for line in electronics_lines(scene):
                     console.print(line, highlight=False, soft_wrap=True)
+                lines.append(thread.submit(reach_lines, scene))
             bar.start()
             if p == Progress():
                 return
@@ -114,7 +117,10 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=total, completed=done, best=best)
 
-        return find(progress=tell)
+        proposal = find(progress=tell)
+    for line in (line for each in lines for line in each.result()):
+        console.print(line, highlight=False, soft_wrap=True)
+    return proposal
 
 
 def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
