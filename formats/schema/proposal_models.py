@@ -37,7 +37,7 @@ class StageModel(StrictModel):
     name: Literal["global", "local", "verdict"] = Field(description="stage of the search")
     percent: float = Field(
         description="criterion of its best setup, percent: on the search's sample points, and in"
-        " the verdict the exact count"
+        " the verdict the count"
     )
     seconds: float = Field(description="wall-clock time, s")
 

@@ -63,8 +63,8 @@ class LossModel(StrictModel):
 
 
 class RobustnessResult(StrictModel):
-    """Output of ``robustness --json`` for each target. All values are exact counts by the rule
-    ``centre``, apart from the Monte Carlo error of the draws."""
+    """Output of ``robustness --json`` for each target. All values are counts by the rule
+    ``sampled``, apart from the Monte Carlo error of the draws."""
 
     setup: str = Field(description="name or file of the setup")
     target: str = Field(description="name of the target")

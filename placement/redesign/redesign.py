@@ -69,7 +69,7 @@ def improve(
         seed: random seed of the points and of all draws.
         time_cap: limit in seconds, counted from the call.
         plan: effort on each level.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         tell: receives the progress from time to time, in the calling thread.
 
     Raises:

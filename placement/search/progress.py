@@ -22,7 +22,7 @@ class StageResult:
     name: Literal["global", "local", "verdict"]
     """The stage."""
     value: float
-    """Criterion of its best setup: on the sample points, and in the verdict the exact count."""
+    """Criterion of its best setup: on the sample points, and in the verdict the count."""
     seconds: float
     """Wall-clock time, s."""
 
@@ -62,9 +62,9 @@ class Progress:
     setup: Setup | None = None
     """The setup with the best share."""
     counted: int = 0
-    """Pairs of target and pose counted exactly."""
+    """Pairs of target and pose that are counted."""
     to_count: int = 0
-    """Pairs of target and pose to count; 0 before the exact count."""
+    """Pairs of target and pose to count; 0 before the count."""
     sensors: int | None = None
     """Sensors in this search, where several searches with different counts follow each other."""
     rings: int | None = None

@@ -30,7 +30,7 @@ class SearchResult:
     statistics: Statistics
     """Effort of the search."""
     voxel: float = 0.01
-    """Side of the voxels of the exact count, m."""
+    """Side of the voxels of the count, m."""
     verified: tuple[Verified, ...] = ()
     """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
     stages: tuple[StageResult, ...] = ()

@@ -62,7 +62,7 @@ def search(
         seed: random seed of the starts and of the points.
         time_cap: limit in seconds of the ``clock``, counted from the call.
         schedule: rounds of the exchange; by default those of ``usual``.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         tell: receives the progress from time to time.
         known: setups to start from besides the random ones, fitted to the space.
         aim: the criterion to maximise; by default ζ itself.

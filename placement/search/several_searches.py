@@ -108,7 +108,7 @@ def fewest_sensors(
         seed: random seed of all searches.
         time_cap: limit in seconds from the call; then the best result so far is returned.
         schedule: schedule of each search.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         tell: receives the sensor count and the progress of its search.
         aim: the criterion that must reach ``wanted``; by default ζ itself.
         rings: number of rings, fixed ones included; by default each search chooses it.
@@ -211,7 +211,7 @@ def fewest_rings(
             rest.
         schedule: schedule of the first search; by default the usual one. The others have half as
             many candidates.
-        voxel: side of the voxels of the exact count, m.
+        voxel: side of the voxels of the count, m.
         tell: receives the number of rings (None where the search chooses it) and the progress of
             its search.
         known: setups from which the first search starts besides its own.
