@@ -89,7 +89,7 @@ def outside(kind, seed) -> float | None:
         proof = Verifier(scene, None, "certified", width).verify(setup, target)
     except ValueError:
         return None
-    assert 0 < found.error < 1
+    assert 0 < found.error <= 1
     return max(proof.low - found.zeta, found.zeta - proof.high) / found.error
 
 
