@@ -28,7 +28,6 @@ _LONGER = 1.5  # times the earlier processor time that a search may take
 _COMMANDS = 3  # runs of the default command once all is compiled
 _WALL = 8.0  # s, wanted of the default command
 _COMPARED = ("near", "far", "paper_near", "paper_far")  # questions that the peers answer, too
-_LEAST_KEPT = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 _HERE = Path(__file__).parent
 _BASELINE = _HERE / "search_baseline.csv"
 

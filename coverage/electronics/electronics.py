@@ -14,7 +14,7 @@ from ..sensors.catalogue import model_of
 from ..sensors.effective_range import effective
 from ..sensors.sensor import Sensor, Use
 from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard, ControllerName
-from .drivers import Driver, driver
+from .drivers import driver
 from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses
 
 Bus = Literal["auto", "direct", "multiplexer", "own"]
@@ -56,11 +56,6 @@ class Electronics:
     def board(self) -> ControllerBoard:
         """The controller board of each ring."""
         return CONTROLLERS[self.controller]
-
-
-def known_driver(sensor: Sensor) -> Driver | None:
-    """Return the driver of a sensor that names a model; None for others."""
-    return None if unknown_reason(Electronics(), sensor) else driver(sensor)
 
 
 def unknown_reason(electronics: Electronics, sensor: Sensor) -> str:

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._safety_conditions import SafetyOptions, motion_of
 from place_rings.coverage.electronics.controllers import CONTROLLERS
-from place_rings.coverage.electronics.drivers import DRIVERS
-from place_rings.coverage.electronics.electronics import Electronics, known_driver, most_on_ring
+from place_rings.coverage.electronics.drivers import DRIVERS, driver
+from place_rings.coverage.electronics.electronics import Electronics, most_on_ring
 from place_rings.coverage.electronics.ring_bus import MOST_SENSORS
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -248,7 +248,7 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
     covered = "not known" if low is None else "pass" if low >= 85 else "fail"
     assert each["covered"].state == covered
     if each["powered"].state == "pass":
-        total = sum(count * known_driver(s).carrier.peak_ma for s in sensors)
+        total = sum(count * driver(s).carrier.peak_ma for s in sensors)
         assert f"{total:.0f} mA" in each["powered"].figure
     states = {v.state for v in each.values()}
     assert overall(tuple(each.values())) == ("Fails." if "fail" in states else "Not decided.")
