@@ -9,8 +9,8 @@ import sys
 from pkgutil import iter_modules
 
 from cyclopts import App, CycloptsError, Parameter
+from place_rings._errors import InputError
 
-from .._errors import InputError
 from ..formats.errors import UserError
 from ..reporting.terminal import Terminal, say
 from . import commands

@@ -91,9 +91,10 @@ def export(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._export import electronics_of, formats_of
-    from ..._export import export as write
-    from ..._validation import ResolvedSetup
+    from place_rings._export import electronics_of, formats_of
+    from place_rings._export import export as write
+    from place_rings._validation import ResolvedSetup
+
     from ...formats.firmware.wiring import plan_setup
     from ...formats.loader import resolve
     from ...formats.schema.written_models import ExportResult

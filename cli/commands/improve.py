@@ -52,8 +52,9 @@ def improve(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._search import cap_of
-    from ..._validation import ResolvedSetup
+    from place_rings._search import cap_of
+    from place_rings._validation import ResolvedSetup
+
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 

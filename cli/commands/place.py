@@ -186,7 +186,8 @@ def place(
 
     The help of the program (in app.py) replaces this docstring.
     """
-    from ..._search import InfeasibleError, cap_of, search
+    from place_rings._search import InfeasibleError, cap_of, search
+
     from ...formats.loader import with_sensor
     from ...objectives.scene import CoreScene
     from ..options.criterion import resolve_errors

@@ -63,7 +63,8 @@ def report(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._report import ReportOptions
+    from place_rings._report import ReportOptions
+
     from ..options.targets import with_floors
     from ..runs.report import report as run
 

@@ -59,7 +59,8 @@ def robustness(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._robustness import check_drawing, mounting_errors
+    from place_rings._robustness import check_drawing, mounting_errors
+
     from ..runs.robustness import robustness as run
 
     mounting_errors(position_error_mm, direction_error_deg, law)

@@ -84,8 +84,9 @@ def safety(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._trajectory import Trajectory
-    from ..._validation import ResolvedSetup
+    from place_rings._trajectory import Trajectory
+    from place_rings._validation import ResolvedSetup
+
     from ..options.scenes import scene_for
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run

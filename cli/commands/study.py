@@ -124,13 +124,14 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._study_arguments import (
+    from place_rings._study_arguments import (
         StudyOptions,
         check_machines,
         check_study,
         read_layouts,
         study_command,
     )
+
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
     from ...objectives.scene import CoreScene

@@ -58,7 +58,8 @@ def view(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..._validation import ResolvedSetup
+    from place_rings._validation import ResolvedSetup
+
     from ...formats.loader import resolve
     from ...reporting.terminal import say
     from ..options.scenes import urdf_of

@@ -16,7 +16,8 @@ from .panels import FRAMES, MOTION, SCENE, SENSOR
 from .reading import AS_WRITTEN, ReadingOptions
 
 if TYPE_CHECKING:  # imported when the options are resolved
-    from ..._validation import ResolvedSetup
+    from place_rings._validation import ResolvedSetup
+
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
     from ...formats.sensors.urdf_frames import FramePattern
@@ -256,7 +257,7 @@ class SubjectOptions:
 
     def resolved(self, subject: str, urdf: Path | None = None) -> "ResolvedSetup":
         """Return the setup and its scene with the setup's name, for the API."""
-        from ..._validation import ResolvedSetup
+        from place_rings._validation import ResolvedSetup
 
         return ResolvedSetup(subject, *self.resolve(subject, urdf))
 

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from ..._catalogue import sensors
+from place_rings._catalogue import sensors
+
 from ...coverage.sensors.effective_range import effective, size_of
 from ...coverage.sensors.sensor import Sensor, Use
 from ...formats.errors import UserError

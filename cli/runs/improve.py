@@ -8,11 +8,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from place_rings._improve import improve as find
+from place_rings._improvement import Improvement, improvement_files, write_improvement
+from place_rings._validation import ResolvedSetup
 from rich.table import Table
 
-from ..._improve import improve as find
-from ..._improvement import Improvement, improvement_files, write_improvement
-from ..._validation import ResolvedSetup
 from ...formats.schema.redesign_models import ImproveResult
 from ...formats.writing import output_files
 from ...placement.redesign.beam_search import WORTH

@@ -3,8 +3,9 @@
 import sys
 from pathlib import Path
 
-from ..._report import PDF, ReportOptions, write_report
-from ..._validation import ResolvedSetup
+from place_rings._report import PDF, ReportOptions, write_report
+from place_rings._validation import ResolvedSetup
+
 from ...formats.schema.written_models import ReportResult, RequirementModel, VerdictModel
 from ...formats.writing import made_folder
 from ...reporting.setup_report.coverage_section import answer

@@ -1,7 +1,8 @@
 """Print how robust a setup is against failed sensors and rings and against mounting errors."""
 
-from ..._robustness import robustness as assess
-from ..._validation import ResolvedSetup
+from place_rings._robustness import robustness as assess
+from place_rings._validation import ResolvedSetup
+
 from ...coverage.choices import Law
 from ...reporting.robustness import lines, robustness_table
 from ...reporting.tables import target_label

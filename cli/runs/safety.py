@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..._safety import safety as simulate
-from ..._safety_report import FILES
-from ..._validation import ResolvedSetup
+from place_rings._safety import safety as simulate
+from place_rings._safety_report import FILES
+from place_rings._validation import ResolvedSetup
+
 from ...formats.schema.separation_models import SafetyResult
 from ...formats.writing import made_folder
 from ...reporting.lines.protective_volume import formula

@@ -4,10 +4,10 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
+from place_rings._study_arguments import StudyName, StudyOptions
+from place_rings._study_runs import CELLS, run_study
 from rich.progress import TaskID
 
-from ..._study_arguments import StudyName, StudyOptions
-from ..._study_runs import CELLS, run_study
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say
 from ...reporting.text import duration

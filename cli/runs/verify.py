@@ -1,8 +1,9 @@
 """Print the coverage of a setup."""
 
-from ..._validation import ResolvedSetup
-from ..._verify import Coverage, certify, check_counting
-from ..._verify import verify as count
+from place_rings._validation import ResolvedSetup
+from place_rings._verify import Coverage, certify, check_counting
+from place_rings._verify import verify as count
+
 from ...coverage.choices import Rule
 from ...coverage.voxels.volume_tally import Bracket
 from ...formats.errors import UserError

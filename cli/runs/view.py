@@ -8,8 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-from ..._validation import ResolvedSetup
-from ..._views import view as serve
+from place_rings._validation import ResolvedSetup
+from place_rings._views import view as serve
+
 from ...formats.robots.urdf_options import UrdfOptions
 from ...reporting.terminal import Terminal, say
 from ...viewer.server import LOOPBACK

@@ -40,15 +40,18 @@ MAY = {
 }
 TYPES = runpy.run_path(str(ROOT / ".ci/typecheck.py"))
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich"}
-NOT_IN_CORE |= {"cyclopts", "tomllib", "pydantic"}
+NOT_IN_CORE |= {"cyclopts", "tomllib"}
 
 
 def ours(path, root):
-    """Of every relative import in a file the parts of what it names, from the top; what is no room
-    is the front's."""
+    """Of every import of ours in a file the parts of what it names, from the top; what is no room
+    is the front's. Rooms name the front by the name it is installed by, as it stands beside them.
+    """
     package = installed_parts(path.relative_to(root).parent)
     known = rooms(root)
     for level, module, names in imports(path):
+        if module.startswith("place_rings._"):
+            yield FRONT, *module.split(".")[1:]
         if level:
             above = package[: len(package) - level + 1]
             for name in [module] if module else names:
@@ -58,7 +61,8 @@ def ours(path, root):
 
 def others(path):
     """Top names of all other imports in a file."""
-    return {module.split(".")[0] for level, module, _ in imports(path) if not level}
+    absolute = (module for level, module, _ in imports(path) if not level)
+    return {m.split(".")[0] for m in absolute if not m.startswith("place_rings._")}
 
 
 def wrong_arrows(room, root=ROOT):
