@@ -4,7 +4,6 @@ half the time: its workers, and the processes that tests start, find both by the
 
 import mmap
 import os
-import random
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -18,7 +17,6 @@ import jaxtyping
 import numpy as np
 import pytest
 from beartype import BeartypeConf, FrozenDict, beartype
-from beartype._check.code import codemain
 from beartype.roar import BeartypeDecorHintPep3119Exception
 from hypothesis import Phase, settings
 from jaxtyping import install_import_hook
@@ -55,16 +53,13 @@ _EMITTERS = "xla_cpu_use_fusion_emitters"
 if "XLA_FLAGS" not in os.environ and _known_to_xla(_EMITTERS.encode()):
     os.environ["XLA_FLAGS"] = f"--{_EMITTERS}=false"
 
-# Beartype draws which items of a sequence it checks. Hypothesis refuses a strategy in which the
-# state of the module `random` changes, so these draws have a state of their own.
-codemain.getrandbits = random.Random(0).getrandbits
-
 # An int is a float where a float is asked for, as PEP 484 says, and a scalar of NumPy's is what
 # Python's is.
 _SCALARS = FrozenDict(
     {bool: bool | np.bool_, int: int | np.integer, float: float | int | np.number}
 )
-_check = beartype(conf=BeartypeConf(hint_overrides=_SCALARS))
+# Hypothesis refuses a strategy in which the state of the module `random` changes: no draws.
+_check = beartype(conf=BeartypeConf(hint_overrides=_SCALARS, is_random=False))
 
 
 def _checked(function: Callable) -> Callable:

@@ -20,11 +20,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array
+from ..pytrees import register_trees
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron, crossed, polyhedra
 from ..solids.segments import segment_to_segment
 from .ball_in_cone import ball_in_cone
+
+register_trees()
 
 BLOCK = 16  # neighbouring balls that are tested together
 _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs processed at once: some megabytes

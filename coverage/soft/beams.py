@@ -18,8 +18,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
-from ..pytrees import tree
+from ..pytrees import register_trees, tree
 from ..solids.sensor_beams import BeamShapes, beam_function
+
+register_trees()
 
 _NOWHERE = 1e3  # m, the function of a sensor that is not there
 _NIL = 1e-9  # m, least divisor

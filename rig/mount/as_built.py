@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ...coverage.pytrees import mapped
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
@@ -93,9 +93,7 @@ class AsBuilt:
         return [
             sight(
                 self.scene,
-                jax.tree.map(
-                    lambda a: a[self.alive], sensor_cones(self.scene.robot, self.setup, q)
-                ),
+                mapped(lambda a: a[self.alive], sensor_cones(self.scene.robot, self.setup, q)),
                 q,
             )
         ]
