@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from ._arguments import whole
 from ._errors import InputError, input_errors, new_files
 from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .coverage.electronics.controllers import CONTROLLERS
-from .coverage.electronics.electronics import BUSES, Bus, Electronics
+from .coverage.electronics.electronics import Bus, Electronics
 from .formats.errors import shown
 from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
@@ -38,7 +38,7 @@ def electronics_of(core: CoreScene, board: str | None, wiring: str | None) -> El
     Raises:
         InputError: for an unknown board or bus.
     """
-    given = {"controller": (board, CONTROLLERS, "board"), "bus": (wiring, BUSES, "wiring")}
+    given = {"controller": (board, CONTROLLERS, "board"), "bus": (wiring, get_args(Bus), "wiring")}
     for value, known, name in given.values():
         if value is not None and value not in known:
             raise InputError(f"found {shown(value)}, allowed: {', '.join(known)}", name)

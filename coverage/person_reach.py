@@ -21,14 +21,16 @@ Only what an arm reaches through passages narrower than 0.1 m may be missing.
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Real
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
+from pydantic import Field
 
 from .cube_region import CubeRegion
+from .definitions.definition import definition, refuse
+from .definitions.field_types import Coordinate, Items, Pair
 from .solids.polyhedra import Polyhedron, crossed, largest
 from .solids.segments import point_to_segment
 
@@ -47,12 +49,13 @@ _STEPS = [
 LONGER = 1.0495  # the longest path along steps as a share of the straight distance
 
 
-@dataclass(frozen=True)
-class Person:
-    """Where people walk and how far they reach.
+_Polygon = Annotated[Items[Pair[Coordinate]], Field(min_length=3, max_length=1000)]
 
-    Raises:
-        ValueError: for a size out of range, or an area that is no polygon.
+
+@definition
+class Person:
+    """Where people walk and how far they reach: what a target that is ``reachable = "person"`` is
+    cut to, and where blind spots are sought.
 
     Example:
         >>> import place_rings as pr
@@ -61,42 +64,26 @@ class Person:
         0.85
     """
 
-    floor: float | None = None
-    """Height of the floor on which people stand, m; None: the highest floor of the obstacles."""
-    areas: Sequence[Sequence[Sequence[float]]] = ()
-    """Walkable areas, polygons of corners (x, y) m; none: the whole floor."""
-    height: float = 1.95
+    floor: Coordinate | None = None
+    """Height of the floor on which people stand, m; default: the highest floor of the obstacles."""
+    areas: Annotated[Items[_Polygon], Field(max_length=100)] = ()
+    """Walkable areas, polygons of corners (x, y) m; the whole floor if there are none."""
+    height: Annotated[float, Field(ge=0.5, le=2.5)] = 1.95
     """Stature of the tallest person, m."""
-    shoulder: float = 1.2
+    shoulder: Annotated[float, Field(ge=0.1, le=SHOULDER * 2.5)] = 1.2
     """Height of the shoulders of the smallest person above the floor, m; lower, where people bend
     or kneel."""
-    radius: float = 0.15
+    radius: Annotated[float, Field(ge=0.05, le=0.5)] = 0.15
     """Radius of the body, m."""
-    reach: float = 0.85
+    reach: Annotated[float, Field(ge=0, le=2)] = 0.85
     """Length of an arm from the body's surface, m; ISO 13855 has 0.85 m from the shoulder."""
 
     def __post_init__(self) -> None:
-        tallest = self.height if isinstance(self.height, Real) else math.inf
-        for name, low, high in (
-            ("height", 0.5, 2.5),
-            ("shoulder", 0.1, SHOULDER * tallest),
-            ("radius", 0.05, 0.5),
-            ("reach", 0.0, 2.0),
-        ):
-            value = getattr(self, name)
-            real = isinstance(value, Real)
-            if not real or not low <= value <= high:
-                raise ValueError(f"{name}: found {value!r}, allowed: {low:g} to {high:.4g} m")
-        areas, allowed = [], "polygons of 3 or more corners (x, y) m"
-        try:
-            polygons = [np.asarray(area, float) for area in self.areas]
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"areas: found {self.areas!r}, allowed: {allowed}") from error
-        for corners in polygons:
-            if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
-                raise ValueError(f"areas: found {corners.tolist()}, allowed: {allowed}")
-            areas.append(tuple((x, y) for x, y in corners.tolist()))
-        object.__setattr__(self, "areas", tuple(areas))  # lists would have no hash
+        most = SHOULDER * self.height
+        if self.shoulder > most:
+            refuse(
+                [(("shoulder",), self.shoulder, f"at most {most:.4g} m, {SHOULDER:g} of height")]
+            )
 
     def stands_on(self, obstacles: tuple[Polyhedron, ...]) -> float:
         """Return the height of the floor, m: the stated one or the obstacles', whichever is higher.

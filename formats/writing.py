@@ -13,8 +13,8 @@ from typing import Any
 
 import tomli_w
 
+from ..coverage.definitions.escaping import printable
 from .errors import UserError
-from .escaping import printable
 from .schema.base_model import StrictModel
 
 try:

@@ -1,34 +1,44 @@
 """Prices of rings and sensors, and what a setup costs."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
+from difflib import get_close_matches
+from typing import Annotated
 
+from pydantic import Field
+
+from ..coverage.definitions.definition import definition, refuse
 from ..coverage.rings.ring import Ring
+from ..coverage.sensors.catalogue import MODELS
 from ..coverage.sensors.sensor import Sensor
 
+_LIKE = 0.65  # likeness of two names, above which one is a slip of the other
+_Price = Annotated[float, Field(ge=0, le=1e9)]
 
-@dataclass(frozen=True)
+
+@definition
 class Prices:
-    """What one ring and one sensor cost. The unit is any currency.
+    """Prices of a ring and of a sensor, in any currency."""
 
-    Raises:
-        ValueError: for a negative price.
-    """
-
-    ring: float = 0.0
+    ring: _Price = 0.0
     """Price of a ring without its sensors: clamp, cable, mounting."""
-    sensor: float = 0.0
+    sensor: _Price = 0.0
     """Price of a sensor with its board."""
-    currency: str = ""
+    currency: Annotated[str, Field(max_length=20)] = ""
     """Name or sign of the currency, for texts."""
-    models: dict[str, float] = field(default_factory=dict)
-    """Prices by the name of a model, of the catalogue or the user's own, in place of
+    models: dict[str, _Price] = field(default_factory=dict)
+    """Prices by the name of a model, of the catalogue or of a sensor file, in place of
     ``sensor``."""
 
     def __post_init__(self) -> None:
-        for name, price in {"ring": self.ring, "sensor": self.sensor, **self.models}.items():
-            if not 0 <= price < float("inf"):
-                raise ValueError(f"price of {name}: found {price}, allowed: 0 or more")
+        """Refuse names that are nearly those of catalogue models; any other may be that of a sensor
+        file."""
+        near = {name: get_close_matches(name, MODELS, 3, _LIKE) for name in self.models}
+        refuse(
+            (("models", name), name, f"{' or '.join(names)}, or the name in a sensor file")
+            for name, names in near.items()
+            if names and name not in MODELS
+        )
 
     def of_sensor(self, sensor: Sensor) -> float:
         """Return the price of one sensor."""

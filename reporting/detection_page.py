@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..formats.escaping import printable_lines
+from ..coverage.definitions.escaping import printable_lines
 from ..formats.schema.separation_models import SafetyResult, ShareModel
 from ..simulation.detection import Approaches
 from ..simulation.motion_samples import STEP, Moments

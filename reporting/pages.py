@@ -14,7 +14,7 @@ from typing import Any
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-from ..formats.escaping import printable, printable_lines
+from ..coverage.definitions.escaping import printable, printable_lines
 
 _IMAGE = re.compile(r'src="([\w.-]+\.png)"')
 _PICTURE = re.compile(r"[\w.-]+\.png")

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
@@ -17,7 +18,6 @@ from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
-from ..formats.escaping import printable
 from ..formats.export.palette import CELL, OBSTACLE, link_colours
 from ..objectives.occlusion import sight
 from ..objectives.scene import CoreScene

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
-from ..formats.escaping import printable_lines
+from ..coverage.definitions.escaping import printable_lines
 from ..formats.writing import write_bytes
 
 INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"

@@ -22,7 +22,7 @@ from rich.segment import Segment
 from rich.status import Status
 from rich.text import Span, Text
 
-from ..formats.escaping import printable, printable_json, printable_lines
+from ..coverage.definitions.escaping import printable, printable_json, printable_lines
 
 
 def say(line: str, error: bool = False) -> None:

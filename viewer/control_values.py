@@ -8,7 +8,7 @@ import viser
 from viser import _messages
 from viser._gui_handles import GuiProgressBarHandle
 
-from ..formats.escaping import printable
+from ..coverage.definitions.escaping import printable
 from .closing import closing
 
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import viser
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.rings.ring import Setup
-from ..formats.escaping import printable
 from . import html as words
 from .control_values import set_value
 from .drawn_parts import DrawnParts

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.targets import Target
-from ..formats.escaping import printable
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import CoreScene
 from ..reporting.lines.targets import described

@@ -7,8 +7,8 @@ from typing import Any
 import viser
 import viser.transforms
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.robots.robot import BASE
-from ..formats.escaping import printable
 from . import html as words
 from .browser_page import BrowserPage
 from .camera import VIEWS, FittedCamera

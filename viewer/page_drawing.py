@@ -9,10 +9,10 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.robots.base_frame import frame_text
-from ..formats.escaping import printable
 from ..objectives.dark_clothing import in_dark_clothing
 from . import html as words
 from .browser_page import BrowserPage

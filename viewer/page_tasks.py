@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
-from ..formats.escaping import printable
 from ..objectives.scene import CoreScene
 from . import html as words
 from .controls import Controls

@@ -5,9 +5,9 @@ from typing import Any
 
 import viser
 
+from ..coverage.definitions.escaping import printable
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Ring, Setup
-from ..formats.escaping import printable
 from .control_values import labelled, set_value
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .session import ViewerSession

@@ -6,10 +6,13 @@ that no limit applies to them.
 """
 
 from bisect import bisect
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import Literal, get_args
+from typing import Annotated, Literal
 
+from pydantic import Field
+
+from ..definitions.definition import definition
 from ..sensors.catalogue import model_of
 from ..sensors.effective_range import effective
 from ..sensors.sensor import Sensor, Use
@@ -18,39 +21,21 @@ from .drivers import driver
 from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses
 
 Bus = Literal["auto", "direct", "multiplexer", "own"]
-BUSES: tuple[str, ...] = get_args(Bus)
 MOST_HZ = 100
 
 
-@dataclass(frozen=True)
+@definition
 class Electronics:
-    """How the sensors of each ring are read."""
+    """How the sensors of each ring are read; they limit the number of sensors on a ring."""
 
-    rate_hz: int | None = None
-    """Readings of every sensor per second; None: at most 20, as many as sensor and bus allow."""
+    rate_hz: Annotated[int, Field(ge=LEAST_HZ, le=MOST_HZ)] | None = None
+    """Readings of every sensor per second; default: at most 20, as many as sensor and bus allow."""
     bus: Bus = "auto"
     """How the sensors of a ring share its bus: ``direct``, each XSHUT on a pin; ``multiplexer``,
     each sensor on a channel; ``auto``, direct where the bus bears it; ``own``, by electronics of
-    your own, which limit nothing here."""
+    your own, which limit nothing."""
     controller: ControllerName = DEFAULT_CONTROLLER
     """Controller board of each ring."""
-
-    def __post_init__(self) -> None:
-        """Reject values outside their range with a ``ValueError``."""
-        rate = self.rate_hz
-        whole = rate is None or (type(rate) is int and LEAST_HZ <= rate <= MOST_HZ)
-        for name, value, allowed, holds in (
-            ("rate_hz", rate, f"None, or whole, {LEAST_HZ} to {MOST_HZ}", whole),
-            ("bus", self.bus, ", ".join(BUSES), self.bus in BUSES),
-            (
-                "controller",
-                self.controller,
-                ", ".join(CONTROLLERS),
-                self.controller in tuple(CONTROLLERS),
-            ),
-        ):
-            if not holds:
-                raise ValueError(f"{name}: found {value!r}, allowed: {allowed}")
 
     @property
     def board(self) -> ControllerBoard:

@@ -3,17 +3,13 @@
 import math
 from dataclasses import replace
 
+from ..definitions.units import degrees
 from ..sensors.effective_range import effective
 from ..sensors.sensor import Sensor
 from .ring import Ring, Setup
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_POSITION = 6  # decimals of a ring's position in a file
-
-
-def degrees(angle: float) -> float:
-    """Return an angle in degrees as files state it, without residues of rounding."""
-    return round(math.degrees(angle), 9)
 
 
 def tilt_deg(tilt: float) -> float:

@@ -18,7 +18,7 @@ from typing import Any, Generic, Self, TypeVar, get_args
 
 import numpy as np
 
-from ...coverage.rings.rounding import degrees
+from ...coverage.definitions.units import degrees
 from .base_model import StrictModel
 
 D = TypeVar("D")

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field, model_validator
 
-from ...coverage.rings.rounding import degrees
+from ...coverage.definitions.units import degrees
 from ...coverage.robots.joint_values import (
     contradicted,
     in_file_units,

@@ -1,45 +1,12 @@
-"""Models of prices: what rings and sensors cost, and what a setup costs."""
+"""Model of the price of a setup."""
 
-from difflib import get_close_matches
-from typing import Annotated, Self
+from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from ...coverage.rings.ring import Setup
-from ...coverage.sensors.catalogue import MODELS
-from ...objectives.prices import Prices
 from ...objectives.scene import CoreScene
-from .base_model import StrictModel, refuse
-from .mapping import MappedModel
-
-_LIKE = 0.65  # likeness of two names, above which one is a slip of the other
-_Price = Annotated[float, Field(ge=0, le=1e9, description="price")]
-
-
-class PricesModel(MappedModel[Prices]):
-    """Prices of a ring and of a sensor, in any currency."""
-
-    ring: _Price = Field(default=0.0, description="price of a ring without its sensors")
-    sensor: _Price = Field(default=0.0, description="price of a sensor with its board")
-    models: dict[str, _Price] = Field(
-        default={},
-        description="prices by model, of the catalogue or of a sensor file, in place of sensor",
-    )
-    currency: Annotated[str, Field(max_length=20)] = Field(
-        default="", description="currency, for texts"
-    )
-
-    @model_validator(mode="after")
-    def _no_slips(self) -> Self:
-        """Refuse names that are nearly those of catalogue models; any other name may be that of a
-        sensor file."""
-        near = {name: get_close_matches(name, MODELS, 3, _LIKE) for name in self.models}
-        refuse(
-            (("models", name), name, f"{' or '.join(each)}, or the name in a sensor file")
-            for name, each in near.items()
-            if each and name not in MODELS
-        )
-        return self
+from .base_model import StrictModel
 
 
 class PriceModel(StrictModel):

@@ -8,9 +8,9 @@ from jaxtyping import Float
 from pydantic import ConfigDict, Field
 
 from ...coverage.choices import Rule
+from ...coverage.definitions.units import degrees
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import degrees
 from ...coverage.robots.joint_values import named
 from ...coverage.robots.kinematics import Chain
 from ...objectives.calibration_effect import CalibrationEffect

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field
 
+from ...coverage.definitions.units import degrees
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import degrees
 from ...objectives.criterion import Criterion
 from ...objectives.redundancy import Loss, Redundancy
 from ...objectives.tolerance import Tolerance

@@ -15,20 +15,22 @@ from pydantic import (
     model_validator,
 )
 
+from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
+from ...coverage.person_reach import Person
 from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
 from ...coverage.targets import Shape, Target
 from ...objectives.poses import Pose
+from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
 from ...objectives.turned_cell import states_coordinates, turned_scene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
-from .electronics_models import ElectronicsModel
 from .field_types import Metres, RingRadius
 from .link_models import LinkLimitsModel
 from .mapping import MappedModel, Of
@@ -42,8 +44,6 @@ from .mounted_sensor_models import (
     singles_of,
 )
 from .obstacle_models import ObstacleModel, obstacles_of
-from .person_models import PersonModel
-from .price_models import PricesModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
@@ -150,10 +150,8 @@ class SceneModel(MappedModel[CoreScene]):
     printing: PrintingModel = Field(
         default=PrintingModel(), description="parameters of printed rings"
     )
-    electronics: ElectronicsModel = Field(
-        default=ElectronicsModel(), description="electronics of the rings"
-    )
-    prices: PricesModel | None = Field(
+    electronics: Electronics = Field(default=Electronics(), description="electronics of the rings")
+    prices: Prices | None = Field(
         default=None, description="what a ring and a sensor cost, for the price of a setup"
     )
     fixed: list[RingModel] = Field(
@@ -172,7 +170,7 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=1000,
         description="obstacles of the cell; they occlude and belong to no target",
     )
-    person: PersonModel | None = Field(
+    person: Person | None = Field(
         default=None, description="where people walk and how far they reach"
     )
     attached: list[AttachedModel] = Field(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...formats.escaping import printable_lines
+from ...coverage.definitions.escaping import printable_lines
 from ...formats.writing import write_bytes
 from ..plots import INK
 from .canvas import Canvas

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ...formats.escaping import printable_lines
+from ...coverage.definitions.escaping import printable_lines
 from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
 from ..engine.scenes import PAPERS_WORLD, scene_from

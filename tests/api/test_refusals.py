@@ -49,5 +49,5 @@ def test_areas_are_polygons_of_pairs(corners):
     if all(len(corner) == 2 for corner in corners):
         assert pr.Person(floor=0.0, areas=[corners]).areas == (tuple(map(tuple, corners)),)
         return
-    with pytest.raises(ValueError, match=r"^areas: "):
+    with pytest.raises(ValueError, match=r"^Person: areas"):
         pr.Person(floor=0.0, areas=[corners])

@@ -19,6 +19,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from place_rings.cli import app as command_line
+from place_rings.coverage.definitions.escaping import printable
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -28,7 +29,6 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import voxels
-from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.written_models import ReportResult

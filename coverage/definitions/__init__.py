@@ -1,0 +1,1 @@
+"""Definitions: classes that state their fields, units, limits and help once, for all doors."""

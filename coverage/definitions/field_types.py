@@ -1,0 +1,35 @@
+"""Types of fields, with their limits: lengths, points and the like."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+T = TypeVar("T")
+FARTHEST = 100.0  # m, largest distance from the base
+LONGEST_NAME = 100  # characters
+
+
+def as_python(value: Any) -> Any:
+    """Return a scalar of NumPy's as one of Python's, and anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def as_tuple(values: Any) -> Any:
+    """Return a list, an array or other items as a tuple, and anything else as it is."""
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
+    if isinstance(values, Iterable) and not isinstance(values, str | bytes | dict | tuple):
+        values = tuple(values)
+    return tuple(map(as_python, values)) if isinstance(values, tuple) else values
+
+
+Items = Annotated[tuple[T, ...], BeforeValidator(as_tuple)]
+"""Any number of items; a list or an array becomes a tuple."""
+Pair = Annotated[tuple[T, T], BeforeValidator(as_tuple)]
+Triple = Annotated[tuple[T, T, T], BeforeValidator(as_tuple)]
+Text = Annotated[str, Field(max_length=LONGEST_NAME)]
+Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]
+Point = Triple[Coordinate]

@@ -1,0 +1,118 @@
+"""Units of numbers in files, where they differ from those in Python: annotations of fields.
+
+``Annotated[float, Degrees("tilt_deg", gt=-90, lt=90)]`` is an angle in rad, for which files have
+the key ``tilt_deg``. The limits are those in files; Python's value is held to them as well.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from pydantic import Field
+from pydantic_core import core_schema
+
+DIGITS = 9  # decimals of a value in files whose unit differs from Python's
+
+
+@dataclasses.dataclass(frozen=True)
+class InFile:
+    """A number in the unit of files."""
+
+    value: Any
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FileUnit:
+    """Annotation of a number that files state in another unit, and under the key ``key``."""
+
+    key: str
+    """Key in files, such as ``tilt_deg``; empty for the field's own name."""
+    from_file: Callable[[Any], float]
+    """From the unit of files to Python's."""
+    to_file: Callable[[Any], float]
+    """From Python's unit to that of files."""
+    limits: dict[str, float]
+    """Limits in files: ``gt``, ``ge``, ``lt``, ``le``."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        def read(value: Any, checked: Any) -> Any:
+            if isinstance(value, InFile):
+                return self.from_file(checked(value.value))
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                return checked(value)  # raises
+            checked(self.to_file(value))
+            return value
+
+        return core_schema.no_info_wrap_validator_function(
+            read,
+            core_schema.float_schema(strict=True, allow_inf_nan=False, **self.limits),
+            serialization=core_schema.plain_serializer_function_ser_schema(self.to_file),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        return handler(core_schema.float_schema(**self.limits))
+
+
+def degrees(angle: float) -> float:
+    """Return an angle in degrees as files state it, without residues of rounding."""
+    return round(math.degrees(angle), DIGITS)
+
+
+def Degrees(
+    key: str = "", *, write: Callable[[float], float] = degrees, **limits: float
+) -> FileUnit:
+    """Return the annotation of an angle in rad that files state in degrees."""
+    return FileUnit(key, math.radians, write, limits)
+
+
+def Percent(key: str = "", **limits: float) -> FileUnit:
+    """Return the annotation of a share that files state in percent."""
+    limits = {"ge": 0, "le": 100} | limits
+    return FileUnit(key, lambda value: value / 100, lambda x: round(100 * x, DIGITS), limits)
+
+
+def Millimetres(key: str = "", digits: int = 6, **limits: float) -> FileUnit:
+    """Return the annotation of a length in m that files state in mm."""
+    return FileUnit(key, lambda mm: mm / 1000, lambda x: round(1000 * x, digits), limits)
+
+
+def Decimals(digits: int, **limits: float) -> FileUnit:
+    """Return the annotation of a number that files state with ``digits`` decimals; -0 as 0."""
+    return FileUnit("", float, lambda value: round(float(value), digits) + 0.0, limits)
+
+
+def units_of(annotation: Any) -> Iterator[FileUnit]:
+    """Yield the units in an annotation: of the value, of its items, or of one of its kinds."""
+    if get_origin(annotation) is Annotated:
+        yield from (meta for meta in annotation.__metadata__ if isinstance(meta, FileUnit))
+    for inner in get_args(annotation):
+        yield from units_of(inner)
+
+
+def with_keys(cls: type) -> dict[str, str]:
+    """State the keys of a class's fields with units as their aliases, for pydantic, and return the
+    key of each field with a unit, of the class and its bases."""
+    keys: dict[str, str] = {}
+    for name, annotation in get_type_hints(cls, include_extras=True).items():
+        unit = next(units_of(annotation), None)
+        if unit is None:
+            continue
+        keys[name] = unit.key or name
+        if unit.key and name in vars(cls).get("__annotations__", {}):
+            cls.__annotations__[name] = Annotated[annotation, Field(alias=unit.key)]
+    return keys
+
+
+def in_file(value: Any) -> Any:
+    """Return a value of a file with its numbers marked as in the unit of files."""
+    match value:
+        case bool():
+            return value
+        case int() | float():
+            return InFile(value)
+        case list() | tuple():
+            return [in_file(item) for item in value]
+        case dict():
+            return {key: in_file(item) for key, item in value.items()}
+    return value
