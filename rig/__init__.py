@@ -2,6 +2,7 @@
 
 The subpackages, lowest first:
 
+closing: what ends with a ``with``
 recording: records of received data, time stamps, and the file that stores them
 rings: the frames of the ring protocol, decoders, and serial ports
 robot: the robot's state over RTDE, validated, and slow motions

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 from numbers import Integral, Real
 
 import numpy as np
@@ -176,6 +177,12 @@ class Setup:
     def ring_of_sensor(self) -> Int[np.ndarray, " K"]:
         """Number of each sensor's ring or, for a single sensor, its own."""
         return np.repeat(np.arange(len(self.groups)), [group.count for group in self.groups])
+
+    @property
+    def slices(self) -> list[slice]:
+        """Which of all sensors are those of each ring or single sensor."""
+        ends = accumulate(group.count for group in self.groups)
+        return [slice(end - g.count, end) for g, end in zip(self.groups, ends, strict=True)]
 
     def group_name(self, number: int) -> str:
         """Name a ring or single sensor in messages: ``ring 0 (forearm)``, ``sensor pad (tool)`` or,

@@ -170,14 +170,13 @@ def _readings(
 
     shown = setup if built is None else built.setup
     wanted = expected(scene, shown, read.joints)
-    first = np.cumsum([0, *(ring.count for ring in setup.rings)])
     rows = -(-len(setup.rings) // _COLUMNS)
     figure = Figure(figsize=(12, 0.9 + _PANEL * rows), dpi=100, layout="constrained")
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
     for i, (ax, ring) in enumerate(zip(panels, setup.rings, strict=False)):
-        k = np.arange(first[i], first[i + 1])
+        k = setup.slices[i]
         fit = None if built is None else built.fits[i]
-        seats = k if fit is None else first[i] + fit.seat
+        seats = k if fit is None else k.start + fit.seat
         at = wanted.distance[:, seats] + (0.0 if fit is None else fit.offset)
         _panel(ax, at, read.distance[:, k], wanted.what[:, seats] == CELL)
         verdict = verdicts[i] if verdicts else ""

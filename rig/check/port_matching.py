@@ -76,8 +76,7 @@ def by_pattern(scene: CoreScene, setup: Setup, stops: Stops) -> Ports:
     rings = len(setup.rings)
     turned = replace(setup, rings=tuple(replace(r, tilt=-r.tilt) for r in setup.rings))
     wanted = [expected(scene, one, stops.joints).distance for one in (setup, turned)]
-    first = np.cumsum([0, *(r.count for r in setup.rings)])
-    parts = [slice(int(first[i]), int(first[i + 1])) for i in range(rings)]
+    parts = setup.slices
     table = np.full((rings, rings), np.inf)
     for port in range(rings):
         for ring in range(rings):

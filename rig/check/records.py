@@ -170,9 +170,8 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
     """Describe the self check."""
     if done is None:
         return None
-    first, rings = np.cumsum([0, *(r.count for r in done.setup.groups)]), []
-    for i, health in enumerate(done.rings):
-        k = slice(int(first[i]), int(first[i + 1]))
+    rings = []
+    for i, (health, k) in enumerate(zip(done.rings, done.setup.slices, strict=True)):
         spread = done.spread[k][np.isfinite(done.spread[k])]
         rings.append(
             LookModel(

@@ -59,13 +59,11 @@ def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Map
     """
     setup = check.setup
     wanted = expected(check.scene, setup, read.joints)
-    first = np.cumsum([0, *(r.count for r in setup.groups)])
-    ring = setup.ring_of_sensor
     return [
         {
             "stop": stop,
-            "ring": int(ring[k]),
-            "sensor": int(k - first[ring[k]]),
+            "ring": ring,
+            "sensor": sensor,
             "proposed_m": _number(wanted.distance[p, k]),
             "read_m": _number(read.distance[p, k]),
             "scatter_m": _number(read.spread[p, k]),
@@ -73,7 +71,7 @@ def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Map
             "readings": int(read.total[p, k]),
         }
         for p, stop in enumerate(numbers)
-        for k in range(setup.sensors)
+        for k, (ring, sensor) in enumerate(setup.labels)
     ]
 
 

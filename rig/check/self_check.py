@@ -114,37 +114,6 @@ class SelfCheck:
     def _tolerance(self) -> Float[np.ndarray, " K"]:
         return _BODY + _SURE * self.noise.at(np.nan_to_num(self.distance))
 
-    def text(self) -> list[str]:
-        """Describe each ring, then list the irregular sensors, as lines."""
-        first, lines = np.cumsum([0, *(r.count for r in self.setup.groups)]), []
-        for i, (ring, health) in enumerate(zip(self.setup.groups, self.rings, strict=True)):
-            k = slice(int(first[i]), int(first[i + 1]))
-            told = np.isfinite(self.spread[k])
-            scatter = (
-                f", scatter {1000 * np.median(self.spread[k][told]):.1f} mm" if told.any() else ""
-            )
-            lines.append(
-                f"{self.setup.group_name(i)}: {health.frames} frames, {health.rate:.1f} a second,"
-                f" {health.gaps} gaps, {np.count_nonzero(self.answers[k] > 0)} of {ring.count}"
-                f" sensors answer{scatter}"
-            )
-        for words, which in (
-            ("never answer", self.silent),
-            ("scatter more than expected", self.noisy),
-            ("often miss their target", self.lossy),
-            ("see the robot itself", self.on_robot),
-            ("differ from the expected reading", self.surprising),
-        ):
-            if len(which):
-                lines.append(f"{words}: {', '.join(self.named(which))}")
-        for words, zones in (
-            ("zones (row, column) that never answer", self.silent_zones),
-            ("zones (row, column) that are blocked", self.blocked_zones),
-        ):
-            if zones:
-                lines.append(f"{words}: {'; '.join(zones)}")
-        return lines
-
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
         """Name sensors as ``sensor_names`` does."""
         return sensor_names(self.setup, which)

@@ -74,6 +74,5 @@ def _fitted_cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
 
 def _by_ring(setup: Setup, stops: Stops) -> Iterator[tuple[Ring, Float[np.ndarray, "P n"]]]:
     """Yield each ring with the readings of its wires at the stops, m."""
-    first = np.cumsum([0, *(ring.count for ring in setup.rings)])
-    for i, ring in enumerate(setup.rings):
-        yield ring, stops.distance[:, first[i] : first[i + 1]]
+    for ring, wires in zip(setup.rings, setup.slices, strict=False):
+        yield ring, stops.distance[:, wires]

@@ -35,6 +35,20 @@ class Order:
         return (self.shift + self.direction * np.arange(count)) % count
 
 
+def reading_costs(
+    read: Float[np.ndarray, "*#n"],
+    wanted: Float[np.ndarray, "*#n"],
+    sigma: Float[np.ndarray, "*#n"] | float,
+) -> Float[np.ndarray, "*n"]:
+    """Return the cost of each reading (...) m, nan without a target, where ``wanted`` (...) m is
+    expected, infinite without one, by its standard deviation (...) m.
+    """
+    has, there = np.isfinite(read), np.isfinite(wanted)
+    with np.errstate(invalid="ignore"):
+        z = (read - wanted) / sigma
+    return np.where(has & there, np.minimum(z * z, CAP), np.where(has ^ there, MISSED, 0.0))
+
+
 def costs(
     measured: Float[np.ndarray, "P n"],
     wanted: Float[np.ndarray, "P n"],
@@ -48,13 +62,9 @@ def costs(
         sigma: standard deviations of the seats' readings, m.
     """
     sigma = np.broadcast_to(sigma, wanted.shape)
-    read, there = np.isfinite(measured), np.isfinite(wanted)
     total = np.zeros((measured.shape[1], wanted.shape[1]))
-    for m, r, w, t, s in zip(measured, read, wanted, there, sigma, strict=True):
-        with np.errstate(invalid="ignore"):
-            z = (m[:, None] - w[None]) / s[None]
-        both, one = r[:, None] & t[None], r[:, None] != t[None]
-        total += np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
+    for m, w, s in zip(measured, wanted, sigma, strict=True):
+        total += reading_costs(m[:, None], w[None], s[None])
     return total
 
 

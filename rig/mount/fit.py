@@ -70,10 +70,8 @@ def fit_mount(
         noise: of the sensors; only its growth with distance matters.
         zones: readings of the zones at the stops, by the number of their ring.
     """
-    noise, first = noise or Noise(), np.cumsum([0, *(r.count for r in setup.rings)])
-    fits = []
-    for i, ring in enumerate(setup.rings):
-        k = slice(int(first[i]), int(first[i + 1]))
+    noise, fits = noise or Noise(), []
+    for i, (ring, k) in enumerate(zip(setup.rings, setup.slices, strict=False)):
         mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
         here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
         measured = _Measured(*here, mute, noise, (zones or {}).get(i))

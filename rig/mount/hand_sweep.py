@@ -37,13 +37,6 @@ class Waving:
         """List the faults of the wiring."""
         return told(self.order, self.mixed)
 
-    def text(self) -> str:
-        """Describe the faults, and the sensors that saw no hand, in one line."""
-        missed = [f"no hand was seen by {', '.join(map(str, self.missed))}: wave again"] * bool(
-            self.missed
-        )
-        return "; ".join(self.faults() + missed) or "wired in order"
-
 
 def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
     """Determine the wiring of a ring, or whether a single sensor sees a hand.

@@ -19,13 +19,11 @@ from ...objectives.scene import CoreScene
 from ..poses.clear import drawn
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import Noise
-from .mounting_error_model import LIMITS, NAMES, free, grazing, moved, slopes
+from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
 POSES, FRAMES = 24, 10
 _CANDIDATES, _DRAWS = 240, 2
 _MEDIAN = np.pi / 2  # variance of the median of normal numbers over that of their mean
-# of ``LIMITS``: an error known no better counts as not observable
-OPEN = 0.5
 
 
 @dataclass(frozen=True)
@@ -40,41 +38,6 @@ class MountPlan:
     """Information about each ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2,
     without the prior.
     """
-
-    def deviations(self) -> Float[np.ndarray, "R 4"]:
-        """Return the expected standard deviations (R, 4) of ``NAMES``, m and rad, from these poses
-        alone; infinite without information.
-        """
-        value, vector = np.linalg.eigh(self.information)
-        variance = (vector**2 / np.maximum(value, 1e-12)[:, None]).sum(axis=2)
-        deviation: np.ndarray = np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
-        return deviation
-
-    def unobservable(self, scene: CoreScene, setup: Setup) -> list[tuple[int, str]]:
-        """Return pairs of ring and error that these poses do not determine."""
-        sd = self.deviations()
-        return [
-            (i, NAMES[k])
-            for i, ring in enumerate(setup.rings)
-            for k in free(scene, ring)
-            if sd[i, k] > OPEN * LIMITS[k]
-        ]
-
-    def text(self, scene: CoreScene, setup: Setup) -> list[str]:
-        """Describe the expected accuracy and the undetermined errors, as lines."""
-        scale = np.array([1000, *np.degrees([1, 1]), 1000])
-        unit, lines = ("mm", "°", "°", "mm"), []
-        for i, (ring, sd) in enumerate(zip(setup.rings, self.deviations() * scale, strict=True)):
-            known = ", ".join(
-                f"{NAMES[k]} ± {1.96 * sd[k]:.2g} {unit[k]}" for k in free(scene, ring)
-            )
-            lines.append(f"ring {i} ({ring.link}): expected accuracy: {known}")
-        for i, name in self.unobservable(scene, setup):
-            lines.append(
-                f"ring {i} ({setup.rings[i].link}): {name} is not observable in this cell from"
-                " these poses"
-            )
-        return lines
 
 
 def planned(
@@ -139,11 +102,10 @@ def _information(
     """Return the information of each pose about each ring mounted with these errors, in units of
     ``LIMITS``.
     """
-    rings = tuple(moved(scene, r, e) for r, e in zip(setup.rings, errors, strict=True))
-    seen, first = expected(scene, Setup(rings), joints), np.cumsum([0, *(r.count for r in rings)])
-    found = np.zeros((len(joints), len(rings), 4, 4))
-    for i, ring in enumerate(rings):
-        which = seen.what[:, first[i] : first[i + 1]] == CELL
+    mounted = Setup(tuple(moved(scene, r, e) for r, e in zip(setup.rings, errors, strict=True)))
+    seen, found = expected(scene, mounted, joints), np.zeros((len(joints), len(setup.rings), 4, 4))
+    for i, (ring, wires) in enumerate(zip(mounted.rings, mounted.slices, strict=True)):
+        which = seen.what[:, wires] == CELL
         distance, by = slopes(scene, ring, joints, which)
         by = np.where(
             grazing(by)[:, None],

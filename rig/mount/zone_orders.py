@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ..sensing.readings import ZoneStops
 from ..sensing.zone_grid import every_turn
-from .channel_assignment import CAP, MISSED, SURE
+from .channel_assignment import CAP, SURE, reading_costs
 
 _TOLERANCE = 0.03  # m; of the readings of a fitted ring's zones
 # mean cost of a zone's reading, above which a grid fits no turn, although the sensor's first return
@@ -84,7 +84,7 @@ def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: ZoneStops, wire: int) ->
     read, heard = stops.distance[:, wire], stops.total[:, wire] > 0
 
     def cost(want: Float[np.ndarray, "P Z"]) -> float:
-        return float((_each(read, want) * heard).sum())
+        return float((reading_costs(read, want, _TOLERANCE) * heard).sum())
 
     orders = zone_orders(rows, columns)
     # rounded: of orders that are the same but for a turn, that without one counts
@@ -109,14 +109,6 @@ def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: ZoneStops, wire: int) ->
     return GridFit(min(map(cost, turns)) / number, best / number, text, nearest, count)
 
 
-def _each(read: np.ndarray, want: np.ndarray) -> np.ndarray:
-    """Return the cost of each reading."""
-    both, one = np.isfinite(read) & np.isfinite(want), np.isfinite(read) ^ np.isfinite(want)
-    with np.errstate(invalid="ignore"):
-        z = (read - want) / _TOLERANCE
-    return np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
-
-
 def _mixed(
     read: Float[np.ndarray, "P r c"],
     heard: Bool[np.ndarray, "P r c"],
@@ -126,6 +118,7 @@ def _mixed(
     found = []
     for axis, name in ((2, "columns"), (1, "rows")):
         a, h, b = (np.moveaxis(grid, axis, 1) for grid in (read, heard, want))
-        table = (_each(a[:, :, None], b[:, None]) * h[:, :, None]).sum(axis=(0, 3))
+        cost = reading_costs(a[:, :, None], b[:, None], _TOLERANCE)
+        table = (cost * h[:, :, None]).sum(axis=(0, 3))
         found.append((float(table[linear_sum_assignment(table)].sum()), f"{name} are mixed"))
     return min(found)

@@ -15,7 +15,7 @@ from ...objectives.scene import CoreScene
 from ..sensing.readings import ZoneStops
 from ..sensing.zone_grid import GridTurn, every_turn, stated_turn, zone_grid
 from ..sensing.zone_targets import expected_zones
-from .channel_assignment import CAP, MISSED, SURE, Order
+from .channel_assignment import SURE, Order, reading_costs
 
 _TOLERANCE = 0.03  # m; of the readings of a fitted ring's zones
 _UPSIDE_DOWN = GridTurn(180)
@@ -80,11 +80,7 @@ def turn_costs(
     for g, turn in enumerate(turns):
         seats = turn.arrives(wanted).reshape(*wanted.shape[:2], -1)  # (P, n, Z)
         for p in range(len(joints)):
-            read, want = stops.distance[p][:, None], seats[p][None]
-            both, one = np.isfinite(read) & np.isfinite(want), np.isfinite(read) ^ np.isfinite(want)
-            with np.errstate(invalid="ignore"):
-                z = (read - want) / _TOLERANCE
-            cost = np.where(both, np.minimum(z * z, CAP), np.where(one, MISSED, 0.0))
+            cost = reading_costs(stops.distance[p][:, None], seats[p][None], _TOLERANCE)
             table[g] += (cost * heard[p][:, None]).sum(axis=2)
     return turns, table / rows  # neighbours see the same: as much weight as a row
 

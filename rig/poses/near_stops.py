@@ -8,7 +8,7 @@ sensor there is no near stop.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -56,11 +56,10 @@ class NearStops:
         a ring those of the lowest.
         """
         least, body = self.least.copy(), self.body.copy()
-        first = np.cumsum([0, *(r.count for r in setup.groups)])
-        for a, b in pairwise(first):
-            lowest = self.least[:, a:b].argmin(axis=1)[:, None]  # (P, 1)
+        for k in setup.slices:
+            lowest = self.least[:, k].argmin(axis=1)[:, None]  # (P, 1)
             for whole, own in ((least, self.least), (body, self.body)):
-                whole[:, a:b] = np.take_along_axis(own[:, a:b], lowest, axis=1)
+                whole[:, k] = np.take_along_axis(own[:, k], lowest, axis=1)
         return replace(self, least=least, body=body)
 
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
@@ -137,8 +136,8 @@ def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
     """Return for each sensor the sensor (K,) that takes its place if the rings are wired in
     reverse.
     """
-    first = np.cumsum([0, *(r.count for r in setup.groups)])
-    return np.concatenate([a + -np.arange(b - a) % (b - a) for a, b in pairwise(first)])
+    rings = zip(setup.groups, setup.slices, strict=True)
+    return np.concatenate([k.start + -np.arange(g.count) % g.count for g, k in rings])
 
 
 def _slipped(scene: CoreScene, ring: Ring, by: float) -> Ring:
@@ -171,10 +170,10 @@ class RingNearStops:
 
 def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingNearStops]:
     """Summarise the near stops of each ring; ``bodies`` names the robot's bodies."""
-    found, first = [], np.cumsum([0, *(r.count for r in setup.groups)])
-    for a, b in pairwise(first):
-        least, lowest = stops.least[:, a:b], stops.least[:, a:b].min(axis=0)  # (P, n), (n,)
-        worst = stops.body[:, a:b][least.argmin(axis=0), np.arange(b - a)]  # (n,)
+    found = []
+    for group, k in zip(setup.groups, setup.slices, strict=True):
+        least, lowest = stops.least[:, k], stops.least[:, k].min(axis=0)  # (P, n), (n,)
+        worst = stops.body[:, k][least.argmin(axis=0), np.arange(group.count)]  # (n,)
         names, counts = np.unique(worst[lowest < stops.full], return_counts=True)
         why = sorted(
             ((bodies[n], int(c)) for n, c in zip(names, counts, strict=True)), key=lambda x: -x[1]
@@ -183,9 +182,9 @@ def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingN
         full = int((lowest >= stops.full).sum())
         found.append(
             RingNearStops(
-                sensors=int(b - a),
+                sensors=group.count,
                 always_full=full,
-                sometimes_less=int(b - a) - none - full,
+                sometimes_less=group.count - none - full,
                 sometimes_none=none,
                 share=float((least >= stops.full).mean()),
                 why=tuple(why),

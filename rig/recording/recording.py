@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from ...formats.errors import UserError
+from ..closing import Closing
 from .records import DamagedError, Kind, Record, RecordReader
 
 FORMAT = "place-rings rig 1"
@@ -23,7 +23,7 @@ _CHUNK = 1 << 20
 _LAST = 1e11  # s since 1970, latest plausible time
 
 
-class Recording:
+class Recording(Closing):
     """Appends records to a new file; when ``put`` returns, the operating system has the record.
 
     If the disk is full, or writing fails for another reason, the recording ends at the last
@@ -72,12 +72,6 @@ class Recording:
                 self._fail(error)
         self._on_failure(self.failure)
 
-    def event(self, what: str, **more: Any) -> None:
-        """Store an event with the present time."""
-        self.put(
-            Record(Kind.EVENT, 0, time.monotonic(), json.dumps({"what": what, **more}).encode())
-        )
-
     def close(self) -> None:
         """Write an end mark, which tells a reader that nothing is missing."""
         self.put(Record(Kind.END, 0, time.monotonic()))
@@ -87,17 +81,6 @@ class Recording:
             if self._file >= 0:
                 os.close(self._file)
                 self._file = -1
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _fail(self, error: OSError) -> None:
         """Cut the file after its last complete record, if possible; a reader skips the

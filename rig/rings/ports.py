@@ -3,9 +3,8 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
-from types import TracebackType
-from typing import Self
 
+from ..closing import Closing
 from ..recording.records import Kind, Record
 from .line_monitor import Event, Line, Port
 from .protocol import Counts, Frame
@@ -107,7 +106,7 @@ class RingReader:
                 self._on_event(found)
 
 
-class RingReaders:
+class RingReaders(Closing):
     """All rings of a rig. ``sizes`` holds the number of sensors of each.
 
     Args:
@@ -156,14 +155,3 @@ class RingReaders:
             reader.end()
         for reader in self._readers:
             reader.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

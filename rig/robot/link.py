@@ -8,24 +8,20 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
-from typing import Self
-
-import numpy as np
-from jaxtyping import Float
 
 from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
+from ..closing import Closing
 from ..recording.records import DamagedError, Record, RecordReader
 from .state import State
-from .vetting import STALE, Ended, LinkFaultError, Vetting, between
+from .vetting import Ended, LinkFaultError, Vetting
 
 # s until the first state: start of Python, and the client's handshake with the robot
 START = 10.0
 _MEMORY = 30.0  # s, of states
 
 
-class Link:
+class Link(Closing):
     """Receives joint angles of the robot at ``host`` in a process of its own, which ends with the
     link.
 
@@ -101,25 +97,6 @@ class Link:
             self._changed.wait_for(lambda: self._fault or len(self._states) >= 2, seconds)
         return self.latest()
 
-    def joints(
-        self, times: Float[np.ndarray, " n"], patience: float = STALE
-    ) -> Float[np.ndarray, "n 6"]:
-        """Return joint angles (n, 6) rad at ``times`` (n,) s of the host's monotonic clock.
-
-        Angles are interpolated between the states around each time, and nan where no states are
-        near enough. The call waits up to ``patience`` s for states after the last time.
-        """
-        times = np.asarray(times, float)
-        with self._changed:
-            first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 0.0)
-            self._changed.wait_for(
-                lambda: self._fault or (self._states and self._states[-1].time >= last), patience
-            )
-            states = [
-                state for state in self._states if first - STALE <= state.time <= last + STALE
-            ]
-        return between(states, times)
-
     def close(self) -> None:
         """End the process and wait for it."""
         self._closing = True
@@ -129,17 +106,6 @@ class Link:
             if pipe:
                 pipe.close()
         self._process.wait()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _watch(self) -> None:
         """Receive states until a fault, then end the process in case it still runs."""

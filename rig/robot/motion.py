@@ -12,13 +12,12 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
 
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
+from ..closing import Closing
 from ..recording.records import Kind
 from .dashboard import PORT as DASHBOARD
 from .link import Link
@@ -76,7 +75,7 @@ class MoveHeldError(MoveStoppedError):
     """The robot stood still on its way, held by its speed slider or a pause, and was stopped."""
 
 
-class Mover:
+class Mover(Closing):
     """Moves the robot at ``host`` through a process of its own, which ends with this object.
 
     Args:
@@ -259,17 +258,6 @@ class Mover:
     def close(self) -> None:
         """Stop the robot and end the process."""
         self._control.close(BOUND * self._patience)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _there(self, q: Float[np.ndarray, " 6"]) -> bool:
         state = self._link.latest()

@@ -168,7 +168,7 @@ def _by_zone(
         there = np.isfinite(before)
         margin = detection.margin(np.where(there, before, 0.0))
         limit = np.where(there, before - margin, np.inf)
-        first = int(np.flatnonzero(of == ring)[0])
+        first = setup.slices[ring].start
         for k in np.unique(pairs[0][of[pairs[0]] == ring]):
             some = pairs[1][pairs[0] == k]
             some = some[~found[some]]

@@ -138,8 +138,7 @@ def at_stops(
     for ring, group in enumerate(setup.groups):
         rows, columns = zone_grid(group.sensor)
         if rows * columns > 1:
-            first = sum(g.count for g in setup.groups[:ring])
-            mine = slice(first, first + group.count)
+            mine = setup.slices[ring]
             zones = zones_at_stops(readings, setup, ring, joints, within).distance
             least = np.where(np.isnan(zones) | _blocked(zones), np.inf, zones).min(axis=2)
             known = np.isfinite(least) & np.isfinite(distance[:, mine])

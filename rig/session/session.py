@@ -4,11 +4,11 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
+from ..closing import Closing
 from ..recording.recording import Recording
 from ..recording.records import Kind, Record
 from ..rings.line_monitor import Event, Port
@@ -19,7 +19,7 @@ from ..robot.vetting import LinkFaultError
 from .gathering import Gathered
 
 
-class Session:
+class Session(Closing):
     """Receives data from construction to ``close``.
 
     ``gathered`` holds the data received so far; ``link`` and ``rings`` give live access.
@@ -70,17 +70,6 @@ class Session:
                 RingReaders(ports, self._frame, self._event, self._record)
             )
             self._stack = stack.pop_all()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Stop receiving; the collected data stays."""

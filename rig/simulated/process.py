@@ -8,9 +8,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from ..closing import Closing
 from .run_folder import RunFolder
 
 _START = 120.0  # s to start Python and compile, on a busy machine
@@ -34,7 +34,7 @@ def command(
     return [str(rings), str(sensors), str(rate), str(seed), encoding]
 
 
-class SimulatedRig:
+class SimulatedRig(Closing):
     """Process of a simulated rig, which ends with this object or with the process that holds it.
 
     Args:
@@ -95,17 +95,6 @@ class SimulatedRig:
             self._process.stdout.close()
         self._errors.close()
         self._folder.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _answer(self, seconds: float) -> dict[str, Any]:
         pipe, until = self._process.stdout, time.monotonic() + seconds

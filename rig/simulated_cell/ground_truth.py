@@ -67,17 +67,15 @@ class Injected:
 
     def found(self, fits: Sequence[RingFit]) -> dict[str, bool]:
         """Return for each fault whether the check found it, and no other one of its kind."""
-        ring_of, first = (
-            self.setup.ring_of_sensor,
-            np.cumsum([0, *(r.count for r in self.setup.rings)]),
-        )
-        at = -1 if self.dead is None else int(ring_of[self.dead])
+        ring_of, at = self.setup.ring_of_sensor, (-1, -1)
+        if self.dead is not None:
+            at = self.setup.labels[self.dead]
         orders = [(f.order.direction, f.order.flipped, f.order.shift) for f in fits]
         wanted = [(1, False, 0)] * len(fits)
         if self.reversed_ring is not None:
             wanted[self.reversed_ring] = (-1, self.flipped, 0)
         pairs = [(self.pair,) if i == self.swapped_in else () for i in range(len(fits))]
-        dead = [(int(self.dead - first[at]),) if i == at else () for i in range(len(fits))]
+        dead = [at[1:] if i == at[0] else () for i in range(len(fits))]
         found = {
             "reversed ring": orders == wanted,
             "swapped pair": [f.mixed for f in fits] == pairs,
@@ -129,8 +127,7 @@ def injected(scene: CoreScene, setup: Setup, seed: int, faults: Faults = "random
         seats[swapped][list(pair)] = seats[swapped][list(pair[::-1])]
     rings = count[: len(setup.rings)]
     dead = int(rng.integers(sum(rings))) if sum(rings) else None
-    first = np.cumsum([0, *count])
-    seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
+    seat = np.concatenate([s + k.start for s, k in zip(seats, setup.slices, strict=True)])
     if dead is not None:
         seat[dead] = DEAD
     turns = _turned(rng, setup, dead)

@@ -230,15 +230,8 @@ def _measured(
     true = np.full((len(sent), world.mounted.sensors), np.nan)
     true[used] = world.distances(poses)[which.ravel()]
     distance, status = world.told(rng, true)
-    first = np.cumsum([0, *(group.count for group in world.mounted.groups)])
+    wires = world.mounted.slices
     return [
-        (
-            ring,
-            replace(
-                frame,
-                distance=distance[i, first[ring] : first[ring + 1]],
-                status=status[i, first[ring] : first[ring + 1]],
-            ),
-        )
-        for (ring, frame), i in zip(frames, index, strict=True)
+        (ring, replace(f, distance=distance[i, wires[ring]], status=status[i, wires[ring]]))
+        for (ring, f), i in zip(frames, index, strict=True)
     ]

@@ -50,7 +50,7 @@ class World:
         infinite without a target, nan for dead sensors.
         """
         group = self.mounted.groups[ring]
-        first = sum(g.count for g in self.mounted.groups[:ring])
+        first = self.mounted.slices[ring].start
         places = np.arange(first, first + group.count)
         seat = places if self.seat is None else self.seat[places]
         found = expected_zones(self.scene, self.mounted, ring, joints, rod, TARGETS)

@@ -209,7 +209,7 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
             if n == 204:
                 recording.put(Event(0, Happened.GONE, t, "pulled").record())
                 recording.put(Record(Kind.OPENED, 0, t))
-        recording.event("rod", place=[1, 2, 3])
+        recording.put(Record(Kind.EVENT, 0, 99.0, b'{"what": "rod", "place": [1, 2, 3]}'))
     found = replay(RecordingReader(path), [Port("gone by now", 3)])
     assert found.fault.why == Ended.GARBLED
     assert found.fault.time == 50 + 450 / 125
@@ -238,7 +238,7 @@ def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
     with Recording(path, {}) as recording:
         recording.put(Record(kind, 0, 1.0, data))
         recording.put(Record(kind, 200, 1.0, data))
-        recording.event("after")
+        recording.put(Record(Kind.EVENT, 0, 2.0, b'{"what": "after"}'))
     found = replay(RecordingReader(path), [Port("", 3)])
     assert (found.said[-1][1], found.frames, found.states) == ({"what": "after"}, [], [])
     assert all(isinstance(said, dict) for _, said in found.said)
