@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from ._search import search
     from ._soft import coverage_fraction, sample_points
     from ._solids import attached, obstacle
-    from ._study import study
-    from ._study_runs import StudyReport
+    from ._study import StudyReport, study
     from ._targets import (
         Near,
         ProtectiveVolume,
@@ -150,8 +149,7 @@ _MODULES = {
     "_solids": ("attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
-    "_study": ("study",),
-    "_study_runs": ("StudyReport",),
+    "_study": ("StudyReport", "study"),
     "_own_targets": (
         "Box",
         "Cylinder",

@@ -124,13 +124,7 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
-    from place_rings._study_arguments import (
-        StudyOptions,
-        check_machines,
-        check_study,
-        read_layouts,
-        study_command,
-    )
+    from place_rings._study import StudyOptions, check_study, read_layouts, study_command
 
     from ...formats.errors import UserError
     from ...formats.loader import read_scene
@@ -139,18 +133,17 @@ def study(
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
 
-    check_machines(workers, scheduler)
-    check_study(name, seed, target or None, sensors, scene, layout, time, quick)
+    given = {"targets": target or None, "sensors": sensors, "scene": scene, "quick": quick}
+    check_study(name, seed, workers, scheduler, **given, layout=layout, time=time)
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
     where = read_scene(scene) if scene else CoreScene()
     where = in_paper(where) if paper else where
     command = study_command(name, seed, layout, time)
     if name == "pareto":
-        command = ["place-rings", *sys.argv[1:]]
-    pair = resolve_pair(target, where)
-    layouts = read_layouts(name, layout)
+        command = shlex.join(["place-rings", *sys.argv[1:]])
+    pair, layouts = resolve_pair(target, where), read_layouts(name, layout)
     options = StudyOptions(
-        seed, pair, sensors, where, layouts, time, shlex.join(command), quick=quick
+        *(name, seed, pair, sensors, where, layouts, time, quick, workers, scheduler, command)
     )
-    run(name, out or Path("results") / name, options, workers, scheduler)
+    run(out or Path("results") / name, options)

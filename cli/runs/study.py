@@ -4,8 +4,7 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-from place_rings._study_arguments import StudyName, StudyOptions
-from place_rings._study_runs import CELLS, run_study
+from place_rings._study import CELLS, StudyOptions, run_study
 from rich.progress import TaskID
 
 from ...reporting.progress import ProgressBar
@@ -15,10 +14,9 @@ from ...studies.engine.estimate import Estimate
 from ..signals import gone_is_an_error
 
 
-def study(
-    name: StudyName, folder: Path, options: StudyOptions, workers: int, scheduler: str | None
-) -> None:
+def study(folder: Path, options: StudyOptions) -> None:
     """Run a study into a folder and print the path of its page."""
+    workers, scheduler = options.workers, options.scheduler
     tasks: dict[str, TaskID] = {}
     alone = workers == 1 and scheduler is None
     expected: list[Estimate] = []
@@ -30,7 +28,9 @@ def study(
         here = f" in {workers} processes" if scheduler is None and workers > 1 else ""
         per = " divided by the number of workers" if scheduler is not None else ""
         span = duration(estimate.seconds)
-        console.print(f"{name}: {span} for {many}{here}{per}", highlight=False, soft_wrap=True)
+        console.print(
+            f"{options.name}: {span} for {many}{here}{per}", highlight=False, soft_wrap=True
+        )
 
     with ProgressBar(console) as bar, nullcontext() if alone else gone_is_an_error():
 
@@ -41,7 +41,7 @@ def study(
             bar.update(tasks[heading], total=total, completed=done, best=left)
 
         try:
-            report = run_study(name, folder, options, workers, scheduler, tell, forecast)
+            report = run_study(options, folder, tell, forecast)
         except KeyboardInterrupt:
             bar.stop()
             kept = folder / CELLS

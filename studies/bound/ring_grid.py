@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,8 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.targets import Target
 from ...objectives.scene import CoreScene
+from ..engine.runner import register
+from ..engine.scenes import Rings, scene_from, setup_from
 from .max_cover import CoverProblem, greedy, grouped, relaxed, solved
 
 _CLOSE = 1e-9  # m
@@ -98,42 +101,56 @@ def choice(
     )
 
 
-def bounded(
-    scene: CoreScene,
-    target: Target,
-    budget: int,
-    grid: RingGrid,
-    count: int,
+@register("share of points")
+def share_of_points(
+    scene: Mapping[str, object], setup: str | Rings, points: int, seed: int
+) -> float:
+    """Return the percentage of random points in the scene's first target that a setup covers.
+
+    Points and coverage are those of the scene's first pose.
+    """
+    where = scene_from(scene)
+    drawn = points_in(where, where.goals[0].target, points, seed)
+    return 100 * float(covered(where, setup_from(setup, where), drawn).mean())
+
+
+@register("bound")
+def bound(
+    scene: Mapping[str, object],
+    sensors: int,
     seed: int,
-    seconds: float,
+    points: int,
+    grid: Mapping[str, Any],
+    limit: float,
 ) -> dict[str, Any]:
-    """Solve the problem for random points.
+    """Bound the coverage of setups from a grid on random points in the scene's first target.
 
     Args:
-        scene: robot, pose, rules.
-        target: target of the points.
-        budget: number of sensors.
-        grid: candidates.
-        count: number of points.
+        scene: keys of the scene.
+        sensors: number of sensors.
         seed: random seed of the points.
-        seconds: time limit of each programme.
+        points: number of points.
+        grid: fields of ``RingGrid``.
+        limit: time limit of each programme, s.
 
     Returns:
         Percent of the points for greedy, the best known choice, and the upper bounds of the integer
             and the linear programme; whether the integer programme was solved; the numbers of rings
             in the grid and of groups of points.
     """
-    rings, asked = choice(scene, grid, points_in(scene, target, count, seed), budget)
-    first = asked.share(greedy(asked))
-    linear, best = relaxed(asked, seconds), solved(asked, seconds)
+    where = scene_from(scene)
+    drawn = points_in(where, where.goals[0].target, points, seed)
+    rings, problem = choice(where, RingGrid(**grid), drawn, sensors)
+    first = problem.share(greedy(problem))
+    linear, best = relaxed(problem, limit), solved(problem, limit)
     percents = {
         "greedy": first,
-        "chosen": max(first, asked.share(best.taken)),
+        "chosen": max(first, problem.share(best.taken)),
         "integer_bound": best.bound,
         "linear_bound": linear,
     }
     return {f"{key}_percent": round(100 * value, 4) for key, value in percents.items()} | {
         "optimal": best.optimal,
         "rings": len(rings),
-        "groups": len(asked.weight),
+        "groups": len(problem.weight),
     }

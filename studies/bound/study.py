@@ -5,15 +5,13 @@ between the grid's positions a setup may cover more, and the points are a sample
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from ...coverage.targets import Target
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import Rings
-from ..engine.store import Cell
-from . import tasks  # noqa: F401  (they are registered)
+from ..engine.scenes import Rings, goal_keys
+from ..engine.store import Cell, Measure
+from ..engine.tasks import zeta_cell
+from . import ring_grid  # noqa: F401  (its tasks are registered)
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 BUDGETS = (48, 80, 112)
@@ -21,8 +19,6 @@ POINTS = 1500
 SECONDS = 240.0  # wall time for each programme
 COUNTS = (8, 16, 24)
 GRID = {"positions": 7, "tilts": 11, "counts": COUNTS, "phases": 2}
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -75,9 +71,8 @@ def plan(seed: int) -> list[tuple[Target, int, Cell, Cell]]:
     """Return target, budget, and the cells of the search and of the bound for each row."""
     found = []
     for target in TARGETS:
-        where = {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
         for budget in BUDGETS:
-            asked = {"scene": {"targets": [where]}, "sensors": budget, "seed": seed}
+            asked = {"scene": {"targets": [goal_keys(target)]}, "sensors": budget, "seed": seed}
             solve = {"points": POINTS, "grid": GRID, "limit": SECONDS}
             found.append((target, budget, Cell("place", asked), Cell("bound", asked | solve)))
     return found
@@ -97,13 +92,7 @@ def measure(run: Measure, seed: int = 0) -> list[BoundRow]:
     for (target, _, search, _), rings in zip(wanted, searched, strict=True):
         where = {"scene": search.arguments["scene"], "setup": rings}
         on_points.append(Cell("share of points", where | {"points": POINTS, "seed": seed}))
-        exact.append(
-            Cell(
-                "zeta",
-                where
-                | {"target": target.name, "radius": target.radius, "rule": "centre", "voxel": 0.01},
-            )
-        )
+        exact.append(zeta_cell(**where, target=target))
     shares = run("counting on the same points", on_points)
     zetas = run("counting voxels", exact)
     return [

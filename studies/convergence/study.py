@@ -12,8 +12,8 @@ import numpy as np
 from ...coverage.robots.built_in import PAPER_ROBOTS
 from ...coverage.targets import Target
 from ...objectives.verify import RULES
-from ..engine import counting_tasks  # noqa: F401  (they are registered)
 from ..engine.store import Cell
+from ..engine.tasks import zeta_cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
@@ -73,15 +73,9 @@ def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
 
 
 def _cell(robot: str, setup: str, target: Target, rule: str, voxel: float) -> Cell:
-    arguments = {
-        "scene": {"robot": robot},
-        "setup": setup,
-        "target": target.name,
-        "radius": target.radius,
-    }
     if rule == "truth":
-        return Cell("zeta", arguments | {"rule": "certified", "voxel": None, "width": TRUTH_WIDTH})
-    return Cell("zeta", arguments | {"rule": rule, "voxel": voxel})
+        return zeta_cell({"robot": robot}, setup, target, "certified", None, width=TRUTH_WIDTH)
+    return zeta_cell({"robot": robot}, setup, target, rule, voxel)
 
 
 def _row(

@@ -20,8 +20,7 @@ from typing import Any
 from distributed import Client, Future, KilledWorker, get_worker
 
 from ...formats.errors import UserError
-from .registry import TASKS, shared
-from .runner import Work
+from .runner import TASKS, Work, shared
 from .store import Cell, Store
 
 _STUDIES = f"{__package__.rpartition('.')[0]}."
@@ -139,10 +138,7 @@ def run(
 
     Args:
         client: client of the cluster.
-        cells: see ``runner.run``.
-        works: see ``runner.run``.
-        store: see ``runner.run``.
-        tell: see ``runner.run``.
+        cells, works, store, tell: see ``runner.run``.
 
     Raises:
         UserError: if a cell repeatedly ends its worker, a worker has another version of the

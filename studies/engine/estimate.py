@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 from zlib import crc32
 
-from .registry import TASKS
-from .store import Cell, Store
+from .runner import TASKS
+from .store import Cell, Measure, Store
 
 # seconds of a cell on the reference machine, an idle core of an x86-64 server, by its kind: that
 # of its task, or of its rule where the task counts voxels
@@ -55,7 +55,7 @@ def kind(cell: Cell) -> str:
 
 def calibration() -> float:
     """Return how many times as long as the reference machine this one takes for a count."""
-    from . import counting_tasks  # noqa: F401  (registers the task)
+    from . import tasks  # noqa: F401  (registers the task)
 
     spent = []
     for _ in range(4):  # the first one loads modules and draws voxels
@@ -65,7 +65,7 @@ def calibration() -> float:
     return max(min(spent) / _CALIBRATED, 0.1)
 
 
-def rehearsed(measure: Callable[[Callable[[str, list[Cell]], list[Any]]], Any]) -> list[list[Cell]]:
+def rehearsed(measure: Callable[[Measure], Any]) -> list[list[Cell]]:
     """Return the cells of each call that a study makes; ``measure`` runs it with a function that
     measures cells under a heading."""
     calls, targets = list[list[Cell]](), list[tuple[Any, Any]]()

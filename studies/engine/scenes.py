@@ -4,11 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...coverage.rings.ring import Setup
-from ...formats.schema.mounted_sensor_models import (
-    MountedSensorModel,
-    single_models,
-    singles_of,
-)
+from ...coverage.sensors.sensor import Sensor
+from ...coverage.targets import Target
+from ...formats.schema.mounted_sensor_models import MountedSensorModel, single_models, singles_of
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.scene_models import SceneModel
 from ...objectives.named_layouts import layout_in
@@ -20,6 +18,16 @@ Sensors = Mapping[str, list[dict[str, Any]]]
 """Rings and single sensors as in a proposal file, by its keys ``rings`` and ``sensors``."""
 PAPERS_WORLD = "As in the paper, beams pass through the robot, and rings need no room on it."
 """Sentence for the pages of studies in the paper's scene."""
+
+
+def goal_keys(target: Target) -> dict[str, Any]:
+    """Return the keys of a target in a scene."""
+    return {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
+
+
+def ring_keys(setup: Setup, sensor: Sensor) -> Rings:
+    """Return the rings of a setup as in a proposal file, in a scene with this sensor."""
+    return [ring.model_dump(exclude_none=True) for ring in ring_models(setup, sensor)]
 
 
 def scene_from(scene: Mapping[str, Any]) -> CoreScene:

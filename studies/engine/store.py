@@ -32,6 +32,10 @@ class Cell:
         return json.dumps([self.work, self.arguments], sort_keys=True, separators=(",", ":"))
 
 
+Measure = Callable[[str, list[Cell]], list[Any]]
+"""Measures cells under a heading."""
+
+
 class Store:
     """A file of results by cell and by the version of the package that measured them."""
 

@@ -1,14 +1,18 @@
 """The optimality gap for several targets and budgets: upper bound less the best known coverage."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ...coverage.targets import Target
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import Rings
-from ..engine.store import Cell
-from . import tasks  # noqa: F401  (they are registered)
+from ...objectives.criterion import Criterion
+from ...placement.bound.upper_bound import upper_bound
+from ...placement.space.design import Space
+from ..engine.runner import register
+from ..engine.scenes import Rings, goal_keys, scene_from
+from ..engine.store import Cell, Measure
+from ..engine.tasks import zeta_cell
 
 CASES = (
     *((Target("V_S", 0.5), n) for n in (12, 24, 48)),
@@ -26,8 +30,6 @@ KNOWN = {
 }
 """Best known ζ in percent, rounded down: the best of some ten seeds of ``place-rings --paper
 --target ... --sensors ... --any-rings``. For other cases the study searches."""
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,23 @@ class GapRow:
         return self.gap / max(100 - self.known_percent, 1e-9)
 
 
+@register("upper bound")
+def bound(scene: Mapping[str, object], sensors: int, seen: int = 1) -> dict[str, Any]:
+    """Return the upper bound of any rings with this number of sensors, in percent, with its two
+    parts for the scene's first target at its first pose, and its processor time in seconds."""
+    where, began = scene_from(scene), time.process_time()
+    found = upper_bound(where, Space(where, sensors=sensors), Criterion(seen))
+    if found is None:
+        raise ValueError("no bound is known")
+    first = found.terms[0]
+    return {
+        "bound_percent": round(100 * found.value, 3),
+        "volume_percent": round(100 * first.by_volume, 3),
+        "prices_percent": round(100 * first.by_prices, 3),
+        "seconds": round(time.process_time() - began, 1),
+    }
+
+
 def measure(run: Measure, seed: int = 0) -> list[GapRow]:
     """Return all rows.
 
@@ -69,19 +88,14 @@ def measure(run: Measure, seed: int = 0) -> list[GapRow]:
     """
     bounds, searches = [], {}
     for target, sensors in CASES:
-        keys = {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
-        asked = {"scene": {"targets": [keys]}, "sensors": sensors}
+        asked = {"scene": {"targets": [goal_keys(target)]}, "sensors": sensors}
         bounds.append(Cell("upper bound", asked))
         if (str(target), sensors) not in KNOWN:
             searches[target, sensors] = Cell("place", asked | {"seed": seed})
     upper = run("bounding every layout", bounds)
     searched: list[Rings] = run("searching setups", list(searches.values()))
     exact = [
-        Cell(
-            "zeta",
-            {"scene": cell.arguments["scene"], "setup": rings, "target": target.name}
-            | {"radius": target.radius, "rule": "centre", "voxel": 0.01},
-        )
+        zeta_cell(cell.arguments["scene"], rings, target)
         for ((target, _), cell), rings in zip(searches.items(), searched, strict=True)
     ]
     zetas = [zeta["zeta_percent"] for zeta in run("counting voxels", exact)]

@@ -6,7 +6,7 @@ robot, under self-occlusion, and maximises the mean of these targets. A search m
 processor time, so that its result depends on the machine; a row states whether it completed.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,9 @@ from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...placement.space.design import Space
 from ...placement.space.feasible_set import InfeasibleError
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import keys_of, setup_keys
-from ..engine.store import Cell
+from ..engine.scenes import goal_keys, keys_of, setup_keys
+from ..engine.store import Cell, Measure
+from ..engine.tasks import zeta_cell
 
 TARGETS = (Target("V_S", 0.25), Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 VOXEL = 0.01  # m
@@ -27,8 +27,6 @@ WIDTH = 0.005  # width of the guaranteed intervals, as a share
 SECONDS = 40.0  # processor time of each search
 PUBLISHED = Path(__file__).parent / "published"
 """Folder of the layouts that the package brings."""
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -112,11 +110,10 @@ def _check_search(layout: PublishedLayout) -> None:
 
 def scene_keys(layout: PublishedLayout, occlusion: str) -> dict[str, Any]:
     """Return the keys of a layout's scene under a model of occlusion, with all targets."""
-    goals = [
-        {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
-        for target in TARGETS
-    ]
-    return keys_of(layout.scene) | {"occlusion": occlusion, "targets": goals}
+    return keys_of(layout.scene) | {
+        "occlusion": occlusion,
+        "targets": [goal_keys(target) for target in TARGETS],
+    }
 
 
 def measure(
@@ -179,47 +176,27 @@ def _scores(
     run: Measure, heading: str, some: Sequence[PublishedLayout], setups: Sequence[Mapping[str, Any]]
 ) -> list[Score]:
     """Return the coverage of setups in the layouts' scenes."""
-    counted: dict[str, dict[str, Any]] = {
-        "ignore": {"occlusion": "ignore", "rule": "centre", "voxel": VOXEL},
-        "shadow": {"occlusion": "shadow", "rule": "centre", "voxel": VOXEL},
-        "certified": {
-            "occlusion": "shadow",
-            "rule": "certified",
-            "voxel": None,
-            "width": WIDTH,
-        },
+    ways: dict[str, tuple[str, dict[str, Any]]] = {
+        "ignore": ("ignore", {"voxel": VOXEL}),
+        "shadow": ("shadow", {"voxel": VOXEL}),
+        "certified": ("shadow", {"rule": "certified", "voxel": None, "width": WIDTH}),
     }
     cells = [
-        Cell(
-            "zeta",
-            {
-                "scene": scene_keys(layout, how["occlusion"]),
-                "setup": setup,
-                "target": target.name,
-                "radius": target.radius,
-                **{key: value for key, value in how.items() if key != "occlusion"},
-            },
-        )
+        zeta_cell(scene_keys(layout, occlusion), setup, target, **how)
         for layout, setup in zip(some, setups, strict=True)
-        for how in counted.values()
+        for occlusion, how in ways.values()
         for target in TARGETS
     ]
     results = iter(run(heading, cells))
     scores = []
     for _ in some:
-        by = {name: {str(target): next(results) for target in TARGETS} for name in counted}
+        by_way = {way: {str(target): next(results) for target in TARGETS} for way in ways}
 
-        def part(name: str, key: str, of: dict[str, dict[str, Any]] = by) -> dict[str, float]:
-            return {target: round(one[key], 4) for target, one in of[name].items()}
+        def part(way: str, end: str, of: dict[str, dict[str, Any]] = by_way) -> dict[str, float]:
+            return {name: round(one[f"{end}_percent"], 4) for name, one in of[way].items()}
 
-        scores.append(
-            Score(
-                part("ignore", "zeta_percent"),
-                part("shadow", "zeta_percent"),
-                part("certified", "low_percent"),
-                part("certified", "high_percent"),
-            )
-        )
+        counted = part("ignore", "zeta"), part("shadow", "zeta")
+        scores.append(Score(*counted, part("certified", "low"), part("certified", "high")))
     return scores
 
 

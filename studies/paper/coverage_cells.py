@@ -19,6 +19,7 @@ from ...coverage.targets import Target
 from ...simulation.pick_and_place import TaskMotion, fastest, pick_and_place
 from ..engine.scenes import Rings
 from ..engine.store import Cell
+from ..engine.tasks import zeta_cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 THETAS = tuple(range(0, 61, 5))  # degrees, theta of n2_16_theta
@@ -81,14 +82,7 @@ def question(
     row: CoverageRow, where: Mapping[str, object], setup: str | Rings, target: Target
 ) -> Question:
     """Return a row and the cell that fills it."""
-    arguments = {
-        "setup": setup,
-        "target": target.name,
-        "radius": target.radius,
-        "rule": row.rule,
-        "voxel": row.voxel,
-    }
-    return row, Cell("zeta", {"scene": where, **arguments})
+    return row, zeta_cell(where, setup, target, row.rule, row.voxel)
 
 
 def searches(seed: int = 0) -> dict[str, Cell]:

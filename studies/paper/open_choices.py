@@ -8,8 +8,7 @@ import numpy as np
 from ...coverage.rings.ring import RING_RADIUS, named_setup
 from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.targets import Target
-from ...formats.schema.ring_models import ring_models
-from ..engine.scenes import Rings
+from ..engine.scenes import Rings, ring_keys
 from .coverage_cells import COUNTS, FAR, NEAR, CoverageRow, Question, question, scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -57,10 +56,7 @@ def rings(
         )
         for r in setup.rings
     ]
-    return [
-        m.model_dump(exclude_none=True)
-        for m in ring_models(replace(setup, rings=tuple(moved)), PAPER_SENSOR)
-    ]
+    return ring_keys(replace(setup, rings=tuple(moved)), PAPER_SENSOR)
 
 
 def variants() -> list[Variant]:

@@ -1,19 +1,15 @@
 """Reproduction of the paper: searches, coverage, distances."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
 from ..engine.scenes import Rings
-from ..engine.store import Cell
+from ..engine.store import Measure
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import open_choices as paper_open
 from .coverage_cells import CoverageRow
 from .distance_cells import Results
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from ...simulation.approach import unseen_approaches
 from ...simulation.distance import cell as distance_cell
 from ...simulation.distance import repeated
 from ...simulation.pick_and_place import TaskMotion, pick_and_place
-from ..engine.registry import register
+from ..engine.runner import register
 from ..engine.scenes import Rings, scene_from, setup_from
 
 

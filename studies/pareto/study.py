@@ -14,12 +14,11 @@ from typing import Any
 
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
-from ...formats.schema.ring_models import ring_models
 from ...formats.schema.target_models import own_keys
 from ...objectives.named_layouts import layout_in
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import Rings, scene_from
-from ..engine.store import Cell
+from ..engine.scenes import Rings, ring_keys, scene_from
+from ..engine.store import Cell, Measure
+from ..engine.tasks import zeta_cell
 from ..paper.coverage_cells import SETUPS
 
 POINTS = 24  # gaps that are searched between the ends of the requested front
@@ -27,8 +26,6 @@ FEWER = 8  # gaps that are searched between the ends of the other fronts
 ROUNDS = 8  # rounds over which these are spread
 QUICK_POINTS, QUICK_ROUNDS = 6, 3  # of a quick study, which has one front
 VOXEL = 0.01  # m
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -222,21 +219,7 @@ def _counted(
 ) -> list[Point]:
     if any(own_keys(t) for t in targets):  # the scene then holds the targets that a count names
         where = where | {"targets": [_goal(t, 1.0) for t in targets]}
-    cells = [
-        Cell(
-            "zeta",
-            {
-                "scene": where,
-                "setup": rings,
-                "target": t.key[0],
-                "radius": t.key[1],
-                "rule": "centre",
-                "voxel": VOXEL,
-            },
-        )
-        for t in targets
-        for *_, rings in setups
-    ]
+    cells = [zeta_cell(where, rings, t, voxel=VOXEL) for t in targets for *_, rings in setups]
     zetas = [found["zeta_percent"] for found in run("counting", cells)]
     firsts, seconds = zetas[: len(setups)], zetas[len(setups) :]
     return [
@@ -248,15 +231,10 @@ def _counted(
 def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Target]) -> list[Point]:
     """Return the paper's setups in the same scene; empty if its robot lacks one of their links."""
     scene = scene_from(where)
-    setups = []
-    for name in (
-        SETUPS
-        if {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links)
-        else ()
-    ):
-        setup = layout_in(scene, name)
-        rings = [m.model_dump(exclude_none=True) for m in ring_models(setup, scene.sensor)]
-        setups.append((setup.sensors, name, rings))
+    if not {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links):
+        return []
+    each = [(name, layout_in(scene, name)) for name in SETUPS]
+    setups = [(setup.sensors, name, ring_keys(setup, scene.sensor)) for name, setup in each]
     return _counted(run, where, targets, setups)
 
 

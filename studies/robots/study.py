@@ -6,7 +6,7 @@ a minute, also on a busy machine. Its speed therefore affects the answer, and a 
 the search completed.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +14,9 @@ import numpy as np
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.targets import Target
-from ...formats.schema.ring_models import ring_models
-from ..engine import counting_tasks, searching_tasks  # noqa: F401  (they are registered)
-from ..engine.scenes import Rings, scene_from, setup_from
-from ..engine.store import Cell
+from ..engine.scenes import Rings, goal_keys, ring_keys, scene_from, setup_from
+from ..engine.store import Cell, Measure
+from ..engine.tasks import zeta_cell
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)
@@ -34,8 +33,6 @@ SEARCHES: dict[str, dict[str, Any]] = {
     "shadow": {"occlusion": "shadow"} | _REAL,
     "blind": {"occlusion": "blind"} | _REAL,
 }
-
-Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ class RobotRow:
 
 def where(robot: str, keys: Mapping[str, object]) -> dict[str, Any]:
     """Return the keys of the scene of a robot in its default pose."""
-    return {"robot": robot, "targets": [{"name": TARGET.name, "radius": TARGET.radius}], **keys}
+    return {"robot": robot, "targets": [goal_keys(TARGET)], **keys}
 
 
 def pose_deg(robot: str) -> list[float]:
@@ -99,9 +96,8 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     setups = {key: one["rings"] for key, one in found.items()} | {
         (r, name): named_rings(r, name) for r in ROBOTS for name in PAPERS
     }
-    count = {"target": TARGET.name, "radius": TARGET.radius, "rule": "centre", "voxel": VOXEL}
     cells = {
-        (*key, model): Cell("zeta", {"scene": _seen(*key, model), "setup": rings, **count})
+        (*key, model): zeta_cell(_seen(*key, model), rings, TARGET, voxel=VOXEL)
         for model in OCCLUSIONS
         for key, rings in setups.items()
     }
@@ -137,7 +133,4 @@ def _seen(robot: str, name: str, model: str) -> dict[str, Any]:
 def named_rings(robot: str, name: str) -> Rings:
     """Return the rings of the paper's setup of that name on a robot."""
     scene = scene_from(where(robot, {}))
-    return [
-        ring.model_dump(exclude_none=True)
-        for ring in ring_models(setup_from(name, scene), scene.sensor)
-    ]
+    return ring_keys(setup_from(name, scene), scene.sensor)

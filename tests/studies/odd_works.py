@@ -5,8 +5,8 @@ import signal
 import time
 from pathlib import Path
 
-from place_rings.studies.engine import counting_tasks  # noqa: F401  (its tasks are registered)
-from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine import tasks  # noqa: F401  (its tasks are registered)
+from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.store import Cell  # noqa: F401  (for drivers in tests)
 
 

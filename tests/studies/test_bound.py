@@ -22,13 +22,15 @@ from place_rings.studies.bound.max_cover import (
 )
 from place_rings.studies.bound.ring_grid import (
     RingGrid,
-    bounded,
     choice,
     covered,
     limits,
     points_in,
 )
-from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.bound.ring_grid import (
+    bound as bounded,
+)
+from place_rings.studies.engine.runner import TASKS
 
 from ..support import drawing
 
@@ -158,7 +160,8 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     assert row.search_percent <= 20
     assert row.greedy_percent <= row.chosen_percent <= row.bound_percent + 100 * TOLERANCE
     assert row.bound_percent <= row.linear_bound_percent + 100 * TOLERANCE
-    again = bounded(paper_scene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
+    scene = {"targets": [{"name": "V_S", "radius": 1.5}]}
+    again = bounded(scene, 48, 0, 200, bound.GRID, 5.0)
     assert again["linear_bound_percent"] == row.linear_bound_percent
     files = bound_report.write([row], tmp_path)
     assert (tmp_path / "bound.png").stat().st_size > 5_000

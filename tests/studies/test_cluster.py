@@ -14,7 +14,7 @@ from distributed import LocalCluster
 from place_rings.formats.errors import UserError
 from place_rings.studies.engine import cluster, distribution
 from place_rings.studies.engine import runner as engine
-from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.store import Cell, Store
 
 from . import odd_works

@@ -4,7 +4,7 @@ import re
 
 from place_rings.placement.bound.coverage_bound import CoverageBound, TermBound
 from place_rings.studies.gap import report, study
-from place_rings.studies.gap.tasks import bound
+from place_rings.studies.gap.study import bound
 
 
 def rows_of(cells_run):
@@ -50,7 +50,7 @@ def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path, monkeypatch)
 
 def test_the_task_returns_the_bound_with_its_parts(monkeypatch):
     fixed = CoverageBound(0.5, (TermBound(0, 0, 0.5, 1.0),), 1.0)
-    monkeypatch.setattr("place_rings.studies.gap.tasks.upper_bound", lambda *_: fixed)
+    monkeypatch.setattr("place_rings.studies.gap.study.upper_bound", lambda *_: fixed)
     row = bound({"targets": [{"name": "V_OT"}]}, 48)
     assert row.pop("seconds") < 60
     assert row == {"bound_percent": 50.0, "volume_percent": 50.0, "prices_percent": 100.0}

@@ -25,7 +25,7 @@ from place_rings.formats.schema.layout_models import LayoutModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.scene import CoreScene, Pose, paper_scene
 from place_rings.objectives.verify import Verifier
-from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.scenes import scene_from, setup_keys
 from place_rings.studies.layouts import study
 from scipy.io import savemat

@@ -13,8 +13,8 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import paper_scene
 from place_rings.reporting.pages import csv_text, table
 from place_rings.simulation.distance import Series, measures
-from place_rings.studies.engine.counting_tasks import zeta
 from place_rings.studies.engine.scenes import setup_from
+from place_rings.studies.engine.tasks import zeta
 from place_rings.studies.paper import cone_volume
 from place_rings.studies.paper import coverage_cells as paper
 from place_rings.studies.paper import open_choices as paper_open

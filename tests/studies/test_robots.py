@@ -12,8 +12,8 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.space.design import Space
-from place_rings.studies.engine import searching_tasks as searching
-from place_rings.studies.engine.registry import TASKS
+from place_rings.studies.engine import tasks as searching
+from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.robots import report as robots_report
 from place_rings.studies.robots import study as robots

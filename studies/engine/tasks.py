@@ -1,21 +1,89 @@
-"""Tasks that search a setup by layout or number of sensors, completely or within a time limit."""
+"""Tasks that count and search: ζ of a setup, its sensors that are almost fully blocked, and a
+setup by layout or number of sensors, searched completely or within a time limit."""
 
+import json
 import math
 import time
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
-from ...formats.schema.ring_models import ring_models
+from ...coverage.choices import Rule
+from ...coverage.targets import Target
 from ...objectives.criterion import Criterion
 from ...objectives.named_layouts import ring_layout
+from ...objectives.occlusion import unseeing
+from ...objectives.verify import Verifier
 from ...placement.search.global_stage import usual
 from ...placement.search.progress import Outcome
 from ...placement.search.search import search as searching
 from ...placement.space.design import Space
-from .registry import register
-from .scenes import Rings, scene_from, setup_from
+from .runner import register
+from .scenes import Rings, Sensors, ring_keys, scene_from, setup_from
+from .store import Cell
 
 _COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
+
+
+def zeta_cell(
+    scene: Mapping[str, Any],
+    setup: str | Rings | Sensors,
+    target: Target,
+    rule: str = "centre",
+    voxel: float | None = 0.01,
+    **width: float,
+) -> Cell:
+    """Return the cell that counts ζ of a setup for one target; see ``zeta``."""
+    name, radius = target.key
+    where = {"scene": scene, "setup": setup, "target": name, "radius": radius}
+    return Cell("zeta", where | {"rule": rule, "voxel": voxel} | width)
+
+
+@lru_cache(maxsize=2)
+def _verifier(scene: str, rule: Rule, voxel: float | None, width: float) -> Verifier:
+    """Return a verifier; the latest ones are cached with their voxels for neighbouring cells."""
+    return Verifier(scene_from(json.loads(scene)), voxel, rule, width)
+
+
+@register("zeta")
+def zeta(
+    scene: Mapping[str, Any],
+    setup: str | Rings | Sensors,
+    target: str,
+    radius: float | None,
+    rule: Rule,
+    voxel: float | None,
+    width: float = 0.0,
+) -> dict[str, Any]:
+    """Count ζ of a setup for one target.
+
+    Returns:
+        ζ in percent with its bounds, the number of voxels, and the time in seconds.
+
+    Raises:
+        KeyboardInterrupt: also if Ctrl-C left an interval wider than ``width``, which a study must
+            not store.
+    """
+    verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
+    wanted = verifier.scene.target_named(target, radius)
+    found = verifier.verify(setup_from(setup, verifier.scene), wanted)
+    if any(pose.proof is not None and width > 0 and not pose.proof.reached for pose in found.poses):
+        raise KeyboardInterrupt
+    percents = {f"{key}_percent": 100 * getattr(found, key) for key in ("zeta", "low", "high")}
+    return percents | {
+        "target": found.target_voxels,
+        "covered": found.covered_voxels,
+        "seconds": found.seconds,
+    }
+
+
+@register("unseeing sensors")
+def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings | Sensors) -> int:
+    """Return how many sensors are almost fully blocked at some pose, under the scene's
+    occlusion.
+    """
+    where = scene_from(scene)
+    return len({(u.ring, u.sensor) for u in unseeing(where, setup_from(setup, where))})
 
 
 def _searched(
@@ -42,9 +110,7 @@ def _searched(
     )
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
-    return [
-        ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)
-    ], found.outcome
+    return ring_keys(found.setup, asked.sensor), found.outcome
 
 
 @register("place")
