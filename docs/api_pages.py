@@ -36,7 +36,7 @@ def _class(name: str, value: type) -> Iterator[str]:
         yield _signature(f"pr.{name}", own["__init__"])
     elif fields := _fields(value):
         given = [
-            f"{field.target.id}: {ast.unparse(field.annotation)}"  # type: ignore[attr-defined]
+            f"{field.target.id}: {_type(field.annotation)}"  # type: ignore[attr-defined]
             + (f" = {ast.unparse(field.value)}" if field.value else "")
             for field, _ in fields
             if not _computed(field)
@@ -82,7 +82,7 @@ def _properties(value: type) -> list[tuple[str, str]]:
     """Return names and docstrings of the public properties."""
     found = {}
     for base in reversed(value.__mro__):
-        for key, one in vars(base).items():
+        for key, one in list(vars(base).items()):
             if not key.startswith("_") and (
                 isinstance(one, property) or type(one).__name__ == "cached_property"
             ):
@@ -92,7 +92,7 @@ def _properties(value: type) -> list[tuple[str, str]]:
 
 def _methods(value: type) -> Iterator[str]:
     """Yield the parts of each public method that the class itself defines with a docstring."""
-    for key, one in vars(value).items():
+    for key, one in list(vars(value).items()):  # the loop may fill a cache of the class
         plain = getattr(one, "__func__", one)  # of a class method or a static method
         if not key.startswith("_") and inspect.isfunction(plain) and plain.__doc__:
             yield _signature(f"{value.__name__}.{key}", _tree(plain))
@@ -122,6 +122,19 @@ def _items(body: str) -> list[str]:
     return [_ITEM.sub(lambda m: f"`{m[1]}`: ", _flat(item), count=1) for item in items]
 
 
+class _Unlimited(ast.NodeTransformer):
+    """Leaves out the limits of ``Annotated`` types."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        limited = isinstance(node.value, ast.Name) and node.value.id == "Annotated"
+        inner: Any = node.slice.elts[0] if limited else node  # type: ignore[attr-defined]
+        return self.generic_visit(inner)
+
+
+def _type(annotation: ast.expr) -> str:
+    return ast.unparse(_Unlimited().visit(annotation))
+
+
 def _tree(value: Any) -> Any:
     return ast.parse(textwrap.dedent(inspect.getsource(value))).body[0]
 
@@ -149,7 +162,7 @@ def _signature(name: str, function: ast.FunctionDef) -> str:
 
 
 def _argument(argument: ast.arg, default: ast.expr | None) -> str:
-    kind = f": {ast.unparse(argument.annotation)}" if argument.annotation else ""
+    kind = f": {_type(argument.annotation)}" if argument.annotation else ""
     value = "" if default is None else f" = {ast.unparse(default)}"
     return f"{argument.arg}{kind.replace(*_INTERNAL)}{value}"
 
