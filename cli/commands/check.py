@@ -7,28 +7,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ...formats.errors import UserError
-from ..options.check_groups import (
-    ALL_PARTS,
-    NO_FILES,
-    NO_RIG,
-    USUAL_EXTENT,
-    ExtentOptions,
-    PartOptions,
-    RigFileOptions,
-    RigOptions,
-    check_options_fit,
-)
-from ..options.common import (
-    CalibrationOption,
-    Json,
-    Radius,
-    SceneFileOption,
-    Seed,
-    Targets,
-    Voxel,
-)
+from ...rig.check.options import CheckOptions, FileOptions, RigOptions
+from ..options.common import CalibrationOption, Json, Radius, SceneFileOption, Targets
+from ..options.panels import RIG_FILES
 
-VOXEL = 0.01  # m
+_RIG, _FILES, _OPTIONS = RigOptions(), FileOptions(), CheckOptions()
 
 
 def check(
@@ -44,16 +27,13 @@ def check(
     ] = None,
     /,
     *,
-    rig: RigOptions = NO_RIG,
-    files: RigFileOptions = NO_FILES,
-    parts: PartOptions = ALL_PARTS,
+    rig: Annotated[RigOptions, Parameter(name="*", negative=())] = _RIG,
+    files: Annotated[FileOptions, Parameter(name="*", negative=(), group=RIG_FILES)] = _FILES,
+    options: Annotated[CheckOptions, Parameter(name="*", negative=())] = _OPTIONS,
     scene: SceneFileOption = None,
     calibration: CalibrationOption = None,
     target: Targets = (),
     radius: Radius = None,
-    extent: ExtentOptions = USUAL_EXTENT,
-    seed: Seed = 0,
-    voxel: Voxel = VOXEL,
     out: Annotated[
         Path, Parameter(help="Output folder for the recording, report, plans and setup as built.")
     ] = Path("place-rings-check"),
@@ -98,29 +78,27 @@ def check(
     """
     from ...formats.loader import resolve
     from ...rig.check.models import PortModel
-    from ..options.rig import check_installed, check_ports, resolve_ports
+    from ..options.rig import check_installed, check_ports, require_fit, resolve_ports
     from ..options.scenes import resolve_scene, with_calibration
     from ..options.targets import parse_goals, with_goals
     from ..runs.check import check_files, check_live, check_replay, write_only
 
     place = {"scene": scene, "calibration": calibration, "target": target, "radius": radius}
-    place |= {"seed": seed, "voxel": voxel != VOXEL}
-    check_options_fit(rig, files, parts, extent, place, bag)
+    require_fit(rig, files, options, place, bag)
     if rig.replay is not None:
         sys.exit(check_replay(subject, rig.replay, out, bag=bag, as_json=as_json))
     if subject is None:
         raise UserError(
             "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
         )
-    options = extent.options(rig, parts, voxel, seed)
     setup, given = resolve(subject, resolve_scene(scene, None))
     where = with_goals(with_calibration(given, calibration), parse_goals(target, radius))
-    if from_files := files.options(parts, voxel, seed):
-        sys.exit(check_files(subject, setup, where, from_files, out, as_json))
-    if parts.dry_run:
+    if files.joints is not None:
+        sys.exit(check_files(subject, setup, where, files, options, out, as_json))
+    if rig.dry_run:
         from ..runs.dry_run import show_dry_run  # loads the viewer
 
-        show_dry_run(setup, where, options, parts.browser)
+        show_dry_run(setup, where, options, rig.browser)
         sys.exit(0)
     if files.plan_only:
         write_only(setup, where, options, out)

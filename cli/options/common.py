@@ -1,34 +1,14 @@
 """Options that several commands share, one by one."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import CoercionError, Parameter, Token, convert
+from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ...reporting.options import WHOLE as WHOLE
 from .panels import SCENE
 
-
-def _whole(_: type[int], tokens: Sequence[Token]) -> int:
-    """Return the integer that the user stated; cyclopts alone would round 1.5 to 2.
-
-    Raises:
-        CoercionError: for a fraction.
-    """
-    (token,) = tokens
-    try:
-        fraction = float(token.value) % 1 != 0
-    except ValueError:
-        fraction = False  # cyclopts reports the error
-    if fraction:
-        raise CoercionError(token=token, target_type=int)
-    number: int = convert(int, tokens)
-    return number
-
-
-WHOLE = Parameter(converter=_whole)
-"""Goes before the other parameters of each option that is an integer."""
 Targets = Annotated[
     tuple[str, ...],
     Parameter(

@@ -1,4 +1,4 @@
-"""Options of ``check``: serial ports of the rings, and size of the test rod."""
+"""Options of ``check``: which fit together, and the serial ports of the rings."""
 
 import os
 import re
@@ -9,39 +9,93 @@ from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError, shown
 from ...formats.optional_dependencies import require
 from ...rig.check.models import PortModel
+from ...rig.check.options import CheckOptions, FileOptions, RigOptions
 from ...rig.check.planned_check import ring_names
 from ...rig.rings.firmware_decoders import DECODERS
 from ...rig.rings.line_monitor import BAUD
-from ...rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
-_ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
 
 
-def check_way(ways: Mapping[str, object], needs: Mapping[str, Mapping[str, object]]) -> None:
-    """Check that a check has one way to its data, and no option of another way.
+_MOVES = {
+    "--rig sim": "; a simulated robot moves without it",
+    "--joints FILE": "; only ur-rtde moves a robot; files are only read",
+}
+_EXTENT = ("wave", "seconds", "stops", "trials", "rod_mm")
+
+
+def require_fit(
+    rig: RigOptions,
+    files: FileOptions,
+    options: CheckOptions,
+    where: Mapping[str, object],
+    bag: bool,
+) -> None:
+    """Raise UserError unless a check has exactly one way to its data, and no option of another.
 
     Args:
-        ways: the value of each way's option, None where it is not given.
-        needs: the values of further options by the way that they need.
-
-    Raises:
-        UserError: if not.
+        rig, files, options: the options.
+        where: the options of the scene, by name; false where they are not given.
+        bag: whether to write a bag.
     """
-    given = [way for way, value in ways.items() if value is not None]
+    ways = {
+        "--rig sim": rig.rig is not None,
+        "--robot-host HOST": rig.robot_host is not None,
+        "--replay FILE": rig.replay is not None,
+        "--joints FILE": files.joints is not None,
+        "--plan-only": files.plan_only,
+        "--dry-run": rig.dry_run,
+    }
+    given = [way for way, stated in ways.items() if stated]
     if len(given) != 1:
         raise UserError(f"check: give exactly one of {', '.join(ways)}")
-    for way, options in needs.items():
-        for option, value in options.items() if way != given[0] else ():
+    _require_needed(rig, files, options, given[0])
+    if rig.robot_host == "":
+        raise UserError('--robot-host: found "", allowed: a host name or an address')
+    stated = [name for name, value in where.items() if value]
+    if rig.replay is not None:
+        stated += options.changed("seed", "voxel", "part", *_EXTENT)
+        _refuse(stated, "--replay FILE, whose recording states it")
+    if files.joints is not None:
+        _refuse(
+            options.changed(*_EXTENT), "--joints FILE: the files, or the plans of --plan, state it"
+        )
+    if options.wave and "self" not in options.parts:
+        raise UserError("--wave: allowed only with --part self, or without --part")
+    if bag:
+        from ...formats.export.ros2_bag import require_rosbags
+
+        sources = ("--rig sim", "--robot-host HOST", "--replay FILE")
+        if given[0] not in sources:
+            raise UserError(
+                "--bag: allowed only with --rig sim, --robot-host HOST or --replay FILE"
+            )
+        require_rosbags("--bag")
+
+
+def _require_needed(rig: RigOptions, files: FileOptions, options: CheckOptions, way: str) -> None:
+    """Raise UserError if an option is stated without the way, or the other option, that it
+    needs."""
+    moves = "--move" if options.move else ""
+    for need, stated in (
+        ("--robot-host HOST", {"ring": rig.ring, "move": options.move}),
+        ("--joints FILE", {"readings": files.readings, "steps": files.steps, "map": files.names}),
+        ("--joints FILE", {"plan": files.plan}),
+        ("--rig sim", {"injected": options.injected != "random"}),
+        ("--move", {"allow-reduced-near-stop": options.allow_reduced_near_stop}),
+        ("--move", {"allow-differing-self-check": options.allow_differing_self_check}),
+        ("--dry-run", {"no-browser": not rig.browser}),
+    ):
+        for option, value in stated.items() if need not in (way, moves) else ():
             if value:
-                hint = ""
-                if option == "move":
-                    moves = {
-                        "--rig sim": "a simulated robot moves without it",
-                        "--joints FILE": "only ur-rtde moves a robot; files are only read",
-                    }
-                    hint = f"; {moves[given[0]]}" if given[0] in moves else ""
-                raise UserError(f"--{option}: allowed only with {way}{hint}")
+                hint = _MOVES.get(way, "") * (option == "move")
+                raise UserError(f"--{option}: allowed only with {need}{hint}")
+
+
+def _refuse(names: Sequence[str], way: str) -> None:
+    """Raise UserError about the first of the options that a way to the data excludes."""
+    for name in names[:1]:
+        raise UserError(f"--{name.replace('_', '-')}: not allowed with {way}")
 
 
 def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
@@ -107,18 +161,6 @@ def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
                 f"--ring {name}: port {shown(port.name)} is that of {other}; give each ring a port"
                 " of its own"
             )
-
-
-def resolve_rod(text: str) -> Rod:
-    """Return the rod of a text THICKNESSxLENGTH in mm, such as 70x370."""
-    match = _ROD.fullmatch(text)
-    thick, long = (float(match["thick"]), float(match["long"])) if match else (0.0, 0.0)
-    if not 1 <= thick <= long <= 5000:
-        raise UserError(
-            f"--rod-mm: found {shown(text)}, allowed: THICKNESSxLENGTH in mm, 1 to 5000, like"
-            " 70x370"
-        )
-    return Rod(thick / 2000, (long - thick) / 1000)
 
 
 def check_installed() -> None:

@@ -12,18 +12,19 @@ from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
 from ...rig.check.bag_log import write_bag
+from ...rig.check.check_data import CheckData
 from ...rig.check.live import LiveCheck
 from ...rig.check.models import PortModel
-from ...rig.check.offline import FileOptions, file_check
-from ...rig.check.planned_check import PlannedCheck, ring_names
-from ...rig.check.plans import CheckOptions, Plans, plan_check, write_plans
+from ...rig.check.offline import file_check
+from ...rig.check.options import CheckOptions, FileOptions
+from ...rig.check.planned_check import ring_names
+from ...rig.check.plans import Plans, plan_check, write_plans
 from ...rig.check.preconditions import require_revolute
 from ...rig.check.report import write_files
 from ...rig.check.stopping import StopBound
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops
 from ...rig.recording.recording import RecordingReader
-from ...rig.session.gathering import Gathered, replay
 from ...rig.session.session import Session
 from ..signals import ended_by_signals, gone_is_an_error
 from .check_confirmation import EXEMPT, confirm, show_near_stops, show_stopping
@@ -98,93 +99,68 @@ def check_live(
     with made_folder(out) as folder:
         files = write_plans(live.scene, plans, folder)
         with gone_is_an_error(), ended_by_signals():
-            record = live.record(plans, ports, folder, TerminalAttendant(console))
+            data = live.record(plans, ports, folder, TerminalAttendant(console))
+        assert data.file is not None
         try:
-            recorded = RecordingReader(record.file)
-            with console.status("assessing"):
-                assessment = assess(record.check, record.gathered, recorded.wall)
-            files = [*write_files(record.check, assessment, folder), *files, record.file.name]
-            code = tell(assessment, files, folder, as_json)
-            if bag:
-                _write_bag(record.check, recorded, folder, console)
-            return code
+            return _report(data, folder, console, as_json, bag, [*files, data.file.name])
         except KeyboardInterrupt:
-            text = (
-                f"interrupted; the recording is complete: check --replay {record.file} assesses it"
-            )
+            text = f"interrupted; the recording is complete: check --replay {data.file} assesses it"
             say(f"place-rings: {text}", error=True)
             raise SystemExit(130) from None
 
 
 def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_json: bool) -> int:
-    """Assess a recording again and write its report.
-
-    Args:
-        subject: the setup that must have been recorded; None for any.
-        path: the recording.
-        out: output folder.
-        bag: also write the data as a ROS 2 bag.
-        as_json: print JSON instead of text.
-
-    Returns:
-        The exit code of the verdict.
-    """
-    recorded = RecordingReader(path)
-    check = PlannedCheck.read(str(path), recorded.about.get("check"))
-    if subject is not None and subject != check.about.setup:
-        raise UserError(
-            f"{path}: found a recording of {check.about.setup}, allowed: a recording of {subject}"
-        )
-    console = Terminal(stderr=True)
-    with made_folder(out) as folder:
-        with console.status("assessing"):
-            gathered = _replayed(recorded, check, thinned=True)
-            assessment = assess(check, gathered, recorded.wall, recorded.damage)
-        code = tell(assessment, write_files(check, assessment, folder), folder, as_json)
-        if bag:
-            _write_bag(check, recorded, folder, console)
-        return code
-
-
-def _replayed(recorded: RecordingReader, check: PlannedCheck, *, thinned: bool) -> Gathered:
-    """Return the data of a recorded check, all of it or what its report needs."""
-    scene, stale = check.scene, check.about.stale_s
-    return replay(recorded, check.ports, stale, scene.link, thinned, scene.robot)
-
-
-def _write_bag(
-    check: PlannedCheck, recorded: RecordingReader, folder: Path, console: Terminal
-) -> None:
-    """Write the recorded data as a bag after the verdict, which counts whatever becomes of the
-    bag."""
-    with console.status("writing the bag"):
-        gathered = _replayed(recorded, check, thinned=False)
-        files = write_bag(check, gathered, recorded.epoch, folder)
-    say(f"  {folder / files[0]}", error=True)
-
-
-def check_files(
-    name: str, setup: Setup, scene: CoreScene, options: FileOptions, out: Path, as_json: bool
-) -> int:
-    """Assess a check from files and write its report.
-
-    Args:
-        name: name of the setup.
-        setup, scene: the setup and its scene.
-        options: the files and parts.
-        out: output folder.
-        as_json: print JSON instead of text.
-
-    Returns:
-        The exit code of the verdict.
+    """Assess a recording again and write its report; ``subject`` is the setup that must have been
+    recorded, None for any. Return the exit code of the verdict.
     """
     console = Terminal(stderr=True)
     with console.status("reading"):
-        done = file_check(name, setup, scene, options)
+        data = CheckData.replayed(path)
+    setup = data.check.about.setup
+    if subject is not None and subject != setup:
+        raise UserError(f"{path}: found a recording of {setup}, allowed: a recording of {subject}")
     with made_folder(out) as folder:
-        with console.status("assessing"):
-            assessment = assess(done.check, done.gathered, done.wall)
-        return tell(assessment, write_files(done.check, assessment, folder), folder, as_json)
+        return _report(data, folder, console, as_json, bag)
+
+
+def check_files(
+    name: str,
+    setup: Setup,
+    scene: CoreScene,
+    files: FileOptions,
+    options: CheckOptions,
+    out: Path,
+    as_json: bool,
+) -> int:
+    """Assess a check from files and write its report; return the exit code of the verdict."""
+    console = Terminal(stderr=True)
+    with console.status("reading"):
+        data = file_check(name, setup, scene, files, options)
+    with made_folder(out) as folder:
+        return _report(data, folder, console, as_json)
+
+
+def _report(
+    data: CheckData,
+    folder: Path,
+    console: Terminal,
+    as_json: bool,
+    bag: bool = False,
+    more: Sequence[str] = (),
+) -> int:
+    """Assess a check, write its report and, if wanted, its bag; return the exit code of the
+    verdict, which counts whatever becomes of the bag. ``more`` names files written before.
+    """
+    with console.status("assessing"):
+        assessment = assess(data)
+    code = tell(assessment, [*write_files(data.check, assessment, folder), *more], folder, as_json)
+    if bag and data.file is not None:
+        with console.status("writing the bag"):
+            whole = CheckData.replayed(data.file, thinned=False)
+            epoch = RecordingReader(data.file).epoch
+            files = write_bag(whole.check, whole.gathered, epoch, folder)
+        say(f"  {folder / files[0]}", error=True)
+    return code
 
 
 def write_only(setup: Setup, scene: CoreScene, options: CheckOptions, out: Path) -> None:

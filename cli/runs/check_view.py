@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...rig.check.models import DISCLAIMER
-from ...rig.check.plans import Part
+from ...rig.check.options import Part
 from ...rig.check.procedure import EndedError
 from ...rig.rings.protocol import Frame, Status
 from ...rig.robot.vetting import LinkFaultError

@@ -11,7 +11,8 @@ from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.before_move import HEADING, before_move
 from ...rig.check.dry_run import DryRun, dry_run
-from ...rig.check.plans import CheckOptions, plan_check
+from ...rig.check.options import CheckOptions
+from ...rig.check.plans import plan_check
 from ...rig.check.preconditions import require_revolute
 from ...rig.poses.routes import SLACK, Clearance
 from ...rig.simulated_cell.cell import with_cell

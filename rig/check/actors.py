@@ -29,8 +29,8 @@ from ..sensing.readings import WITHIN
 from ..session.session import Session
 from ..session.stop_conditions import StopConditions, StopRules
 from ..simulated.process import SimulatedRig, SimulationError
+from .options import Part
 from .planned_check import ring_names
-from .plans import Part
 from .procedure import EndedError
 
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm still swings after arrival

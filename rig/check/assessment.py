@@ -10,10 +10,10 @@ from ...formats.schema.result_models import CalibrationEffectModel
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.verify import Verifier
 from ..session.gathering import Gathered
+from .check_data import CheckData
 from .findings import differences, missing
 from .models import CheckResult
 from .part_results import PartResults, part_results
-from .planned_check import PlannedCheck
 from .records import (
     coverage_of,
     events_of,
@@ -39,15 +39,9 @@ class Assessment:
     """Verifier of the scene at the check's voxel size."""
 
 
-def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "") -> Assessment:
-    """Assess the collected data.
-
-    Args:
-        check: the planned check.
-        gathered: data received.
-        wall: start of the recording, s since 1970.
-        damage: damage of the recording that the data was read from; empty if it is intact.
-    """
+def assess(data: CheckData) -> Assessment:
+    """Assess a check by the data received."""
+    check, gathered = data.check, data.gathered
     done, about, setup = part_results(check, gathered), check.about, check.setup
     verifier = Verifier(check.scene, about.voxel)
     mount = mount_of(check, len(done.stops), done.built, verifier)
@@ -69,11 +63,11 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
         simulated=about.injected,
         faults=about.faults,
         seed=about.seed,
-        recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(wall)),
+        recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(data.wall)),
         seconds=seconds_of(gathered),
         verdict=verdict,
         reasons=[*early, *done.failures, *differs, *lacks],
-        warnings=warnings_of(setup, gathered, damage, lines),
+        warnings=warnings_of(setup, gathered, data.damage, lines),
         robot=link_of(gathered),
         lines=lines,
         events=events_of(gathered),

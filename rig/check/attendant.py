@@ -9,7 +9,8 @@ from ...objectives.scene import CoreScene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import NearStops
 from ..session.session import Session
-from .plans import Part, Plans
+from .options import Part
+from .plans import Plans
 from .stopping import StopBound
 
 

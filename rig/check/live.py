@@ -18,35 +18,24 @@ from ..robot.robot_mode import not_running
 from ..robot.state import JOINTS, State
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
-from ..session.gathering import Gathered
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
 from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper
 from .arm_calibration import ArmKinematics, arm_kinematics
 from .attendant import Attendant
+from .check_data import CheckData
 from .models import AboutFile, PortModel
+from .options import CheckOptions
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck
-from .plans import CheckOptions, Plans
+from .plans import Plans
 from .preconditions import require_known_cell, require_revolute
 from .procedure import run
 from .readiness import Readiness
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
-
-
-@dataclass(frozen=True)
-class LiveRecord:
-    """A check that is complete or ended early."""
-
-    check: PlannedCheck
-    """The planned check."""
-    gathered: Gathered
-    """Data received."""
-    file: Path
-    """Path of the recording."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +85,9 @@ class LiveCheck:
                 f"check: robot {scene.robot.name} has {len(scene.robot.chain)} joints; ur-rtde"
                 f" supports only robots with {JOINTS}"
             )
-        moves = options.move and bool({"mount", "coverage"} & set(options.parts))
-        if moves:
+        if options.moves:
             require_known_cell(scene)
-        arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host, moves)
+        arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host, options.moves)
         setup = rounded(setup, scene.sensor)
         return LiveCheck(name, setup, arm.scene, options, host, arm.warnings)
 
@@ -110,8 +98,8 @@ class LiveCheck:
 
     def record(
         self, plans: Plans, ports: Sequence[PortModel], folder: Path, attendant: Attendant
-    ) -> LiveRecord:
-        """Run the plans and record them.
+    ) -> CheckData:
+        """Run the plans and record them, in a new file of ``folder``.
 
         Args:
             plans: what to do.
@@ -125,8 +113,7 @@ class LiveCheck:
         with self._rig(ports, folder, attendant) as rig:
             about = self._about(plans, rig)
             check = PlannedCheck.read("about", about.model_dump(mode="json"))
-            file = _free(folder)
-            recording = Recording(file, {"check": about.model_dump(mode="json")})
+            recording = Recording(_free(folder), {"check": about.model_dump(mode="json")})
             session = Session(
                 *(rig.address, check.ports, recording),
                 limits=self.scene.link,
@@ -140,7 +127,7 @@ class LiveCheck:
                 session.say("ended", why=str(error) or "interrupted")
             finally:
                 session.close()
-        return LiveRecord(check, session.gathered, file)
+        return CheckData(check, session.gathered, recording.wall, file=recording.path)
 
     @property
     def _patience(self) -> float:
@@ -168,7 +155,7 @@ class LiveCheck:
             proposal=ProposalFile.of(self.setup, self.scene),
             seed=self.options.seed,
             injected=rig.simulated is not None,
-            faults=self.options.faults,
+            faults=self.options.injected,
             moved=self.moved,
             stale_s=self.scene.link.state_stale * self._patience,
             voxel=self.options.voxel,
@@ -223,7 +210,7 @@ class LiveCheck:
 
 def _started(scene: CoreScene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:
     try:
-        return simulated_rig(scene, setup, options.seed, folder, options.faults)
+        return simulated_rig(scene, setup, options.seed, folder, options.injected)
     except SimulationError as error:
         raise UserError(f"--rig sim: {error}") from error
 

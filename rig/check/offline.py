@@ -1,8 +1,6 @@
 """A check from files alone: joint states and readings that a rig's own software recorded."""
 
-from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -18,57 +16,24 @@ from ..rings.line_monitor import BAUD
 from ..robot.vetting import STALE
 from ..rod.trial_plan import RodPlan
 from ..sensing.readings import WITHIN
-from ..session.gathering import Gathered
 from ..sources.files import FileData, RigFiles, read_files
 from ..sources.names import rig_names
 from ..sources.standstills import Standstill
+from .check_data import CheckData
 from .models import AboutFile, PortModel
+from .options import CheckOptions, FileOptions
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
-from .plans import Part, read_plans
+from .plans import read_plans
 from .preconditions import require_revolute
 from .procedure import Span, spans
 
 _LONGEST = 3600.0  # s, of a self check
 
 
-@dataclass(frozen=True)
-class FileOptions:
-    """Options of a check from files."""
-
-    joints: Path
-    """Bag, MCAP or CSV of the joint states."""
-    readings: Path | None
-    """Bag, MCAP or CSV of the readings; None: that of the joint states."""
-    steps: Path | None
-    """Bag, MCAP or CSV of the steps; None: that of the joint states, if it is a bag."""
-    plan: Path | None
-    """Folder of the plans that were followed; None: stops are where the robot stood still."""
-    names: tuple[str, ...]
-    """Names in the files, as NAME=SOURCE."""
-    parts: tuple[Part, ...]
-    """Parts to assess."""
-    required: bool
-    """Whether the user named the parts."""
-    voxel: float
-    """Side of a voxel, m."""
-    seed: int
-    """Seed of all random draws."""
-
-
-@dataclass(frozen=True)
-class FileCheck:
-    """A check whose data came from files."""
-
-    check: PlannedCheck
-    """The check, with the plans that the files follow."""
-    gathered: Gathered
-    """The data."""
-    wall: float
-    """Time of the first joint state, s since 1970."""
-
-
-def file_check(name: str, setup: Setup, scene: CoreScene, options: FileOptions) -> FileCheck:
+def file_check(
+    name: str, setup: Setup, scene: CoreScene, from_: FileOptions, options: CheckOptions
+) -> CheckData:
     """Read a check from files.
 
     Without notes of its steps, the self check takes place at the longest standstill of the robot,
@@ -77,7 +42,8 @@ def file_check(name: str, setup: Setup, scene: CoreScene, options: FileOptions) 
     Args:
         name: of the setup, for display.
         setup, scene: the setup and its scene.
-        options: the files and parts.
+        from_: the files.
+        options: the parts, and how they are counted.
 
     Raises:
         UserError: if a file cannot be used, or a requested part is not in the files.
@@ -85,29 +51,36 @@ def file_check(name: str, setup: Setup, scene: CoreScene, options: FileOptions) 
     require_revolute(scene.robot)
     setup = rounded(setup, scene.sensor)
     rings = ring_names(setup)
-    names = rig_names(setup, scene.robot, rings, options.names)
-    files = RigFiles.of(scene.robot, names.steps, options.joints, options.readings, options.steps)
+    names = rig_names(setup, scene.robot, rings, from_.names)
+    assert from_.joints is not None
+    files = RigFiles.of(scene.robot, names.steps, from_.joints, from_.readings, from_.steps)
     data = read_files(files, setup, scene.robot, names, rings)
-    about = _Steps(setup, scene, options, data).about(name)
+    about = _Steps(setup, scene, from_, options, data).about(name)
     gathered = data.gathered
     gathered.said.sort(key=lambda note: note[0])
     gathered.said.append((gathered.states[-1].time, {"what": "ended", "why": ""}))
-    check = PlannedCheck.read(str(options.joints), about.model_dump(mode="json"))
-    return FileCheck(check, gathered, gathered.states[0].time)
+    check = PlannedCheck.read(files.joints.name, about.model_dump(mode="json"))
+    return CheckData(check, gathered, gathered.states[0].time)
 
 
 class _Steps:
     """Completes the steps of a check, and states the plans that they follow."""
 
     def __init__(
-        self, setup: Setup, scene: CoreScene, options: FileOptions, data: FileData
+        self,
+        setup: Setup,
+        scene: CoreScene,
+        from_: FileOptions,
+        options: CheckOptions,
+        data: FileData,
     ) -> None:
         self._setup, self._scene, self._options, self._data = setup, scene, options, data
+        self._name = from_.joints
         self._said = data.gathered.said
         self._spans = spans(self._said)
         self._mount, self._rods = (
-            read_plans(scene, options.parts, options.plan, options.required)
-            if options.plan
+            read_plans(scene, options.parts, from_.plan, bool(options.part))
+            if from_.plan
             else (None, ())
         )
 
@@ -165,7 +138,7 @@ class _Steps:
             seconds = longest.end - longest.begin
         else:
             raise UserError(
-                f"{self._options.joints}: joint states: found no standstill, wanted: a second or"
+                f"{self._name}: joint states: found no standstill, wanted: a second or"
                 " more in which the robot stands still"
             )
         return min(max(seconds, 1e-3), _LONGEST)
@@ -195,8 +168,7 @@ class _Steps:
             poses = [one.q for one in stood]
         if not poses:
             raise UserError(
-                f"{self._options.joints}: joint states: found no standstill, wanted: stops of the"
-                " mount check"
+                f"{self._name}: joint states: found no standstill, wanted: stops of the mount check"
             )
         joints = self._scene.robot.unwound(np.array(poses))
         return MountPlan(joints, FRAMES, np.zeros((len(self._setup.rings), 4, 4)))
@@ -213,7 +185,7 @@ class _Steps:
         here = [s.q for s in states if span.begin <= s.time <= span.end]
         if not here:
             raise UserError(
-                f"{self._options.joints}: mount {span.number}: found no joint states between"
+                f"{self._name}: mount {span.number}: found no joint states between"
                 f" {span.begin:.3f} and {span.end:.3f} s, wanted: some in each step"
             )
         pose: np.ndarray = np.median(here, axis=0)
@@ -224,7 +196,7 @@ class _Steps:
         if self._of("trial") and self._rods:
             return self._rods
         lack = "found no steps `trial N`" if self._rods else "no --plan FOLDER with its trials"
-        if self._options.required:
+        if self._options.part:
             raise UserError(f"check: --part coverage: {lack}, wanted: a plan and its steps")
         text = f"coverage check: left out: {lack}"
         self._said.append((0.0, {"what": "warning", "text": text}))

@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -20,10 +19,9 @@ from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan, planned, require_cell
 from ..poses.itinerary import reachable
 from ..poses.routes import Clearance
-from ..rod.rod import Rod
 from ..rod.trial_plan import RodPlan, plan_rod
 from ..rod.trial_sheets import write_rod_pages
-from ..simulated_cell.ground_truth import Faults
+from .options import CheckOptions, Part
 from .plan_files import (
     MountPlanFile,
     RodPlanFile,
@@ -33,39 +31,7 @@ from .plan_files import (
     write_rod_plan,
 )
 
-Part = Literal["self", "mount", "coverage"]
-PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
 STOPS = "stops.toml"
-
-
-@dataclass(frozen=True)
-class CheckOptions:
-    """Options of a check, before planning."""
-
-    parts: tuple[Part, ...]
-    """Parts to run."""
-    seconds: float
-    """Duration of the self check, s."""
-    wave: bool
-    """Whether a hand passes over the sensors, ring by ring."""
-    stops: int
-    """Number of stops of the mount check."""
-    trials: int
-    """Number of trials of the coverage check, over all targets."""
-    rod: Rod
-    """The test rod."""
-    move: bool
-    """Whether the check may move a real robot."""
-    reduced_near_stop: bool
-    """Whether it may move the robot although too few sensors keep the full near stop."""
-    voxel: float
-    """Side of a voxel, m."""
-    seed: int
-    """Seed of all random draws."""
-    faults: Faults = "random"
-    """Errors and faults of a simulated rig."""
-    differing_self_check: bool = False
-    """Whether it may move the robot although the self check differs from the proposal."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from ..mount.stop_plan import MountPlan
 from ..rod.trial_plan import RodPlan
 from ..session.retention import LONGEST
 from ..session.session import Session
-from .plans import Part, Plans
+from .options import Part
+from .plans import Plans
 
 _SLOWEST = 5.0  # frames a second, the slowest ring that is waited for
 _PATIENCE = 1.0  # s, in addition

@@ -17,9 +17,9 @@ from ..session.session import Session
 from .actors import Ask, MovedRobot, hurried
 from .attendant import Attendant
 from .findings import differences
+from .options import CheckOptions
 from .part_results import part_results
 from .planned_check import PlannedCheck, ring_names
-from .plans import CheckOptions
 from .preconditions import (
     least_near_share,
     require_boards,
@@ -104,7 +104,7 @@ class Readiness:
         only = replace(check, plans=replace(check.plans, mount=None, rods=()))
         done, lines = part_results(only, gathered), lines_of(check.setup, check.ports, gathered)
         if differs := [*done.failures, *differences(check.setup, done, None, (), lines)]:
-            if not self.options.differing_self_check:
+            if not self.options.allow_differing_self_check:
                 raise EndedError(
                     f"the self check differs, so the robot was not moved: {'; '.join(differs)};"
                     " --allow-differing-self-check moves it anyway"
@@ -133,7 +133,7 @@ class Readiness:
         bounds, warning = bounds_of_route(check.scene, setup, stops.joints, self.real)
         attendant.show_stopping(bounds, warning)
         session.say("stopping", seconds=bounds[0].seconds, metres=bounds[0].metres)
-        waived = self.options.reduced_near_stop
+        waived = self.options.allow_reduced_near_stop
         if self.real:
             require_near_stop(stops, scene, waived)
             attendant.confirm(scene, check.plans, itinerary)

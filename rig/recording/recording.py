@@ -51,7 +51,9 @@ class Recording(Closing):
             self._file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
         except OSError as error:
             raise UserError(f"{path}: cannot be recorded to: {error.strerror}") from error
-        what = {"format": FORMAT, "wall": time.time(), **about}
+        self.wall = time.time()
+        """Start of the recording, s since 1970."""
+        what = {"format": FORMAT, "wall": self.wall, **about}
         self.put(Record(Kind.ABOUT, 0, time.monotonic(), json.dumps(what).encode()))
         self._thread = threading.Thread(target=self._sync, name="recording", daemon=True)
         self._thread.start()

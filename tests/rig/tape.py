@@ -5,6 +5,7 @@ import json
 import numpy as np
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.check_data import CheckData
 from place_rings.rig.check.models import AboutFile, PortModel
 from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.check.planned_check import PlannedCheck
@@ -47,7 +48,7 @@ def assessed(file, checked):
     """The assessment of a recorded check."""
     recorded = RecordingReader(file)
     gathered = replay(recorded, checked.ports, checked.about.stale_s)
-    return assess(checked, gathered, 0.0, recorded.damage)
+    return assess(CheckData(checked, gathered, 0.0, recorded.damage))
 
 
 class Tape:

@@ -6,8 +6,10 @@ from pathlib import Path
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.rig.check.assessment import Assessment, assess
+from place_rings.rig.check.check_data import CheckData
+from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import CheckOptions, plan_check, write_plans
+from place_rings.rig.check.plans import plan_check, write_plans
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rod.rod import Rod
@@ -41,9 +43,7 @@ def stops():
 
 
 def plans():
-    options = CheckOptions(
-        ("self", "mount", "coverage"), 2.0, False, 10, 4, Rod(), False, False, 0.1, 0
-    )
+    options = CheckOptions(seconds=2.0, stops=10, trials=4, voxel=0.1)
     return plan_check(SETUP, replace(SHELLS, goals=SHELLS.goals[1:]), options, moved=True)
 
 
@@ -59,5 +59,5 @@ def recorded(folder, stops):
     write_plans(SHELLS, checked.plans, folder)
     reader = RecordingReader(file)
     gathered = replay(reader, checked.ports, checked.about.stale_s)
-    found = assess(checked, gathered, reader.wall)
+    found = assess(CheckData(checked, gathered, reader.wall))
     return Taped(folder, file, checked, reader, gathered, found)

@@ -25,8 +25,9 @@ from place_rings.rig.check import plans as check_plans
 from place_rings.rig.check.actors import MovedRobot
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.models import CheckResult, PortModel
+from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.planned_check import PlannedCheck
-from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
+from place_rings.rig.check.plans import Plans, plan_check
 from place_rings.rig.check.preconditions import (
     require_boards,
     require_known_cell,
@@ -43,7 +44,6 @@ from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Counts, encode
 from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
-from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import RodPlan
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
@@ -359,7 +359,7 @@ def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, ask
     monkeypatch.setattr(readiness, "MovedRobot", Mock(return_value=Mock(spec=MovedRobot)))
     scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
     session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
-    options = replace(MOVING, reduced_near_stop=True)
+    options = replace(MOVING, allow_reduced_near_stop=True)
     check = Mock(setup=SETUP, scene=scene)
     Readiness(session, check, options, MagicMock(), "192.0.2.7", True).moved_robot(
         SCENE.poses[0].q, Mock()
@@ -395,12 +395,12 @@ def test_a_board_that_the_proposal_does_not_name_is_refused():
             require_boards(setup, boards(*serials))
 
 
-MOVING = CheckOptions(("self", "mount"), 2.0, False, 10, 4, Rod(), True, False, 0.1, 0)
+MOVING = CheckOptions(part=("self", "mount"), seconds=2.0, stops=10, trials=4, move=True, voxel=0.1)
 
 
 def ready(session, check, allowed=False, real=True, attendant=None):
     """A rig whose robot a check would move, and may move whatever its self check found."""
-    options = replace(MOVING, differing_self_check=allowed)
+    options = replace(MOVING, allow_differing_self_check=allowed)
     return Readiness(session, check, options, attendant, "192.0.2.7", real)
 
 
@@ -409,7 +409,7 @@ def test_no_real_robot_moves_without_a_self_check(monkeypatch, parts):
     """Whichever parts are chosen; a person who moves it needs none."""
     monkeypatch.setattr(check_plans, "planned", Mock(return_value=None))
     monkeypatch.setattr(check_plans, "plan_rod", Mock(return_value=Mock(spec=RodPlan)))
-    options = replace(MOVING, parts=parts)
+    options = replace(MOVING, part=parts)
     assert plan_check(SETUP, SCENE, options, moved=False).seconds == MOVING.seconds
     guided = plan_check(SETUP, SCENE, replace(options, move=False), moved=False)
     assert (guided.seconds is None) == ("self" not in parts)
@@ -515,7 +515,7 @@ def test_an_interrupt_before_the_first_step_is_assessed_and_names_the_recording(
     assert said == [("ended", {"why": "ended by SIGTERM"})]
     assert session.close.called
     record.gathered.note(0.0, {"what": "ended", "why": "ended by SIGTERM"})
-    assessment = assess(record.check, record.gathered, 0.0)
+    assessment = assess(record)
     assert assessment.result.verdict == "unfinished"
     assert any("SIGTERM" in reason for reason in assessment.result.reasons)
     assert "check.json" in write_files(record.check, assessment, tmp_path)

@@ -9,16 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.cli.commands.check import check
-from place_rings.cli.options.check_groups import PartOptions
 from place_rings.cli.runs import dry_run as dry_run_page
 from place_rings.cli.runs.dry_run import described, planned_dry_run
 from place_rings.coverage.rings.ring_kinematics import sensor_axes
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check.dry_run import DryRun, Stop, dry_run, fastest
-from place_rings.rig.check.plans import CheckOptions
+from place_rings.rig.check.options import CheckOptions, RigOptions
 from place_rings.rig.poses.routes import STEP, Clearance
-from place_rings.rig.rod.rod import Rod
 from place_rings.viewer.motion import Clock, MotionSession, PlannedMotion
 from place_rings.viewer.server import Server
 
@@ -26,7 +24,7 @@ from ..support.refusals import refused
 from ..support.viser_client import Client
 from .cell import SCENE, SETUP
 
-OPTIONS = CheckOptions(("mount",), 5.0, False, 8, 4, Rod(), False, False, 0.1, 0)
+OPTIONS = CheckOptions(part=("mount",), stops=8, trials=4, voxel=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +156,7 @@ def test_links_are_drawn_where_forward_puts_them(run):
 def test_a_dry_run_needs_a_part_with_poses_and_a_clear_start():
     """Otherwise no way leads anywhere, and the limits to set are those of a robot at rest."""
     with refused("--dry-run", "--part self"):
-        planned_dry_run(SETUP, SCENE, replace(OPTIONS, parts=("self",)))
+        planned_dry_run(SETUP, SCENE, replace(OPTIONS, part=("self",)))
     near = replace(SCENE, motion=Motion(near=1.0))
     with refused("1060 mm"):
         planned_dry_run(SETUP, near, OPTIONS)
@@ -167,8 +165,9 @@ def test_a_dry_run_needs_a_part_with_poses_and_a_clear_start():
 def test_the_command_shows_the_dry_run_of_a_part(monkeypatch):
     shown = []
     monkeypatch.setattr(dry_run_page, "show_dry_run", lambda *given: shown.append(given))
+    rig, asked = RigOptions(dry_run=True, browser=False), CheckOptions(part=("mount",))
     with pytest.raises(SystemExit):
-        check("n1_8_0", parts=PartOptions(dry_run=True, browser=False, part=("mount",)))
+        check("n1_8_0", rig=rig, options=asked)
     ((_, _, options, browser),) = shown
     assert options.parts == ("mount",)
     assert browser is False

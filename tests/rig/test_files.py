@@ -27,7 +27,8 @@ from place_rings.objectives.scene import Goal
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.models import CheckResult
-from place_rings.rig.check.offline import FileOptions, file_check
+from place_rings.rig.check.offline import file_check
+from place_rings.rig.check.options import CheckOptions, FileOptions
 from place_rings.rig.check.planned_check import ring_names
 from place_rings.rig.check.plans import Plans, plan_check, read_plans
 from place_rings.rig.check.procedure import skipped
@@ -158,8 +159,8 @@ def from_tables(folder, gathered, scene=SCENE, plan=None, parts=("mount",)):
     """A check from the tables that a rig wrote."""
     write_tables(folder, gathered, CHAIN)
     paths = (folder / f"{name}.csv" for name in ("joints", "readings", "steps"))
-    options = FileOptions(*paths, plan, (), parts, plan is not None, 0.1, 0)
-    return file_check("small", SETUP, scene, options)
+    files = FileOptions(*paths, plan=plan)
+    return file_check("small", SETUP, scene, files, CheckOptions(part=parts, voxel=0.1))
 
 
 def test_a_stop_that_the_files_lack_has_a_reason(taped, tmp_path):
@@ -182,7 +183,7 @@ def test_a_mount_check_in_an_unknown_cell_says_so(taped, tmp_path):
     """A live check refuses to start; files may hold other parts that can be assessed."""
     bare = replace(SCENE, obstacles=())
     done = from_tables(tmp_path / "csv", taped.gathered, bare, parts=("self", "mount"))
-    result = assess(done.check, done.gathered, done.wall).result
+    result = assess(done).result
     assert result.verdict == "unfinished"
     assert any("mount check" in why and "obstacles" in why for why in result.reasons)
 

@@ -20,7 +20,8 @@ from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.trajectory import Thinning
-from place_rings.rig.check.offline import FileOptions, file_check
+from place_rings.rig.check.offline import file_check
+from place_rings.rig.check.options import CheckOptions, FileOptions
 from place_rings.rig.check.plan_files import write_mount_plan
 from place_rings.rig.check.procedure import skipped
 from place_rings.rig.poses.itinerary import Itinerary
@@ -130,9 +131,9 @@ def test_stops_of_a_plan_are_found_a_turn_away(stops, tmp_path):
     written(tmp_path / "joints.csv", SCENE.robot, np.repeat(there, 100, axis=0), time)
     rows = [f"{t},tof_{ring}_{k},1" for t in time[::10] for ring, k in SETUP.labels]
     (tmp_path / "readings.csv").write_text("\n".join(["time,sensor,range_m", *rows]))
-    files = (tmp_path / "joints.csv", tmp_path / "readings.csv", None)
-    options = FileOptions(*files, tmp_path, (), ("mount",), True, 0.1, 0)
-    done = file_check("small", SETUP, SHELLS, options)
+    files = FileOptions(tmp_path / "joints.csv", tmp_path / "readings.csv", plan=tmp_path)
+    options = CheckOptions(part=("mount",), voxel=0.1)
+    done = file_check("small", SETUP, SHELLS, files, options)
     assert skipped(done.gathered.said, "mount") == {}
     notes = [note for _, note in done.gathered.said if note["what"] == "step"]
     assert {note["number"] for note in notes} == set(range(len(there)))

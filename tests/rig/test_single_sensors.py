@@ -11,9 +11,10 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal
 from place_rings.rig.check.actors import Helper, SimulatedHelper
 from place_rings.rig.check.findings import missing
+from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.part_results import PartResults
 from place_rings.rig.check.planned_check import PlannedCheck, ring_names
-from place_rings.rig.check.plans import CheckOptions, Plans, plan_check
+from place_rings.rig.check.plans import Plans, plan_check
 from place_rings.rig.check.report import page
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.rod.rod import Rod
@@ -111,10 +112,10 @@ def test_names_of_single_sensors_are_unique_and_come_before_numbers():
 
 
 def test_a_check_of_single_sensors_plans_no_mount_check():
-    options = CheckOptions(("self", "mount"), 1.0, False, 4, 4, Rod(), False, False, 0.05, 0)
+    options = CheckOptions(part=("self", "mount"), seconds=1.0, stops=4, trials=4, voxel=0.05)
     assert plan_check(ALONE, SCENE, options, moved=False).mount is None
     with refused("2 single sensors"):
-        plan_check(ALONE, SCENE, replace(options, parts=("mount",)), moved=False)
+        plan_check(ALONE, SCENE, replace(options, part=("mount",)), moved=False)
 
 
 def test_a_hand_is_passed_over_single_sensors_too():
