@@ -1,47 +1,42 @@
 """Redesign of a mounted setup: the best single change, the best two, and so on."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
-from ._arguments import number, renamed, whole
+from ._arguments import renamed
 from ._errors import input_errors
 from ._improvement import Improvement
+from ._options import called_with
 from ._scene import Scene
-from ._search import cap_of
 from ._validation import SetupLike, check_scene, resolve_setup
 from .objectives.scene import CoreScene
-from .objectives.verify import VOXEL, Verifier
+from .objectives.verify import Verifier
 from .placement.redesign import redesign
+from .placement.search.context import SearchContext
+from .placement.search.options import ImproveOptions
 from .placement.search.progress import Progress
 
-_MOST_CHANGES, _MOST_ADDED = 20, 1000
+
+@dataclass(frozen=True)
+class ImproveCall(ImproveOptions):
+    """A call of ``improve``."""
+
+    setup: SetupLike = field(kw_only=False)
+    """As in ``verify``."""
+    scene: Scene | CoreScene | None = field(default=None, kw_only=False)
+    """As in ``verify``."""
+    progress: Callable[[Progress], None] | None = field(default=None, kw_only=True)
+    """Receives the progress from time to time, in the calling thread."""
 
 
 @renamed(time_cap="time")
-def improve(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None = None,
-    *,
-    changes: int = 3,
-    add_sensors: int = 0,
-    seed: int = 0,
-    time: float | None = None,
-    voxel: float = VOXEL,
-    progress: Callable[[Progress], None] | None = None,
-) -> Improvement:
+@called_with(ImproveCall)
+def improve(call: ImproveCall) -> Improvement:
     """Search for the best single change to a mounted setup, the best two, and so on.
 
     A change moves, tilts or turns one ring, carries it to another link, adds it or removes it. The
     mounted rings may break the scene's rules; changed rings may not. Ctrl-C ends the search and
     returns the best changes so far.
-
-    Args:
-        setup, scene: as in ``verify``.
-        changes: largest number of changes, 1 to 20.
-        add_sensors: largest number of additional sensors, 0 to 1000.
-        seed: random seed; the same seed gives the same answer on the same machine.
-        time: limit in seconds; by default the search ends by its own schedule.
-        voxel: side of the voxels of the count, m.
-        progress: receives the progress from time to time, in the calling thread.
 
     Returns:
         A proposal for each number of changes that justifies its work.
@@ -56,27 +51,29 @@ def improve(
         >>> better.coverage >= better.before
         True
     """
-    whole("changes", changes, 1, _MOST_CHANGES)
-    whole("add_sensors", add_sensors, 0, _MOST_ADDED)
-    whole("seed", seed, 0)
-    if time is not None:
-        number("time", time, "a positive number of seconds")
-    cap = cap_of(time)
+    return improved(call.setup, call.scene, call, call.progress or (lambda progress: None))
+
+
+def improved(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None,
+    options: ImproveOptions,
+    tell: Callable[[Progress], None],
+) -> Improvement:
+    """Improve a setup; see ``improve``."""
     name, mounted, core = resolve_setup(setup, scene)
-    check_scene(core, voxel)
-    tell = progress or (lambda _: None)
+    check_scene(core, options.voxel)
+    context = SearchContext(Verifier(core, options.voxel), tell=tell).within(options.limit)
     with input_errors():
-        result = redesign.improve(
-            core, mounted, changes, add_sensors, seed, cap, voxel=voxel, tell=tell
-        )
-    command = f"place_rings.improve(..., seed={seed})"
+        result = redesign.improve(mounted, options, context)
+    command = f"place_rings.improve(..., seed={options.seed})"
     return Improvement(
         name,
         Scene.of(core),
         result,
-        changes,
-        add_sensors,
-        seed,
+        options.changes,
+        options.add_sensors,
+        options.seed,
         command,
-        verifier=Verifier(core, voxel),
+        verifier=context.verifier,
     )

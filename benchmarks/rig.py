@@ -15,6 +15,9 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.named_layouts import layout_in, ring_layout
 from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.context import SearchContext
+from place_rings.placement.search.options import SearchOptions
 from place_rings.placement.search.search import search
 from place_rings.placement.space.design import Space
 from place_rings.rig.mount.stop_plan import POSES, planned
@@ -64,7 +67,8 @@ def report(full: bool) -> list[str]:
 def near_stops() -> list[str]:
     """Measure the near stops of the paper's layout and of a proposal; return blocks of Markdown."""
     scene, rows = CoreScene(), []
-    proposal = search(scene, Space(scene, ring_layout(scene, 2, 16))).setup
+    space, context = Space(scene, ring_layout(scene, 2, 16)), SearchContext(Verifier(scene))
+    proposal = search(space, SearchOptions(), context).setup
     setups = {"n2_16_25": layout_in(scene, "n2_16_25"), "proposal": proposal}
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         for name, setup in setups.items():

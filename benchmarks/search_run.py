@@ -17,6 +17,8 @@ from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.context import SearchContext
+from place_rings.placement.search.options import SearchOptions
 from place_rings.placement.search.search import search
 from search_questions import QUESTIONS, SIZES
 
@@ -35,7 +37,8 @@ def run(name: str, seed: int) -> dict[str, Any]:
     """Search, and return what it found and took."""
     question = QUESTIONS[name] if name in QUESTIONS else SIZES[name]
     scene = question.made()
-    found = search(scene, question.space(scene), seed, aim=question.aim)
+    context = SearchContext(Verifier(scene), question.aim)
+    found = search(question.space(scene), SearchOptions(seed=seed), context)
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     from common import peak_memory  # what it imports is not counted
 

@@ -17,10 +17,13 @@ from ..objectives.pose_subset import MANY
 from ..objectives.scene import CoreScene, Goal
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
-from ..placement.search.global_stage import Schedule
+from ..placement.search.context import SearchContext
+from ..placement.search.options import SearchOptions
 from ..placement.search.progress import Progress
+from ..placement.search.schedule import Schedule
 from ..placement.search.search import search
 from ..placement.space.design import Space
+from ..placement.stop_token import StopToken
 
 WIDTH = 0.001  # width of the guaranteed interval, as a share
 # receives the current step and the completed share in [0, 1]; may raise
@@ -150,9 +153,8 @@ def search_from(
     def clock() -> float:
         return math.inf if stopped() else time.monotonic()
 
-    result = search(
-        asked, space, seed, _LONG, schedule, voxel, progress, (present,), aim, verifier, clock
-    )
+    context = SearchContext(verifier, aim, progress, StopToken(_LONG, clock), schedule)
+    result = search(space, SearchOptions(seed=seed, start=(present,)), context)
     lacks, after = result.short, result.exact
     if len(asked.poses) > MANY:  # the search may have used a coarse count
         lacks, after = judge(verifier, result.setup, aim)

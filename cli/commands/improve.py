@@ -1,13 +1,20 @@
 """The command improve."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from ..options.common import Floors, Json, Seed, Subject, TimeLimit, Voxel
+from ...placement.search.options import ImproveOptions
+from ..options.common import Floors, Json, Subject
 from ..options.groups import NO_FRAMES, REFERENCE, FrameOptions, SceneOptions, SubjectOptions
+from ..options.offered import offered
+
+if TYPE_CHECKING:
+    Options = ImproveOptions
+else:
+    Options = offered(ImproveOptions)
+DEFAULTS = Options()
 
 
 def improve(
@@ -15,17 +22,9 @@ def improve(
     /,
     *,
     place: SceneOptions = REFERENCE,
-    changes: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=20), help="Largest number of rings to change.")
-    ] = 3,
-    add_sensors: Annotated[
-        int, Parameter(validator=Number(gte=0, lte=1000), help="Largest number of sensors to add.")
-    ] = 0,
+    options: Options = DEFAULTS,
     at_least: Floors = (),
     mounted: FrameOptions = NO_FRAMES,
-    seed: Seed = 0,
-    time: TimeLimit = None,
-    voxel: Voxel = 0.01,
     out: Annotated[
         Path | None,
         Parameter(
@@ -52,13 +51,11 @@ def improve(
 
     ``place-rings --help`` explains the terms.
     """
-    from place_rings._search import cap_of
     from place_rings._validation import ResolvedSetup
 
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 
-    cap_of(time)
+    chosen = ImproveOptions(**vars(options))
     setup, scene = SubjectOptions(place, mounted=mounted).resolve(subject)
-    mounted_setup = ResolvedSetup(subject, setup, with_floors(scene, at_least))
-    run(mounted_setup, changes, add_sensors, seed, time, voxel, out, as_json)
+    run(ResolvedSetup(subject, setup, with_floors(scene, at_least)), chosen, out, as_json)

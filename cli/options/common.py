@@ -115,12 +115,3 @@ Seed = Annotated[
     WHOLE,
     Parameter(validator=Number(gte=0), help="Random seed; the same seed gives the same answer."),
 ]
-TimeLimit = Annotated[
-    float | None,
-    Parameter(
-        help=(
-            "Time limit of the search in seconds. Default: none; the search ends by its own"
-            " schedule."
-        )
-    ),
-]

@@ -2,13 +2,11 @@
 
 import shlex
 import sys
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
-from place_rings._improve import improve as find
+from place_rings._improve import improved
 from place_rings._improvement import Improvement, improvement_files, write_improvement
 from place_rings._validation import ResolvedSetup
 from rich.table import Table
@@ -16,6 +14,7 @@ from rich.table import Table
 from ...formats.schema.redesign_models import ImproveResult
 from ...formats.writing import output_files
 from ...placement.redesign.beam_search import WORTH
+from ...placement.search.options import ImproveOptions
 from ...placement.search.progress import Outcome, Progress
 from ...reporting.explained import Explained
 from ...reporting.progress import ProgressBar
@@ -27,30 +26,13 @@ _MOST_LISTED = 5  # violated rules that are printed
 
 
 def improve(
-    subject: ResolvedSetup,
-    changes: int,
-    add_sensors: int,
-    seed: int,
-    time_cap: float | None,
-    voxel: float,
-    out: Path | None,
-    as_json: bool,
+    subject: ResolvedSetup, options: ImproveOptions, out: Path | None, as_json: bool
 ) -> None:
     """Search for changes to a mounted setup, print them, and write them to ``out``, if given."""
-    console, log = Terminal(), Terminal(stderr=True)
-    names = improvement_files(changes)
-    with output_files(out, *names, keep=True) if out else nullcontext() as new:
-        search = partial(
-            find,
-            subject,
-            changes=changes,
-            add_sensors=add_sensors,
-            seed=seed,
-            time=time_cap,
-            voxel=voxel,
-        )
+    console, log, changes = Terminal(), Terminal(stderr=True), options.changes
+    with output_files(out, *improvement_files(changes), keep=True) if out else nullcontext() as new:
         command = shlex.join(["place-rings", *sys.argv[1:]])
-        improvement = replace(_searched(search, changes, log), command=command)
+        improvement = replace(_searched(subject, options, log), command=command)
         _print_broken(improvement, log)
         record = improvement.record
         if not all([record.zeta, *(step.zeta for step in record.steps)]):
@@ -60,11 +42,12 @@ def improve(
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return
-    _show(record, improvement, voxel, console)
+    _show(record, improvement, options.voxel, console)
 
 
-def _searched(search: Callable[..., Improvement], changes: int, console: Terminal) -> Improvement:
+def _searched(subject: ResolvedSetup, options: ImproveOptions, console: Terminal) -> Improvement:
     """Run the search with a progress bar on ``console``."""
+    changes = options.changes
     with ProgressBar(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
@@ -75,7 +58,7 @@ def _searched(search: Callable[..., Improvement], changes: int, console: Termina
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=p.climbs, completed=p.done, best=best)
 
-        return search(progress=tell)
+        return improved(subject, None, options, tell)
 
 
 def _print_broken(improvement: Improvement, log: Terminal) -> None:

@@ -13,7 +13,7 @@ from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import CoreScene
-from ...placement.search.progress import Outcome, Progress, RepeatedProgress
+from ...placement.search.progress import Outcome, Progress
 from ...placement.search.result import SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
@@ -40,11 +40,12 @@ from ...reporting.text import counted
 from .late_progress import late_progress
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
+Find = Callable[[Callable[[Progress], None]], Proposal]
 _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 
 def place(
-    find: Callable[..., Proposal],
+    find: Find,
     scene: CoreScene,
     voxel: float,
     out: Path,
@@ -53,7 +54,7 @@ def place(
     """Search a placement, compare it with the paper's layouts, and write and print it.
 
     Args:
-        find: runs the search; it takes the callback ``progress``.
+        find: runs the search; it takes a callback for its progress.
         scene: the scene.
         voxel: side of a voxel, m.
         out: output folder.
@@ -90,7 +91,7 @@ def place(
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal) -> Proposal:
+def _searched(find: Find, scene: CoreScene, console: Terminal) -> Proposal:
     """Return the result of the search; its progress goes to ``console``, and then the parts of the
     target that no sensor reaches, which are computed meanwhile."""
     lines = list[Future[list[str]]]()
@@ -113,12 +114,12 @@ def _searched(find: Callable[..., Proposal], scene: CoreScene, console: Terminal
                 what = f"{counted(p.rings, 'ring')}, {what}"
             elif p.to_count:
                 what, total, done = "counting the finalists", p.to_count, p.counted
-            if isinstance(p, RepeatedProgress) and p.searches > 1:
+            if p.searches > 1:
                 what = f"search {p.search} of {p.searches}, {what}"
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=total, completed=done, best=best)
 
-        proposal = find(progress=tell)
+        proposal = find(tell)
     for line in (line for each in lines for line in each.result()):
         console.print(line, highlight=False, soft_wrap=True)
     return proposal

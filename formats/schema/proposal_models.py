@@ -146,7 +146,7 @@ class FoundModel(StrictModel):
             slope=None if result.slope is None else round(100 * result.slope, 4),
             seconds=round(spent.seconds, 1),
             start_up_seconds=round(spent.start_up, 1),
-            count_seconds=round(spent.counting, 1),
+            count_seconds=round(result.counting, 1),
             command=command,
             created=datetime.now(UTC).isoformat(timespec="seconds"),
             versions=dict(versions),

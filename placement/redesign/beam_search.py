@@ -7,7 +7,6 @@ fixed. The best results are counted exactly, rounded as in a file.
 """
 
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 
@@ -16,10 +15,9 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...objectives.soft_coverage import SoftCoverage
-from ...objectives.verify import Verifier
+from ..search.context import SearchContext
 from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
-from ..stop_token import StopToken
 from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
 from .problem import EncodedSetup, RedesignProblem
@@ -102,14 +100,10 @@ class BeamSearch:
     """Effort on each level."""
     soft: SoftCoverage
     """The soft ζ."""
-    verifier: Verifier
-    """The exact count."""
+    context: SearchContext
+    """Has the exact count, and what stops the search and receives its progress."""
     threads: ThreadPoolExecutor
     """Threads for local searches and scores."""
-    brake: StopToken
-    """Stops the search."""
-    tell: Callable[[Progress], None]
-    """Receives the progress, in the calling thread."""
     progress: Progress
     """The progress."""
     climbs: int = 0
@@ -135,7 +129,7 @@ class BeamSearch:
         pairs = [(t, place) for t in beam for place in self.rework.may_touch(t)]
         some: list[Touched | None] = []
         for t, place in pairs:
-            if self.brake.on():
+            if self.context.brake.on():
                 return []
             some += [as_it_is(t, place)] if self.rework.before[place] is not None else []
             some += [
@@ -143,7 +137,7 @@ class BeamSearch:
                 for _ in range(-(-self.plan.draws // len(pairs)))
             ]
         placed = [p for t in some if t is not None and (p := self.rework.placed(t)) is not None]
-        if not placed or self.brake.on():
+        if not placed or self.context.brake.on():
             return []
         order = np.argsort(-self.scores(placed), kind="stable")
         return _few_of_each([placed[i] for i in order], self.plan.climbs)
@@ -156,9 +150,9 @@ class BeamSearch:
             try:
                 waiting = wait(waiting, timeout=0.2).not_done
                 self.progress.done = len(jobs) - len(waiting)
-                self.tell(self.progress)
+                self.context.tell(self.progress)
             except KeyboardInterrupt:
-                self.brake.pulled.set()
+                self.context.brake.pulled.set()
         ends = sorted((job.result() for job in jobs), key=lambda end: -end[1])
         self.evaluations += sum(end[2] for end in ends)
         return [end[0] for end in ends]
@@ -173,14 +167,14 @@ class BeamSearch:
         if p.loose:
             rules = RingConstraints.of(where, p.low, p.high, p.decoded)
             effort = ClimbEffort((stage.width,), stage.steps, math.inf)
-            result = climb(self.soft, arrays, rules, self.soft.all, self.brake, effort)
+            result = climb(self.soft, arrays, rules, self.soft.all, self.context.brake, effort)
             p, spent = p.moved(result.values), result.evaluations
         return p, self.soft.share(arrays, p.decoded), spent
 
     def ends(self, some: list[EncodedSetup]) -> list[Touched]:
         """Run setups through all stages; return the results, the best first."""
         for stage in self.plan.stages:
-            if some and not self.brake.on():
+            if some and not self.context.brake.on():
                 some = _few_of_each(self.climbed(some, stage), stage.keep)
         return [self.rework.read(p, p.values) for p in some]
 
@@ -193,7 +187,7 @@ class BeamSearch:
             *(((key,), (i,)) for i in t.free for key in ("phase", "position", "tilt")),
         ]:
             trial = self.rework.put_back(t, some, keys)
-            if trial.rings == t.rings or self.brake.on():
+            if trial.rings == t.rings or self.context.brake.on():
                 continue
             if self.rework.keeps_rules(self.rework.rounded(trial)) and self._share(trial) >= bound:
                 t = trial
@@ -208,7 +202,7 @@ class BeamSearch:
     def _soft(self, t: Touched, exact: float) -> float:
         """Return the soft value for a record. The mounted setup's is not worth compiling the
         objective before the first changes are drawn, nor is any after the time limit: ``exact``."""
-        if self.climbs == 0 or self.brake.on():
+        if self.climbs == 0 or self.context.brake.on():
             return exact
         return self._share(t, self.finest.width)
 
@@ -218,7 +212,7 @@ class BeamSearch:
         if not self.rework.keeps_rules(t):
             return None
         if t.setup not in self.counted:
-            short, exact = self.verifier.judge(t.setup)
+            short, exact = self.context.verifier.judge(t.setup)
             some = changes(self.rework.scene.robot, self.rework.before, t.rings)
             self.counted[t.setup] = Answer(t, exact, short, self._soft(t, exact), tuple(some))
         return self.counted[t.setup]

@@ -6,7 +6,6 @@ decides throughout.
 """
 
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -15,12 +14,11 @@ import numpy as np
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...objectives.feasibility.violations import Fault, faults
-from ...objectives.scene import CoreScene
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.target_points import TargetPoints
-from ...objectives.verify import Verifier
+from ..search.context import SearchContext
+from ..search.options import ImproveOptions
 from ..search.progress import Outcome, Progress, Statistics
-from ..stop_token import StopToken
 from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
 from .changes import Touched
 from .problem import RedesignProblem
@@ -44,45 +42,34 @@ class Improved:
 
 
 def improve(
-    scene: CoreScene,
-    mounted: Setup,
-    most: int = 3,
-    add_sensors: int = 0,
-    seed: int = 0,
-    time_cap: float = float("inf"),
-    plan: BeamPlan | None = None,
-    voxel: float = 0.01,
-    tell: Callable[[Progress], None] = lambda progress: None,
+    mounted: Setup, options: ImproveOptions, context: SearchContext, plan: BeamPlan | None = None
 ) -> Improved:
     """Find the best single change to ``mounted``, the best two, and so on; each improves the
     coverage, and none breaks a rule.
 
     A setup that breaks rules is accepted; touched rings must satisfy all rules. The scene's fixed
-    rings stay. The same seed gives the same answer on the same machine; ``time_cap`` or a
+    rings stay. The same seed gives the same answer on the same machine; the context's brake or a
     KeyboardInterrupt only cuts the search short.
 
     Args:
-        scene: robot, poses, goals, rules.
         mounted: the mounted setup.
-        most: largest number of changes (rings touched).
-        add_sensors: largest number of additional sensors.
-        seed: random seed of the points and of all draws.
-        time_cap: limit in seconds, counted from the call.
+        options: numbers of changes (rings touched) and of additional sensors, and the seed of the
+            points and of all draws.
+        context: what the search counts with and obeys.
         plan: effort on each level.
-        voxel: side of the voxels of the count, m.
-        tell: receives the progress from time to time, in the calling thread.
 
     Raises:
         ValueError: for an empty target, or a ring on a link that the robot lacks.
     """
-    began, plan = time.monotonic(), plan or BeamPlan()
-    brake, rework = StopToken(began + time_cap), RedesignProblem(scene, mounted, most, add_sensors)
+    began, plan, scene, brake = time.monotonic(), plan or BeamPlan(), context.scene, context.brake
+    most, seed = options.changes, options.seed
+    rework = RedesignProblem(scene, mounted, most, options.add_sensors)
     terms = len(scene.goals) * len(scene.poses)
     points = TargetPoints(scene, max(256, max(plan.points, plan.climbed) // terms), seed)
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
     with ThreadPoolExecutor(processors()) as threads:
-        soft, verifier = SoftCoverage(scene, points.terms, points.points), Verifier(scene, voxel)
-        search = BeamSearch(rework, plan, soft, verifier, threads, brake, tell, progress)
+        soft = SoftCoverage(scene, points.terms, points.points)
+        search = BeamSearch(rework, plan, soft, context, threads, progress)
         start = search.count(rework.start)
         if start is None:
             raise ValueError("the mounted setup has more sensors than allowed")
@@ -91,13 +78,7 @@ def improve(
             _restore_rings(search, levels)
         except KeyboardInterrupt:
             brake.pulled.set()
-    outcome = (
-        Outcome.INTERRUPTED
-        if brake.pulled.is_set()
-        else Outcome.TIME
-        if brake.on()
-        else Outcome.FINISHED
-    )
+    outcome = Outcome.of(brake, brake.on())
     broken = tuple(faults(scene, rework.mounted.rings))
     spent = Statistics(
         search.climbs, time.monotonic() - began, search.evaluations, search.finest.width
@@ -116,7 +97,7 @@ def _add_changes(search: BeamSearch, most: int, rng: np.random.Generator) -> int
         progress.stage += 1
         beam = search.look(search.drawn(beam, rng))
         progress.best = search.best(most).exact
-        if search.brake.on() or not beam:
+        if search.context.brake.on() or not beam:
             return changed
     return most
 
@@ -127,7 +108,9 @@ def _restore_rings(search: BeamSearch, most: int) -> None:
     for changed in range(most, 1, -1):
         search.progress.stage += 1
         best = search.best(changed).touched
-        less = [_put_back(rework, best, i) for i in best.free] if not search.brake.on() else []
+        less = (
+            [_put_back(rework, best, i) for i in best.free] if not search.context.brake.on() else []
+        )
         search.look([p for t in less if t.free and (p := rework.placed(t)) is not None])
 
 

@@ -5,6 +5,7 @@ from enum import Enum
 from typing import Literal
 
 from ...coverage.rings.ring import Setup
+from ..stop_token import StopToken
 
 
 class Outcome(Enum):
@@ -13,6 +14,13 @@ class Outcome(Enum):
     FINISHED = "the search completed its schedule"
     TIME = "time limit reached; this is the best result so far"
     INTERRUPTED = "interrupted; this is the best result so far"
+
+    @staticmethod
+    def of(brake: StopToken, late: bool) -> "Outcome":
+        """Return how a search ended that a brake may have interrupted; ``late``: by its limit."""
+        if brake.pulled.is_set():
+            return Outcome.INTERRUPTED
+        return Outcome.TIME if late else Outcome.FINISHED
 
 
 @dataclass(frozen=True)
@@ -41,8 +49,6 @@ class Statistics:
     """Width of the sigmoid in the estimate on sample points, m; 0 where it is a share of points."""
     start_up: float = 0.0
     """Wall-clock time until points and occluders existed, s; no cap cuts it."""
-    counting: float = 0.0
-    """Wall-clock time of the exact count of the finalists, s; no cap cuts it."""
 
 
 @dataclass
@@ -70,18 +76,13 @@ class Progress:
     rings: int | None = None
     """Rings in this search, where several searches with fewer and fewer rings follow each other."""
 
+    search: int = 1
+    """Number of the search, from 1, where several with different random seeds follow each other."""
+    searches: int = 1
+    """Number of these searches."""
+
     @property
     def climbed(self) -> float:
         """Number of finished stages, with the finished part of the current one; 0 before
         the first."""
         return max(self.stage - 1, 0) + self.done / max(self.climbs, 1)
-
-
-@dataclass
-class RepeatedProgress(Progress):
-    """Progress of one search of several."""
-
-    search: int = 1
-    """Number of the search, from 1."""
-    searches: int = 1
-    """Number of all searches."""

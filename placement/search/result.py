@@ -40,6 +40,11 @@ class SearchResult:
     shares of the target by mm along the links and degrees; None without a local stage."""
 
     @property
+    def counting(self) -> float:
+        """Wall-clock time of the exact count of the finalists, s; no limit cuts it."""
+        return next((stage.seconds for stage in self.stages if stage.name == "verdict"), 0.0)
+
+    @property
     def rank(self) -> tuple[float, float]:
         """Sort key, greater is better: missed floors first, then the exact value."""
         return -self.short, self.exact

@@ -7,36 +7,67 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ...coverage.definitions.errors import InputError
 from ...coverage.rings.ring import Setup
-from ...objectives.criterion import Criterion
+from ...objectives.mount_rules import Rules
+from ...objectives.named_layouts import ring_layout
 from ...objectives.scene import CoreScene
-from ...objectives.verify import Verifier
 from ..space.design import Space
 from ..space.feasible_set import InfeasibleError
+from .context import SearchContext
 from .exchange_points import Fields
-from .global_stage import Schedule, judging_points, usual
-from .gradient_stage import Device
-from .progress import Outcome, Progress, RepeatedProgress
+from .options import SearchOptions
+from .progress import Outcome, Progress
 from .result import FewestRings, Reach, RepeatedSearch, SearchResult
+from .schedule import judging_points, usual
 from .search import search
 
-WITHIN = 0.01  # default margin of the fewest rings, share of a target
 _STARTS = 3  # earlier results from which a search starts
 _SENSORS, _GROWTH = 24, 1.6  # sensors of the first search; factor until a number suffices
 _MOST = 2000  # sensors
 _FIRST = 0.5  # share of the time of the search that chooses the number of rings
-# runs one search: its seed, its limit in seconds, and what receives its progress
-Run = Callable[[int, float, Callable[[Progress], None]], SearchResult]
+_RINGS_PER_LINK, _SENSORS_PER_RING = 2, 16  # by default, the latter where the rules allow it
+# runs one search with the options of its seed, and a context with the time that is left
+Run = Callable[[SearchOptions, SearchContext], SearchResult]
 
 
-def repeated_search(
-    run: Run,
-    count: int,
-    seed: int,
-    time_cap: float = math.inf,
-    tell: Callable[[Progress], None] = lambda progress: None,
-) -> RepeatedSearch:
-    """Search with ``count`` seeds from ``seed`` on, one after the other; keep the best answer.
+def space_of(options: SearchOptions, scene: CoreScene) -> Space | None:
+    """Return the design space of a search; None if several searches follow each other.
+
+    Raises:
+        InfeasibleError: if the scene's rules admit no setup.
+        InputError: for a number of sensors that the scene's rules do not allow on a ring.
+    """
+    if options.reach is not None or options.fewest:
+        return None
+    if options.sensors is not None:
+        return Space(scene, sensors=options.sensors, rings=options.rings)
+    count = _sensors_per_ring(options, scene)
+    if options.rings is not None:
+        return Space(scene, rings=options.rings, each=count)
+    return Space(scene, ring_layout(scene, options.rings_per_link or _RINGS_PER_LINK, count))
+
+
+def _sensors_per_ring(options: SearchOptions, scene: CoreScene) -> int:
+    (least, most), count = scene.rules.sensors, options.sensors_per_ring
+    if count is None:
+        count = min(max(_SENSORS_PER_RING, least), most)
+    if not least <= count <= most and (least, most) != Rules().sensors:
+        raise InputError(
+            f"found {count}, allowed: {least} to {most}, the scene's rules.sensors_per_ring",
+            "sensors_per_ring",
+        )
+    if options.sensors_per_ring is None and options.rings is not None:
+        # as many as the boards of all rings allow
+        held = sum(ring.count for ring in scene.rules.fixed)
+        sizes = Space(scene, sensors=held).largest()
+        new = min(max(options.rings - len(scene.rules.fixed), 0), len(sizes))
+        count = min([count, *sizes[:new]])
+    return count
+
+
+def repeated_search(run: Run, options: SearchOptions, context: SearchContext) -> RepeatedSearch:
+    """Search with as many seeds as the options say, one after the other; keep the best answer.
 
     The best misses the floors of the goals least, and then has the highest exact value. An answer
     that a stop cut short counts only if it is the only one with voxels as fine. Ctrl-C keeps the
@@ -44,31 +75,31 @@ def repeated_search(
 
     Args:
         run: runs one search.
-        count: number of searches, at least 1.
-        seed: random seed of the first search.
-        time_cap: limit in seconds for all; each search may use what is left.
-        tell: receives the progress.
+        options: seed of the first search, number of searches, and limit of time for all; each
+            search may use what is left.
+        context: receives the progress.
 
     Raises:
         InfeasibleError: if no search found a setup that the rules admit.
     """
-    if count < 1:
-        raise ValueError(f"count must be at least 1, got {count}")
     began, tried, outcome = time.monotonic(), dict[int, SearchResult](), Outcome.FINISHED
+    count = options.searches
     for number in range(1, count + 1):
 
-        def of_one(progress: Progress, number: int = number) -> None:
-            shown = replace(progress, best=max([progress.best, *(r.exact for r in tried.values())]))
-            tell(RepeatedProgress(**vars(shown), search=number, searches=count))
+        def tell(progress: Progress) -> None:
+            best = max([progress.best, *(r.exact for r in tried.values())])
+            context.tell(replace(progress, best=best))
 
-        left = time_cap if number == 1 else time_cap - (time.monotonic() - began)
+        left = options.limit if number == 1 else options.limit - (time.monotonic() - began)
         if tried and left <= 0:
             outcome = Outcome.TIME
             break
+        seed = options.seed + number - 1
+        here = replace(context, tell=tell).within(left, search=number, searches=count)
         try:
             if tried:
-                of_one(Progress())
-            one = tried[seed + number - 1] = run(seed + number - 1, left, of_one)
+                here.tell(Progress())
+            tried[seed] = run(replace(options, seed=seed), here)
         except InfeasibleError:  # of this seed: rings collided in every candidate
             if not tried and number == count:
                 raise
@@ -78,47 +109,32 @@ def repeated_search(
                 raise
             outcome = Outcome.INTERRUPTED
             break
-        if (outcome := one.outcome) is not Outcome.FINISHED:
+        if (outcome := tried[seed].outcome) is not Outcome.FINISHED:
             break
     finest = min(one.voxel for one in tried.values())
     best = max(tried, key=lambda s: (tried[s].voxel == finest, *tried[s].rank))
     return RepeatedSearch(replace(tried[best], outcome=outcome), best, tried)
 
 
-def fewest_sensors(
-    scene: CoreScene,
-    wanted: float,
-    seed: int = 0,
-    time_cap: float = math.inf,
-    schedule: Schedule | None = None,
-    voxel: float = 0.01,
-    tell: Callable[[int, Progress], None] = lambda sensors, progress: None,
-    aim: Criterion | None = None,
-    rings: int | None = None,
-) -> Reach:
-    """Find a setup with few sensors whose exact value is at least ``wanted``.
+def fewest_sensors(options: SearchOptions, context: SearchContext) -> Reach:
+    """Find a setup with few sensors whose exact value is at least ``reach``.
 
-    The sensor count grows until a search reaches ``wanted``, then shrinks by bisection until a
-    search with one sensor fewer does not. This does not prove that fewer are impossible: searches
-    find good setups, not bounds.
+    The sensor count grows until a search reaches it, then shrinks by bisection until a search with
+    one sensor fewer does not. This does not prove that fewer are impossible: searches find good
+    setups, not bounds.
 
     Args:
-        scene: robot, poses, goals, rules; its fixed rings count too.
-        wanted: weighted mean of ζ over the goals, in (0, 1); floors of goals hold besides.
-        seed: random seed of all searches.
-        time_cap: limit in seconds from the call; then the best result so far is returned.
-        schedule: schedule of each search.
-        voxel: side of the voxels of the count, m.
-        tell: receives the sensor count and the progress of its search.
-        aim: the criterion that must reach ``wanted``; by default ζ itself.
-        rings: number of rings, fixed ones included; by default each search chooses it.
+        options: the coverage to reach, a weighted mean of ζ over the goals, whose floors hold
+            besides; the number of rings, fixed ones included, by default each search chooses it;
+            seed of all searches; limit of time from the call, after which the best result so far is
+            returned.
+        context: what the searches maximise, count with and obey.
 
     Raises:
         InfeasibleError: if the rules allow no setup at all.
-        ValueError: if ``wanted`` is not in (0, 1), or a target is empty.
+        ValueError: for an empty target.
     """
-    if not 0 < wanted < 1:
-        raise ValueError(f"wanted must be between 0 and 1, got {wanted}")
+    wanted, scene, rings = (options.reach or 0.0) / 100, context.scene, options.rings
 
     def suffices(result: SearchResult) -> bool:
         return result.short == 0 and result.exact >= wanted
@@ -129,17 +145,14 @@ def fewest_sensors(
     short, enough = -1, len(allowed)
     at = min(bisect_left(allowed, _SENSORS), len(allowed) - 1)
     while enough - short > 1:
-        left, sensors = time_cap - (time.monotonic() - began), allowed[at]
+        left, sensors = options.limit - (time.monotonic() - began), allowed[at]
         if results and left <= 0:
             outcome = Outcome.TIME
             break
-
-        def report(progress: Progress, count: int = sensors) -> None:
-            tell(count, progress)
-
         try:
             space = Space(scene, sensors=sensors, rings=rings)
-            found = search(scene, space, seed, left, schedule, voxel, report, known, aim)
+            here = context.within(left, sensors=sensors)
+            result = search(space, replace(options, start=tuple(known)), here)
         except InfeasibleError:  # rings that collide
             if not results:
                 raise
@@ -147,9 +160,9 @@ def fewest_sensors(
                 break
             short = at
         else:
-            results[sensors], outcome = found, found.outcome
-            known = [found.setup, *known][:_STARTS]
-            short, enough = (short, at) if suffices(found) else (at, enough)
+            results[sensors], outcome = result, result.outcome
+            known = [result.setup, *known][:_STARTS]
+            short, enough = (short, at) if suffices(result) else (at, enough)
             if outcome is not Outcome.FINISHED:
                 break
         at = (short + enough) // 2
@@ -179,20 +192,7 @@ def allowed_totals(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
     return [n for n in totals if n <= _MOST] or totals[:1]
 
 
-def fewest_rings(
-    scene: CoreScene,
-    sensors: int,
-    within: float = WITHIN,
-    seed: int = 0,
-    time_cap: float = math.inf,
-    schedule: Schedule | None = None,
-    voxel: float = 0.01,
-    tell: Callable[[int | None, Progress], None] = lambda rings, progress: None,
-    known: Sequence[Setup] = (),
-    aim: Criterion | None = None,
-    verifier: Verifier | None = None,
-    device: Device = "auto",
-) -> FewestRings:
+def fewest_rings(options: SearchOptions, context: SearchContext) -> FewestRings:
     """Find the setup with the fewest rings whose exact value is within a margin of the best.
 
     A first search chooses the number of rings. Bisection between that number and the fewest that
@@ -202,62 +202,45 @@ def fewest_rings(
     This does not prove that fewer rings are impossible: searches find good setups, not bounds.
 
     Args:
-        scene: robot, poses, goals, rules; its fixed rings count too.
-        sensors: number of sensors of every setup.
-        within: the margin, in [0, 1).
-        seed: random seed of all searches.
-        time_cap: limit in seconds from the call; then the best answer so far is returned. The
-            first search takes half of it at most; the steps that bisection still needs share the
-            rest.
-        schedule: schedule of the first search; by default the usual one. The others have half as
-            many candidates.
-        voxel: side of the voxels of the count, m.
-        tell: receives the number of rings (None where the search chooses it) and the progress of
-            its search.
-        known: setups from which the first search starts besides its own.
-        aim: the criterion; by default ζ itself.
-        verifier: counts the results; by default a new one of ``voxel``.
-        device: as in ``search``.
+        options: number of sensors of every setup; the margin; seed of all searches; setups from
+            which the first search starts besides its own; limit of time from the call, after which
+            the best answer so far is returned. The first search takes half of it at most; the steps
+            that bisection still needs share the rest.
+        context: what the searches maximise, count with and obey. Its schedule is that of the first
+            search; the others have half as many candidates.
 
     Raises:
         InfeasibleError: if the rules allow no setup of these sensors.
-        ValueError: if ``within`` is not in [0, 1), or a target is empty.
+        ValueError: for an empty target.
     """
-    if not 0 <= within < 1:
-        raise ValueError(f"within must be at least 0 and below 1, got {within}")
-    began, aim = time.monotonic(), aim or Criterion()
-    verifier, space = verifier or Verifier(scene, voxel), Space(scene, sensors=sensors)
-    rounds = usual(scene, space, aim) if schedule is None else schedule
-    points = Fields.drawn(space, aim, judging_points(rounds), seed)
+    began, scene, aim = time.monotonic(), context.scene, context.aim
+    space = Space(scene, sensors=options.sensors)
+    rounds = context.schedule or usual(scene, space, aim)
+    points = Fields.drawn(space, aim, judging_points(rounds), options.seed)
+    context = replace(context, points=points, schedule=rounds)
 
-    def searched(
-        space: Space, rings: int | None, steps: float, rounds: Schedule, known: Sequence[Setup]
-    ) -> SearchResult:
-        cap = max(time_cap - (time.monotonic() - began), 0.0) / steps
-        return search(
-            *(scene, space, seed, cap, rounds, voxel, lambda progress: tell(rings, progress)),
-            *(known, aim, verifier),
-            points=points,
-            device=device,
-        )
+    def left() -> float:
+        return options.limit - (time.monotonic() - began)
 
-    first = searched(space, None, 1 / _FIRST, rounds, known)
-    outcome, fewer = first.outcome, tuple(replace(r, keep=max(r.keep // 2, 2)) for r in rounds)
+    first = search(space, options, context.within(max(left(), 0.0) * _FIRST))
+    fewer = tuple(replace(r, keep=max(r.keep // 2, 2)) for r in rounds)
+    context, outcome = replace(context, schedule=fewer), first.outcome
     too_few = max(math.ceil(space.free / max(space.most, 1)) + len(space.fixed) - 1, 0)
-    so_far = FewestRings(first, within, {len(first.setup.rings): first}, too_few)
+    so_far = FewestRings(first, options.margin, {len(first.setup.rings): first}, too_few)
     while outcome is not Outcome.INTERRUPTED:
-        left = time_cap - (time.monotonic() - began)
-        between = so_far.untried or so_far.doubtful(left)
+        spare = left()
+        between = so_far.untried or so_far.doubtful(spare)
         if not between:
             break
-        if left <= 0:
+        if spare <= 0:
             outcome = Outcome.TIME
             break
         rings, steps = between[len(between) // 2], len(between).bit_length()
         more = [one.setup for n, one in so_far.tried.items() if n >= rings]
         try:
-            stated = Space(scene, sensors=sensors, rings=rings)
-            result = searched(stated, rings, steps, fewer, more[:_STARTS])
+            stated = Space(scene, sensors=options.sensors, rings=rings)
+            here = context.within(max(left(), 0.0) / steps, rings=rings)
+            result = search(stated, replace(options, start=tuple(more[:_STARTS])), here)
         except InfeasibleError:  # too few rings for the sensors, or rings that collide
             so_far = replace(so_far, too_few=rings)
             continue

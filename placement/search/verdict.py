@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...coverage.rings.ring import Setup
-from ...objectives.criterion import Criterion, judge
+from ...objectives.criterion import judge
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import CoreScene
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
-from ..stop_token import StopToken
+from .context import SearchContext
 
 # With more than ``MANY`` poses, setups are compared at some of them, and the chosen one is counted
 # at all: where the mean counts, at ROUGH representative poses on voxels of side COARSE, m; where
@@ -36,10 +36,8 @@ class Chosen:
 
 
 def choose(
-    verifier: Verifier,
     setups: Sequence[Setup],
-    aim: Criterion,
-    brake: StopToken,
+    context: SearchContext,
     luck: np.random.Generator,
     tell: Callable[[int, int], None] = lambda counted, to_count: None,
 ) -> Chosen:
@@ -48,10 +46,9 @@ def choose(
     With many poses, the setups are compared at some of them, and the chosen one is counted at all.
 
     Args:
-        verifier: counts the answer; its ``at`` is replaced to report progress.
         setups: the finalists, the most promising first.
-        aim: the criterion to maximise.
-        brake: set by Ctrl-C, which cuts the count short; there is always an answer.
+        context: has the criterion, the verifier, whose ``at`` is replaced to report progress, and
+            the brake that Ctrl-C sets: it cuts the count short, but there is always an answer.
         luck: random generator that draws the representative poses.
         tell: receives the number of pairs of target and pose counted so far and in total, before
             each.
@@ -59,7 +56,7 @@ def choose(
     Raises:
         ValueError: for an empty target.
     """
-    scene, rivals = verifier.scene, len(setups) - 1
+    scene, verifier, rivals = context.scene, context.verifier, len(setups) - 1
     some = scene
     if roughly := len(scene.poses) > MANY and rivals > 0 and scene.over_poses == "mean":
         some = _some(scene, luck)
@@ -75,62 +72,58 @@ def choose(
     verifier.at = at
     try:
         if len(scene.poses) <= MANY:
-            return _best(verifier, setups, aim, brake)
+            return _best(setups, context)
         if roughly:
-            return _roughly_first(verifier, some, setups, aim, brake)
-        return _in_turn(verifier, setups, aim, brake)
+            return _roughly_first(some, setups, context)
+        return _in_turn(setups, context)
     finally:
         verifier.at = lambda _: None
 
 
-def _best(verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken) -> Chosen:
+def _best(setups: Sequence[Setup], context: SearchContext) -> Chosen:
     """Return the best setup: of all, or after Ctrl-C of those judged so far, at least of one."""
-    found = list[Chosen]()
-    for i, setup in enumerate(setups):
+    judged = list[Chosen]()
+    for i in range(len(setups)):
         try:
-            found.append(_judged(verifier, setup, aim, i))
+            judged.append(_judged(setups, i, context))
         except KeyboardInterrupt:
-            brake.pulled.set()
-            found = found or [_judged(verifier, setup, aim, i)]
+            context.brake.pulled.set()
+            judged = judged or [_judged(setups, i, context)]
             break
-    return min(found, key=_rank)
+    return min(judged, key=_rank)
 
 
-def _roughly_first(
-    verifier: Verifier, some: CoreScene, setups: Sequence[Setup], aim: Criterion, brake: StopToken
-) -> Chosen:
+def _roughly_first(some: CoreScene, setups: Sequence[Setup], context: SearchContext) -> Chosen:
     """Return the best of the setups by rough counts in the scene ``some``, counted at all poses
     unless Ctrl-C came."""
-    best = replace(_best(_rough(verifier, some), setups, aim, brake), verified=())
+    best = replace(_best(setups, _rough(context, some)), verified=())
     try:
-        if not brake.pulled.is_set():
-            return _judged(verifier, setups[best.index], aim, best.index)
+        if not context.brake.pulled.is_set():
+            return _judged(setups, best.index, context)
     except KeyboardInterrupt:
-        brake.pulled.set()
+        context.brake.pulled.set()
     return best
 
 
-def _in_turn(
-    verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
-) -> Chosen:
+def _in_turn(setups: Sequence[Setup], context: SearchContext) -> Chosen:
     """Return the setup with the best worst pose, or the only one.
 
     The first, the most promising, is counted at all poses; a later one only where it is better at
     those poses that are worst for the best so far. After Ctrl-C the first is counted roughly.
     """
-    scene, best = verifier.scene, None
+    scene, verifier, best = context.scene, context.verifier, None
     try:
-        for i, setup in enumerate(setups if not brake.pulled.is_set() else ()):
+        for i in range(len(setups)) if not context.brake.pulled.is_set() else ():
             if best is not None and best.short == 0:
                 lowest = _lowest(scene, best.verified)
                 hard = Verifier(lowest, verifier.voxel, verifier.rule, at=verifier.at)
-                if _judged(hard, setup, aim, i).exact <= best.exact:
+                if _judged(setups, i, replace(context, verifier=hard)).exact <= best.exact:
                     continue
-            judged = _judged(verifier, setup, aim, i)
+            judged = _judged(setups, i, context)
             best = judged if best is None else min(best, judged, key=_rank)
     except KeyboardInterrupt:
-        brake.pulled.set()
-    return best or replace(_judged(_rough(verifier, scene), setups[0], aim, 0), verified=())
+        context.brake.pulled.set()
+    return best or replace(_judged(setups, 0, _rough(context, scene)), verified=())
 
 
 def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
@@ -149,9 +142,11 @@ def _lowest(scene: CoreScene, verified: Sequence[Verified]) -> CoreScene:
     return replace(scene, poses=tuple(scene.poses[i] for i in poses.tolist()))
 
 
-def _rough(verifier: Verifier, scene: CoreScene) -> Verifier:
-    """Return a verifier of coarse voxels that reports its progress as ``verifier`` does."""
-    return Verifier(scene, max(verifier.voxel or COARSE, COARSE), at=verifier.at)
+def _rough(context: SearchContext, scene: CoreScene) -> SearchContext:
+    """Return the context of a count in coarse voxels, which reports its progress likewise."""
+    verifier = context.verifier
+    coarse = Verifier(scene, max(verifier.voxel or COARSE, COARSE), at=verifier.at)
+    return replace(context, verifier=coarse)
 
 
 def _rank(one: Chosen) -> tuple[float, float]:
@@ -159,8 +154,9 @@ def _rank(one: Chosen) -> tuple[float, float]:
     return one.short, -one.exact
 
 
-def _judged(verifier: Verifier, setup: Setup, aim: Criterion, index: int) -> Chosen:
-    """Return the exact count of one setup, the finalist of this index."""
+def _judged(setups: Sequence[Setup], index: int, context: SearchContext) -> Chosen:
+    """Return the exact count of the finalist of this index."""
+    verifier, aim, setup = context.verifier, context.aim, setups[index]
     voxel = verifier.voxel or COARSE
     if not aim.plain:
         return Chosen(index, *judge(verifier, setup, aim), voxel)

@@ -14,13 +14,16 @@ from ...objectives.criterion import Criterion
 from ...objectives.named_layouts import ring_layout
 from ...objectives.occlusion import unseeing
 from ...objectives.verify import Verifier
-from ...placement.search.global_stage import usual
+from ...placement.search.context import SearchContext
+from ...placement.search.options import SearchOptions
 from ...placement.search.progress import Outcome
+from ...placement.search.schedule import usual
 from ...placement.search.search import search as searching
 from ...placement.space.design import Space
 from .runner import register
 from .scenes import Rings, Sensors, ring_keys, scene_from, setup_from
 from .store import Cell
+from ...placement.stop_token import StopToken
 
 _COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
 
@@ -105,9 +108,9 @@ def _searched(
     )
     setups = [setup_from(rings, asked) for rings in known]
     schedule = usual(asked, space, Criterion(), known=True) if short else None
-    found = searching(
-        asked, space, seed, processor_time, schedule, known=setups, clock=time.process_time
-    )
+    brake = StopToken(processor_time, time.process_time)
+    context = SearchContext(Verifier(asked), brake=brake, schedule=schedule)
+    found = searching(space, SearchOptions(seed=seed, start=setups), context)
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return ring_keys(found.setup, asked.sensor), found.outcome

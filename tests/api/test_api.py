@@ -24,7 +24,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
 from place_rings.placement.search import search as searching
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.schedule import Round
 from place_rings.reporting import comparison
 
 from ..support.rooms import ROOT
@@ -258,9 +258,9 @@ def test_a_search_passes_on_what_it_is_given(monkeypatch):
     start = pr.Setup.named("n1_4_0")
     with pytest.raises(pr.InputError, match="floors"):
         pr.search(NEAR, sensors=12, rings=2, seed=3, time=5, redundancy=2, start=[start])
-    assert fake.call_args.args[2:4] == (3, 5)
-    assert fake.call_args.kwargs["known"] == (start,)
-    assert fake.call_args.kwargs["aim"].seen == 2
+    _, options, context = fake.call_args.args
+    assert (options.seed, options.start, context.brake.limit) == (3, (start,), 5)
+    assert context.aim.seen == 2
 
 
 def test_a_scene_is_what_its_file_says(tmp_path):

@@ -36,7 +36,7 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.schedule import Round
 from place_rings.reporting import comparison
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto

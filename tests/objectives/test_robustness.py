@@ -37,11 +37,11 @@ from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 
 from ..strategies.rings import poses, setups
+from ..support.searching import search
 
 NEAR = Target("V_S", 0.5)
 ERRORS = MountingErrors()
@@ -230,7 +230,7 @@ def one_pose(verifier):
 def test_a_search_is_judged_by_its_own_aim(one_pose):
     scene, schedule = one_pose.scene, (Round(256, 3, 2, 8, 0.2, 8),)
     layout, aim = ring_layout(scene, 2, 6), Criterion(2)
-    found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
+    found = search(Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
     assert (found.short, found.exact) == judge(one_pose, found.setup, aim)
     assert found.exact > judge(one_pose, layout, aim)[1]
 

@@ -33,11 +33,9 @@ from place_rings.objectives.tolerance import mounted_cones
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_part
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
-from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.exchange import share_of
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
 
@@ -45,6 +43,7 @@ from ..strategies.rings import LINKS, setups
 from ..strategies.scenes import CELLS, scenes, shells
 from ..strategies.singles import in_singles, singles
 from ..strategies.units import FACINGS, directions, ups
+from ..support.searching import improve, search
 
 MODELS = ("ignore", "shadow", "blind")
 SQUARE = Sensor(math.radians(70), 1.2, None, math.radians(40), 4)
@@ -221,7 +220,7 @@ def test_sensors_of_the_cell_neither_err_nor_fail():
 
 def test_a_search_covers_what_the_standing_sensors_leave():
     schedule = (Round(512, 2, 1, 4, 0.2),)
-    found = search(SCENE, Space(SCENE, sensors=12), seed=2, schedule=schedule, voxel=0.05)
+    found = search(Space(SCENE, sensors=12), seed=2, schedule=schedule, voxel=0.05)
     verifier = Verifier(SCENE, 0.05)
     assert found.setup.singles == (SKIN,)
     assert HELD in found.setup.rings
@@ -234,7 +233,7 @@ def test_a_redesign_keeps_single_sensors():
     scene = replace(SCENE, rules=Rules(mount="free"))
     before = Setup((Ring("forearm", 0.5, 8), Ring("upper_arm", 0.2, 8)), (SKIN,))
     plan = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
-    found = improve(scene, before, 1, seed=1, plan=plan, voxel=0.05)
+    found = improve(scene, before, changes=1, seed=1, plan=plan, voxel=0.05)
     verifier = Verifier(scene, 0.05)
     for answer in (found.mounted, *found.steps):
         assert answer.setup.singles == (SKIN,)

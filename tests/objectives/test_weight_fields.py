@@ -29,13 +29,13 @@ from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places
 
 from ..strategies.units import GENERATORS, failures
+from ..support.searching import search
 
 SETUP = named_setup("n2_16_25")
 VOXEL = 0.04
@@ -368,7 +368,7 @@ def test_a_search_covers_where_the_weight_is():
     field = WeightField.of(np.ones((1, 1, 1)), (0.2, -2, -2), (2, 4, 6))
     whole, side = scene_of(Target("V_S", 0.5)), scene_of(near(field))
     rounds = Round(512, 4, 1, 8, 0.2, 8, 1), Round(1024, 2, 2, 8, 0.05, 6, 3)
-    found = [search(s, Space(s, sensors=12), 0, schedule=rounds, voxel=0.05) for s in (whole, side)]
+    found = [search(s, Space(s, sensors=12), schedule=rounds, voxel=0.05) for s in (whole, side)]
     verifier = Verifier(side, 0.05)
     other, mine = (verifier.verify(f.setup, near(field)).zeta for f in found)
     assert mine > other

@@ -21,10 +21,11 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import _drawn, fresh
+
+from ..support.searching import search
 
 SHORT = (Round(256, 3, 1, 6, 0.3, 6), Round(512, 2, 1, 6, 0.1, 4))
 
@@ -58,9 +59,9 @@ def counted(monkeypatch):
     """Record each exact count."""
     each, real = [], verdict._judged
 
-    def judged(verifier, setup, aim, index):
-        found = real(verifier, setup, aim, index)
-        each.append((setup, found.exact))
+    def judged(setups, index, context):
+        found = real(setups, index, context)
+        each.append((setups[index], found.exact))
         return found
 
     monkeypatch.setattr(verdict, "_judged", judged)
@@ -74,7 +75,7 @@ def test_the_answer_is_the_best_feasible_one_that_was_counted(seed, start):
     scene, space = folded(seed)
     with pytest.MonkeyPatch.context() as patched:
         each = counted(patched)
-        found = search(scene, space, start, schedule=SHORT, voxel=0.05)
+        found = search(space, seed=start, schedule=SHORT, voxel=0.05)
     assert faults(scene, found.setup.rings) == []
     assert all(faults(scene, setup.rings) == [] for setup, _ in each)
     assert found.exact == max(exact for _, exact in each)
@@ -85,11 +86,10 @@ def test_the_answer_is_the_best_feasible_one_that_was_counted(seed, start):
 @settings(max_examples=2, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_more_time_never_lowers_the_answer(seed):
-    scene, space = folded(seed)
-    clock, best = Ticks(), 0.0
-    last = search(scene, space, 0, schedule=SHORT, voxel=0.05, clock=clock)
+    (_, space), clock, best = folded(seed), Ticks(), 0.0
+    last = search(space, schedule=SHORT, voxel=0.05, clock=clock)
     for cap in np.linspace(2, clock.now, 4).tolist():
-        found = search(scene, space, 0, cap, SHORT, voxel=0.05, clock=Ticks())
+        found = search(space, cap=cap, schedule=SHORT, voxel=0.05, clock=Ticks())
         reached = found.stages[-2].value  # on the sample points; the verdict counts the best three
         assert reached >= best
         best = reached
@@ -107,7 +107,7 @@ def test_what_is_shown_could_be_returned(sensors):
         if progress.setup is not None:
             shown.append((progress.best, progress.setup))
 
-    found = search(scene, space, 1, schedule=SHORT, voxel=0.05, tell=tell)
+    found = search(space, seed=1, schedule=SHORT, voxel=0.05, tell=tell)
     assert [best for best, _ in shown] == sorted(best for best, _ in shown)
     assert not any(faults(scene, setup.rings) for _, setup in shown)
     assert found.exact >= shown[-1][0] - 0.05
@@ -138,7 +138,7 @@ def test_a_search_whose_rings_may_all_collide_beats_random_layouts_by_far():
         robot=robot, poses=(pose,), goals=(Goal(Target("V_S", 0.3)),), ring_radius=0.09
     )
     space = Space(scene, sensors=24)
-    found = search(scene, space, 0, voxel=0.05)
+    found = search(space, voxel=0.05)
     assert faults(scene, found.setup.rings) == []
     verifier, rng = Verifier(scene, 0.05), np.random.default_rng(1)
     each = [verifier.judge(space.setup(fresh(space, rng)))[1] for _ in range(30)]

@@ -230,7 +230,7 @@ def test_a_stop_ends_the_tests_of_a_library():
     space = _space(REAL, "free")
     fields, rng = Fields(space, TargetPoints(REAL, 256, 0)), np.random.default_rng(0)
     times = iter(range(100))
-    late = StopToken(9.0, clock=lambda: float(next(times)))
+    late = StopToken(9.0, lambda: float(next(times)))
     wanted = Wanted(2000, [fresh(space, rng)])
     library = ring_library(space, fields.all, 1, rng, late, wanted)
     unseen = ring_library(space, fields.all, 1, rng, late, wanted)

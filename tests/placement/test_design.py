@@ -19,12 +19,12 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.placement.search.search import search
 from place_rings.placement.space.design import Candidate, Space
 from place_rings.placement.space.feasible_set import InfeasibleError, refusal
 from place_rings.placement.space.starts import fitted, fresh, papers
 
 from ..support import drawing
+from ..support.searching import search
 
 RNG = np.random.default_rng(0)
 LINKS = ("upper_arm", "forearm", "tool")
@@ -382,7 +382,7 @@ def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
 def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
     fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
     scene = paper_scene(rules=Rules(max_rings_per_link=1, fixed=fixed))
-    result = search(scene, Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
+    result = search(Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
     assert result.setup.rings == fixed
     assert 0 < result.exact < 1
 

@@ -191,7 +191,7 @@ def _fields(name):
 def _explored(name, seed=0, ticks=10**9, known=()):
     """The record of a global stage that a clock ends, and the parts of rounds it told."""
     fields, now, told = _fields(name), count(), []
-    brake, record = StopToken(ticks, clock=lambda: next(now)), SearchRecord(SPACES[name], fields)
+    brake, record = StopToken(ticks, lambda: next(now)), SearchRecord(SPACES[name], fields)
     stage = GlobalStage(
         SPACES[name], fields, seed, brake, record, lambda *part: told.append(sum(part))
     )

@@ -1,6 +1,5 @@
 """Searches over many poses: the mean and the worst one, few looked at, all counted."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +13,14 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Goal, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.context import SearchContext
 from place_rings.placement.search.progress import Outcome
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
-from place_rings.placement.stop_token import StopToken
 from place_rings.simulation.pick_and_place import pick_and_place
+
+from ..support.searching import search
 
 SHORT = (Round(512, 4, 1, 8, 0.2, 8),)
 GOALS = (Goal(Target("V_S", 0.4), 0.7), Goal(Target("V_S", 0.6), 0.3))
@@ -69,7 +69,7 @@ def test_a_search_counts_all_poses_in_the_end(how):
     scene, told = scene_of(6, over_poses=how), []
     layout, verifier = ring_layout(scene, 2, 8), Verifier(scene, 0.1)
     found = search(
-        *(scene, Space(scene, layout)),
+        Space(scene, layout),
         schedule=SHORT,
         voxel=0.1,
         tell=lambda p: told.append(vars(p).copy()),
@@ -94,7 +94,7 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
     monkeypatch.setattr(verdict, "COARSE", 0.2)
-    stopped = search(scene, Space(scene, ring_layout(scene, 1, 6)), schedule=SHORT, voxel=0.1)
+    stopped = search(Space(scene, ring_layout(scene, 1, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.voxel, stopped.verified) == (0.2, ())
     assert 0 < stopped.exact < 1
@@ -103,10 +103,8 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
 def chosen(scene, setups):
     """What the exact count chooses of random setups, and the counts it tells."""
     told, random = [], np.random.default_rng(0)
-    found = verdict.choose(
-        *(Verifier(scene, 0.1), setups, Criterion(), StopToken(math.inf), random),
-        lambda *numbers: told.append(numbers),
-    )
+    context = SearchContext(Verifier(scene, 0.1))
+    found = verdict.choose(setups, context, random, lambda *numbers: told.append(numbers))
     return found, told
 
 

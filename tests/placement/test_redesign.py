@@ -26,13 +26,13 @@ from place_rings.placement.redesign.beam_search import WORTH, BeamPlan, Stage
 from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem
-from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
 
 from ..support import drawing
+from ..support.searching import improve
 from .test_design import drawn_scene
 
 PLACE, ANGLE = 1e-8, 1e-6  # what files round positions (inward) and angles to
@@ -223,7 +223,7 @@ FAR = paper_scene(goals=(Goal(Target("V_S", 1.5)),))
 
 @pytest.fixture(scope="module")
 def far():
-    return improve(FAR, named_setup("n3_16_55"), 3, seed=1, plan=SHORT, voxel=0.04)
+    return improve(FAR, named_setup("n3_16_55"), changes=3, seed=1, plan=SHORT, voxel=0.04)
 
 
 @pytest.mark.slow
@@ -274,14 +274,14 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     mounted = Setup(
         (fixed, Ring("forearm", 0.1, 8, 1.0), Ring("forearm", 0.45, 16), Ring("tool", 0.0, 8))
     )
-    found = improve(scene, mounted, 2, 5, plan=TINY, voxel=0.05)
+    found = improve(scene, mounted, changes=2, add_sensors=5, plan=TINY, voxel=0.05)
     rules = {"position", "tilt_deg", "keep_out", "sensors_per_ring"}
     assert {f.rule for f in found.broken} == rules
     check(scene, found, 2, 5, 0.05)
     assert found.steps
     stays = rounded(Setup((fixed,)), scene.sensor).rings[0]
     assert all(stays in answer.setup.rings for answer in found.steps)
-    again = improve(scene, mounted, 2, 5, plan=TINY, voxel=0.05)
+    again = improve(scene, mounted, changes=2, add_sensors=5, plan=TINY, voxel=0.05)
     assert [a.setup for a in again.steps] == [a.setup for a in found.steps]
 
 

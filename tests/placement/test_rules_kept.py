@@ -20,10 +20,11 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
+
+from ..support.searching import search
 
 SIZE = 0.2  # m, of the boxes that are obstacles
 SHORT = (Round(1024, 3, 1, 4, 0.2, 4), Round(2048, 2, 1, 4, 0.05))
@@ -153,10 +154,8 @@ def test_the_answer_of_a_search_keeps_all_rules(seed):
     while not rings:
         with suppress(InfeasibleError):
             scene, boxes, budget = drawn(rng)
-            limit = (
-                {"time_cap": 0.2} if seed % 10 else {"schedule": SHORT}
-            )  # without and with nlopt
-            found = search(scene, Space(scene, **budget), seed, voxel=0.1, **limit)
+            limit = {"cap": 0.2} if seed % 10 else {"schedule": SHORT}  # without and with nlopt
+            found = search(Space(scene, **budget), seed=seed, voxel=0.1, **limit)
             rings = found.setup.rings
     given = budget.get("layout", found.setup)
     assert len(rings) == budget.get("rings", len(given.rings))

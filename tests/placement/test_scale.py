@@ -24,12 +24,13 @@ from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search import exchange, exchange_points, ring_library
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.ring_places import places_of
 from place_rings.placement.space.starts import fresh
 from place_rings.placement.stop_token import StopToken
+
+from ..support.searching import search
 
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
 FREE = CoreScene(rules=CLOSE)
@@ -44,7 +45,7 @@ SEEDS = st.integers(0, 2**31)
 
 @pytest.mark.parametrize(("scene", "rings", "sensors"), [(FREE, 40, 400), (REAL, 18, 300)])
 def test_a_search_with_dozens_of_rings_keeps_all_rules(scene, rings, sensors):
-    result = search(scene, Space(scene, sensors=sensors, rings=rings), 0, schedule=SHORT, voxel=0.1)
+    result = search(Space(scene, sensors=sensors, rings=rings), schedule=SHORT, voxel=0.1)
     assert len(result.setup.rings) == rings
     assert sum(ring.count for ring in result.setup.rings) == sensors
     assert not faults(scene, result.setup.rings)

@@ -24,17 +24,14 @@ from place_rings.placement.search import exchange_points
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.global_stage import Round, judging_points
 from place_rings.placement.search.progress import Outcome, Progress, Statistics
 from place_rings.placement.search.result import SearchResult
-from place_rings.placement.search.search import search
-from place_rings.placement.search.several_searches import (
-    fewest_rings,
-    fewest_sensors,
-    repeated_search,
-)
+from place_rings.placement.search.schedule import Round, judging_points
+from place_rings.placement.search.several_searches import repeated_search
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
+
+from ..support.searching import fewest_rings, fewest_sensors, questioned, search
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
 SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
@@ -44,7 +41,7 @@ FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 
 @pytest.fixture(scope="module")
 def sensors():
-    return fewest_sensors(SCENE, 0.5, seed=1, schedule=QUICK, voxel=0.05)
+    return fewest_sensors(SCENE, 50.0, seed=1, schedule=QUICK, voxel=0.05)
 
 
 def test_the_answer_reaches_what_was_wanted_and_is_the_fewest_of_those_tried(sensors):
@@ -60,12 +57,12 @@ def test_the_answer_reaches_what_was_wanted_and_is_the_fewest_of_those_tried(sen
 
 
 def test_same_seed_same_sensors(sensors):
-    again = fewest_sensors(SCENE, 0.5, seed=1, schedule=QUICK, voxel=0.05)
+    again = fewest_sensors(SCENE, 50.0, seed=1, schedule=QUICK, voxel=0.05)
     assert (again.result.setup, again.tried) == (sensors.result.setup, sensors.tried)
 
 
 def test_a_time_cap_gives_the_best_until_then():
-    capped = fewest_sensors(SCENE, 0.9, time_cap=1e-6, schedule=QUICK, voxel=0.1)
+    capped = fewest_sensors(SCENE, 90.0, time=1e-6, schedule=QUICK, voxel=0.1)
     assert not capped.reached
     assert capped.result.outcome is Outcome.TIME
     assert len(capped.tried) == 1
@@ -74,13 +71,9 @@ def test_a_time_cap_gives_the_best_until_then():
 def test_what_cannot_be_is_refused():
     nowhere = paper_scene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
     with pytest.raises(InfeasibleError):
-        fewest_sensors(nowhere, 0.5, schedule=QUICK)
-    with pytest.raises(ValueError, match="0 and 1"):
-        fewest_sensors(SCENE, 1.0)
+        fewest_sensors(nowhere, 50.0, schedule=QUICK)
     with pytest.raises(InfeasibleError):
         fewest_rings(FREE, 2000, schedule=QUICK)
-    with pytest.raises(ValueError, match="below 1"):
-        fewest_rings(FREE, 20, 1.0)
 
 
 @given(
@@ -99,7 +92,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
         rules=Rules(sensors=(least, least + more), max_rings_per_link=rings, fixed=fixed)
     )
 
-    def known(scene, space, *_):
+    def known(space, *_):
         exact = 1 - math.exp(-space.sensors / 60)
         return SearchResult(Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 0.0))
 
@@ -111,34 +104,34 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(several, "search", known)
-        found = fewest_sensors(scene, wanted)
+        found = fewest_sensors(scene, 100 * wanted)
     least_that_would_do = math.ceil(-60 * math.log(1 - wanted) - 1e-9)
     best = min((n for n, (_, ok) in found.tried.items() if ok), default=400)
     assert found.reached == (best < 400)
-    assert found.reached == (found.result.exact >= wanted)
+    assert found.reached == (found.result.exact >= 100 * wanted / 100)
     assert not any(can(n) for n in range(max(least_that_would_do, 1), best))
 
 
 def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
     now = [0.0]
 
-    def slow(scene, space, *_, **__):
+    def slow(space, *_):
         now[0] += 10
         return _result(space.rings or 5, 0.9)
 
     monkeypatch.setattr(several, "search", slow)
     monkeypatch.setattr(several.time, "monotonic", lambda: now[0])
-    found = fewest_sensors(SCENE, 0.95, time_cap=15.0)
+    found = fewest_sensors(SCENE, 95.0, time=15.0)
     assert len(found.tried) == 2
     assert found.result.outcome is Outcome.TIME
-    found = fewest_rings(FREE, 20, time_cap=15.0, schedule=QUICK)
+    found = fewest_rings(FREE, 20, time=15.0, schedule=QUICK)
     assert [*found.tried] == [3, 5]
     assert (found.result.outcome, found.conclusive) == (Outcome.TIME, False)
 
 
 @pytest.fixture(scope="module")
 def rings():
-    return fewest_rings(FREE, 30, 0.03, seed=1, schedule=QUICK, voxel=0.05)
+    return fewest_rings(FREE, 30, within=3.0, seed=1, schedule=QUICK, voxel=0.05)
 
 
 def test_each_setup_has_its_number_of_rings_and_all_sensors(rings):
@@ -167,7 +160,7 @@ def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
         return real(*args)
 
     monkeypatch.setattr(exchange_points, "TargetPoints", counted)
-    again = fewest_rings(FREE, 30, 0.03, seed=1, schedule=QUICK, voxel=0.05)
+    again = fewest_rings(FREE, 30, within=3.0, seed=1, schedule=QUICK, voxel=0.05)
     assert [(n, r.setup) for n, r in again.tried.items()] == [
         (n, r.setup) for n, r in rings.tried.items()
     ]
@@ -178,8 +171,8 @@ def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
 def test_a_search_with_the_points_of_another_is_the_same_search():
     free, three = Space(FREE, sensors=20), Space(FREE, sensors=20, rings=3)
     points = Fields.drawn(free, Criterion(), judging_points(QUICK), 2)
-    own = search(FREE, three, 2, schedule=QUICK, voxel=0.1)
-    shared = search(FREE, three, 2, schedule=QUICK, voxel=0.1, points=points)
+    own = search(three, seed=2, schedule=QUICK, voxel=0.1)
+    shared = search(three, seed=2, schedule=QUICK, voxel=0.1, points=points)
     assert (shared.setup, shared.exact, shared.sampled) == (own.setup, own.exact, own.sampled)
 
 
@@ -199,26 +192,26 @@ def test_one_ring_fewer_than_the_answer_falls_short(values, within, most, each):
     """By searches whose values are drawn, for each number of rings from 1 upward."""
     scene, asked = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, most))), []
 
-    def known(scene, space, *_, **__):
+    def known(space, *_):
         asked.append(len(values) if space.rings is None else space.rings)
         return _result(asked[-1], values[asked[-1] - 1])
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(several, "search", known)
         sensors = len(values) * min(each, most)
-        found = fewest_rings(scene, sensors, within, schedule=QUICK)
+        found = fewest_rings(scene, sensors, within=100 * within, schedule=QUICK)
     best, rings = max(r.exact for r in found.tried.values()), len(found.result.setup.rings)
-    assert found.result.exact == values[rings - 1] >= best - within
+    assert found.result.exact == values[rings - 1] >= best - found.within
     assert found.conclusive
     if rings > math.ceil(sensors / most):  # fewer can hold the sensors
-        assert found.tried[rings - 1].exact < best - within
+        assert found.tried[rings - 1].exact < best - found.within
     assert len(asked) == len(set(asked))
     if values == sorted(values):  # bisection
         assert len(asked) <= 1 + len(values).bit_length()
 
 
 def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
-    def cut(scene, space, *_, **__):
+    def cut(space, *_):
         if space.rings is None:
             return _result(5, 0.9)
         outcome = Outcome.FINISHED if space.rings > 2 else Outcome.INTERRUPTED
@@ -242,8 +235,8 @@ def test_under_a_limit_the_answer_is_true_or_says_that_it_was_cut(most, once, ea
     conclusive only where all searches that decide it ended by themselves."""
     now, caps, true = [0.0], [], min(true, most)
 
-    def timed(scene, space, seed, cap, *_, **__):
-        rings = space.rings or most
+    def timed(space, options, context):
+        cap, rings = context.brake.limit, space.rings or most
         needed = each if space.rings else once
         spent = min(needed, cap)
         now[0] += spent
@@ -256,7 +249,7 @@ def test_under_a_limit_the_answer_is_true_or_says_that_it_was_cut(most, once, ea
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(several, "search", timed)
         patch.setattr(several.time, "monotonic", lambda: now[0])
-        found = fewest_rings(LARGE, 12, time_cap=limit, schedule=QUICK)
+        found = fewest_rings(LARGE, 12, time=limit, schedule=QUICK)
     answer = len(found.result.setup.rings)
     assert now[0] <= limit + 1e-6
     assert caps[0] == limit / 2
@@ -289,12 +282,13 @@ def answer(seed, exact, short=0.0, outcome=Outcome.FINISHED, voxel=0.01):
 def test_the_best_is_kept_and_all_are_told(seed, values):
     told = []
 
-    def run(of, cap, tell):
-        assert cap == np.inf
-        tell(Progress(stage=2, stages=5))
-        return answer(of, *values[of - seed])
+    def run(options, context):
+        assert context.brake.limit == np.inf
+        context.tell(Progress(stage=2, stages=5))
+        return answer(options.seed, *values[options.seed - seed])
 
-    found = repeated_search(run, len(values), seed, tell=told.append)
+    asked = questioned(SCENE, searches=len(values), seed=seed, tell=told.append)
+    found = repeated_search(run, *asked)
     own = [p for p in told if p.stages]
     assert [(p.search, p.searches) for p in own] == [
         (i + 1, len(values)) for i in range(len(values))
@@ -316,35 +310,35 @@ def test_the_best_is_kept_and_all_are_told(seed, values):
 @pytest.mark.parametrize("outcome", [Outcome.INTERRUPTED, Outcome.TIME])
 def test_a_stop_ends_all_searches_and_a_rough_count_does_not_win(outcome):
     results = [answer(0, 0.5), answer(1, 0.9, 0.0, outcome, 0.04), answer(2, 1.0)]
-    found = repeated_search(lambda seed, *_: results[seed], 3, 0)
+    found = repeated_search(lambda o, _: results[o.seed], *questioned(SCENE, searches=3))
     assert list(found.tried) == [0, 1]
     assert (found.seed, found.result.exact, found.result.outcome) == (0, 0.5, outcome)
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), InfeasibleError("all collide")])
 def test_an_error_of_a_later_search_keeps_the_answers_so_far(stop):
-    def run(seed, cap, tell):
-        if seed == 1:
+    def run(options, _):
+        if options.seed == 1:
             raise stop
-        return answer(seed, 0.5 + seed)
+        return answer(options.seed, 0.5 + options.seed)
 
-    found = repeated_search(run, 3, 0)
+    found = repeated_search(run, *questioned(SCENE, searches=3))
     interrupted = isinstance(stop, KeyboardInterrupt)
     assert list(found.tried) == ([0] if interrupted else [0, 2])
     assert found.result.outcome is (Outcome.INTERRUPTED if interrupted else Outcome.FINISHED)
     with pytest.raises(type(stop)):
-        repeated_search(run, 1, 1)
+        repeated_search(run, *questioned(SCENE, seed=1))
 
 
 def test_searches_share_the_time(monkeypatch):
     clock, caps = count(0.0, 10.0), []
     monkeypatch.setattr(several.time, "monotonic", lambda: next(clock))
 
-    def run(seed, cap, tell):
-        caps.append(cap)
-        return answer(seed, 0.5)
+    def run(options, context):
+        caps.append(context.brake.limit)
+        return answer(options.seed, 0.5)
 
-    found = repeated_search(run, 9, 0, 35.0)
+    found = repeated_search(run, *questioned(SCENE, searches=9, time=35.0))
     assert caps == [35.0, 25.0, 15.0, 5.0]
     assert found.result.outcome is Outcome.TIME
 

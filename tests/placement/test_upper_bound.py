@@ -38,14 +38,14 @@ from place_rings.placement.bound.ring_values import RingMaxima, RingSums, shares
 from place_rings.placement.bound.upper_bound import AtPose, Effort, Priced, upper_bound
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
-from place_rings.placement.search.global_stage import Round
-from place_rings.placement.search.search import search
+from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
 from place_rings.reporting.lines.reach import reach_lines
 from scipy.ndimage import map_coordinates
 
 from ..support import drawing
+from ..support.searching import search
 
 pytestmark = pytest.mark.slow
 
@@ -315,7 +315,7 @@ def test_no_search_exceeds_the_bound():
     scene = only("forearm", NEAR.goals[0].target)
     space = Space(scene, sensors=9)
     rounds = Round(512, 4, 0, 0, 0.0, trials=60, library=300), Round(1024, 2, 2, 8, 0.1, 4, 2)
-    result = search(scene, space, schedule=rounds, voxel=0.04)
+    result = search(space, schedule=rounds, voxel=0.04)
     bound = upper_bound(scene, space, effort=QUICK)
     assert bound.informative
     assert result.exact - _COUNT <= bound.value < 0.9

@@ -16,7 +16,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.schedule import Round
 from place_rings.viewer import page_files, page_tasks, tasks
 from place_rings.viewer.html import UNBUILDABLE
 from place_rings.viewer.server import Server

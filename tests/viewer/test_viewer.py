@@ -26,7 +26,7 @@ from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, paper_scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.search.global_stage import Round
+from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, WARNING, rgb
 from place_rings.viewer.drawing import Drawing

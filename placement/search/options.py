@@ -1,0 +1,271 @@
+"""The options of a search and of a redesign: each is defined here, for Python and the command.
+
+This module loads no other of ours than choices, so that the command's help comes at once.
+"""
+
+import ast
+import inspect
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
+
+from ...coverage.choices import Losing
+from ...coverage.definitions.errors import InputError
+
+if TYPE_CHECKING:
+    from ...coverage.rings.ring import Setup
+
+Device = Literal["auto", "cpu", "gpu"]
+_WITHIN = 1.0  # default margin of the fewest rings, percentage points
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Limits of an integer."""
+
+    least: int
+    """The smallest."""
+    most: float = math.inf
+    """The largest."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError for anything but an integer within the limits."""
+        open_ = self.most == math.inf
+        allowed = f"{self.least} or more" if open_ else f"{self.least} to {self.most:g}"
+        if isinstance(value, bool) or not isinstance(value, Integral):
+            raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
+        if not self.least <= int(value) <= self.most:
+            raise InputError(f"found {value}, allowed: {allowed}", name)
+
+
+@dataclass(frozen=True)
+class Between:
+    """Limits of a number."""
+
+    allowed: str
+    """The limits as text."""
+    high: float = math.inf
+    """The value below which it must lie."""
+    zero: bool = False
+    """Whether it may be 0; otherwise it lies above."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError for anything but a number within the limits."""
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise InputError(f"found {value!r}, allowed: {self.allowed}", name)
+        if not (0 < float(value) < self.high or (self.zero and value == 0)):
+            raise InputError(f"found {value:g}, allowed: {self.allowed}", name)
+
+
+Count = Annotated[int | None, Whole(1, 200)]
+Seed = Annotated[int, Whole(0)]
+Seconds = Annotated[float | None, Between("a positive number of seconds")]
+
+
+class Options:
+    """Options that check themselves by the limits and choices in their annotations."""
+
+    time: Seconds
+
+    def __post_init__(self) -> None:
+        for option in fields(self):  # type: ignore[arg-type]
+            name, value = option.name, getattr(self, option.name)
+            kind, limits = kind_of(option.type)
+            for limit in limits if value is not None else ():
+                limit.check(name, value)
+            literal = (k for k in (kind, *get_args(kind)) if get_origin(k) is Literal)
+            choices = [None, *get_args(next(literal, None))]
+            if len(choices) > 1 and value not in choices:
+                raise InputError(f"found {value!r}, allowed: {', '.join(choices[1:])}", name)
+
+    @property
+    def limit(self) -> float:
+        """Limit of time, s; infinite without one."""
+        return math.inf if self.time is None else self.time
+
+
+def kind_of(annotation: Any) -> tuple[Any, list[Any]]:
+    """Return the type of an option, and the limits that its annotation states."""
+    kind, *limits = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
+    return kind, limits
+
+
+def described(options: Any) -> dict[str, str]:
+    """Return the docstring of each field of a class and its bases, on one line."""
+    texts = dict[str, str]()
+    for base in reversed(options.__mro__[:-1]):
+        body = ast.parse(inspect.getsource(base)).body[0].body  # type: ignore[attr-defined]
+        for node, after in pairwise(body):
+            match node, after:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(
+                    value=ast.Constant(value=text)
+                ):
+                    texts[name] = " ".join(text.split())
+    return texts
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchOptions(Options):
+    """Options of a search."""
+
+    rings_per_link: Count = None
+    """Rings on each link, besides one on the tool (``rings``: in all). Default: 2."""
+    sensors_per_ring: Count = None
+    """Sensors on each ring, with ``rings_per_link`` or ``rings``. Default: 16, or the nearest
+    number that the rules of the scene allow."""
+    sensors: Annotated[int | None, Whole(1, 2000)] = None
+    """Number of sensors to place, in the fewest rings whose coverage is near the best; the search
+    also divides the sensors among them. See ``any_rings`` and ``rings``."""
+    rings: Annotated[int | None, Whole(1, 1000)] = None
+    """Number of rings to place; the search chooses their links. With ``sensors`` it also divides
+    the sensors among them; otherwise all have ``sensors_per_ring``. Default: two on each link and
+    one on the tool, or with ``sensors`` the fewest that suffice."""
+    any_rings: bool = False
+    """With ``sensors``: the highest coverage, in as many rings as that takes, often many small
+    ones. Takes about half the time."""
+    fewest_rings: bool = False
+    """What ``sensors`` alone does; accepted for earlier scripts."""
+    within: Annotated[
+        float | None, Between("0 or more and below 100 (percentage points)", 100, zero=True)
+    ] = None
+    """With ``sensors``: largest loss of coverage that fewer rings may cost, in percentage points.
+    Default: 1."""
+    reach: Annotated[float | None, Between("above 0 and below 100 (percent)", 100)] = None
+    """Coverage to reach in percent; find the fewest sensors that reach it."""
+    redundancy: Annotated[int, Whole(1, 10)] = 1  # the time of a search grows with it
+    """Number of sensors that must see a point for it to count as covered."""
+    losing: Losing | None = None
+    """Maximise the coverage that remains when the most important ring or sensor fails."""
+    tolerant: bool = False
+    """Maximise the mean coverage over random mounting errors."""
+    position_error_mm: float | None = None
+    """With ``tolerant``: largest error of a ring along its link, in mm. Default: 5."""
+    direction_error_deg: float | None = None
+    """With ``tolerant``: largest error in the direction of a ring and of each sensor, in degrees.
+    Default: 2."""
+    gap: bool = False
+    """Also compute an upper bound on what any layout within the same budget and rules could cover;
+    takes about a minute more. Not with ``tolerant``, obstacles, attached solids, weight fields or
+    volumes of your own."""
+    device: Device = "auto"
+    """Use an accelerator where JAX finds one (auto), demand one (gpu), or do without (cpu)."""
+    seed: Seed = 0
+    """Random seed; the same seed gives the same answer."""
+    searches: Annotated[int, Whole(1, 1000)] = 1
+    """Number of searches with different random seeds, one after the other; the best answer counts,
+    and all are shown. With ``sensors`` only beside ``rings`` or ``any_rings``; not with
+    ``reach``."""
+    time: Seconds = None
+    """Time limit of the search in seconds. Default: none; the search ends by its own schedule."""
+    voxel: float = 0.01
+    """Edge length in metres of the small cubes (voxels) in which coverage is counted."""
+    start: Sequence["Setup"] = ()
+    """Setups to start from, in addition to random ones."""
+
+    def __post_init__(self) -> None:
+        """Raise InputError for values out of range, or that contradict each other."""
+        super().__post_init__()
+        object.__setattr__(self, "start", _setups(self.start))
+        self._check_budget()
+        self._check_rings()
+        if self.losing is not None and (self.tolerant or self.redundancy > 1):
+            others = "redundancy", "tolerant"
+            line = f"found {self.losing}, allowed: only without redundancy and tolerant"
+            raise InputError(line, "losing", others=others)
+        if self.searches > 1 and (self.fewest or self.reach is not None):
+            raise InputError(
+                f"found {self.searches}, allowed: 1 with reach, and with sensors without any_rings"
+                " or rings",
+                "searches",
+                others=("reach", "sensors", "any_rings", "rings"),
+            )
+        for name in ("position_error_mm", "direction_error_deg"):
+            if (error := getattr(self, name)) is not None and not self.tolerant:
+                raise InputError(
+                    f"found {error:g}, allowed: only with tolerant", name, ["tolerant"]
+                )
+
+    @property
+    def fewest(self) -> bool:
+        """Whether the search is for the fewest rings."""
+        return self.sensors is not None and self.rings is None and not self.any_rings
+
+    @property
+    def margin(self) -> float:
+        """Largest loss of coverage for fewer rings, in [0, 1]."""
+        return (_WITHIN if self.within is None else self.within) / 100
+
+    def _check_budget(self) -> None:
+        """Check what is said about the number of sensors."""
+        reach, sensors = self.reach, self.sensors
+        if reach is None and sensors is None:
+            return
+        if reach is not None and sensors is not None:
+            line = f"found {reach:g} with sensors {sensors}; use only one of them"
+            raise InputError(line, "reach", others=("sensors",))
+        beside = "reach" if reach is not None else f"sensors {sensors}"
+        # the rule of a scene that limits what an option fixes
+        rules = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
+        for name, rule in rules.items():
+            if (value := getattr(self, name)) is not None:
+                raise InputError(
+                    f"found {value} with {beside}, where the search chooses the rings; use only one"
+                    f" of them, or set rules.{rule} in the scene",
+                    name,
+                    others=("reach", "sensors"),
+                )
+
+    def _check_rings(self) -> None:
+        """Check what is said about the number of rings."""
+        if self.rings is not None and self.rings_per_link is not None:
+            line = f"found {self.rings} with rings_per_link {self.rings_per_link}"
+            raise InputError(f"{line}; use only one of them", "rings", others=("rings_per_link",))
+        if self.within is not None and not self.fewest:
+            raise InputError(
+                f"found {self.within:g}, allowed: only with sensors, without rings and any_rings",
+                "within",
+                others=("sensors", "any_rings", "rings"),
+            )
+        for name in ("fewest_rings", "any_rings"):
+            if not getattr(self, name):
+                continue
+            for other in ("rings", "reach"):
+                if (value := getattr(self, other)) is not None:
+                    line = f"found with {other} {value:g}; use only one of them"
+                    raise InputError(line, name, others=(other,))
+            if self.sensors is None:
+                raise InputError("found without sensors; state their number", name, others=("sensors",))
+        if self.fewest_rings and self.any_rings:
+            line = "found with any_rings; use only one of them"
+            raise InputError(line, "fewest_rings", others=("any_rings",))
+
+
+def _setups(start: Any) -> "tuple[Setup, ...]":
+    """Return the setups to start from; raise InputError for anything else."""
+    setups = tuple(start) if isinstance(start, Iterable) else (start,)
+    if setups:
+        from ...coverage.rings.ring import Setup
+
+        for setup in setups:
+            if not isinstance(setup, Setup):
+                raise InputError(f"found {setup!r}, allowed: a list of Setups", "start")
+    return setups
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImproveOptions(Options):
+    """Options of a redesign."""
+
+    changes: Annotated[int, Whole(1, 20)] = 3
+    """Largest number of rings to change."""
+    add_sensors: Annotated[int, Whole(0, 1000)] = 0
+    """Largest number of sensors to add."""
+    seed: Seed = 0
+    """Random seed; the same seed gives the same answer."""
+    time: Seconds = None
+    """Time limit of the search in seconds. Default: none; the search ends by its own schedule."""
+    voxel: float = 0.01
+    """Edge length in metres of the small cubes (voxels) in which coverage is counted."""
