@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from ._errors import input_errors
-from .placement.search.options import described, kind_of
+from .coverage.definitions.docstrings import docstrings
+from .placement.search.options import kind_of
 
 P = ParamSpec("P")
 C = TypeVar("C")
@@ -20,7 +21,7 @@ def called_with(call: Callable[P, C]) -> Callable[[Callable[[C], R]], Callable[P
 
     A value that is not allowed raises InputError.
     """
-    signature, texts = inspect.signature(call), described(call)
+    signature, texts = inspect.signature(call), docstrings(call)
     arguments = [
         p.replace(annotation=kind_of(p.annotation)[0]) for p in signature.parameters.values()
     ]

@@ -77,7 +77,9 @@ def search(call: SearchCall) -> Proposal:
     best setup so far; ``outcome`` then is ``Outcome.INTERRUPTED``.
 
     Returns:
-        The best setup with its counted coverage.
+        The best setup with its counted coverage. With ``sensors`` alone ``rings_tried`` has the
+        coverage of each number of rings; with ``searches``, ``seed`` is that of the best and
+        ``searched`` has the value of each; with ``gap``, ``gap`` and ``bound`` have the bound.
 
     Raises:
         InfeasibleError: if the rules admit no setup.

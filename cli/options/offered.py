@@ -7,7 +7,8 @@ from typing import Annotated, Any, get_args
 
 from cyclopts import Group, Parameter
 
-from ...placement.search.options import Options, described, kind_of
+from ...coverage.definitions.docstrings import docstrings
+from ...placement.search.options import Options, kind_of
 from .arguments import option_of
 from .common import WHOLE
 
@@ -22,7 +23,7 @@ def offered(
         panels: panel of the help, by the names of fields.
         without: names of fields that the command does not offer.
     """
-    made, texts = [], described(options)
+    made, texts = [], docstrings(options)
     for option in fields(options):  # type: ignore[arg-type]
         if option.name in without:
             continue

@@ -16,19 +16,16 @@ in ``__post_init__``, which calls ``refuse``. A wrong argument raises an ``Input
 of Python, a wrong key of a file a pydantic ``ValidationError``, which ``explain`` puts in one line.
 """
 
-import ast
 import dataclasses
-import inspect
-import itertools
 from collections.abc import Callable, Iterable
 from functools import cache, partial, wraps
-from textwrap import dedent
 from typing import Any, TypeVar, dataclass_transform, overload
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from .docstrings import docstrings
 from .errors import InputError, explain_argument, shown
 from .field_types import as_python
 from .units import in_file, with_keys
@@ -115,19 +112,9 @@ def field_docs(cls: type) -> dict[str, str]:
     """Return the docstring under each field of a class and its bases, on one line, without markup
     and full stop."""
     docs: dict[str, str] = {}
-    for base in reversed(cls.__mro__[:-1]):
-        try:
-            body = ast.parse(dedent(inspect.getsource(base))).body[0].body  # type: ignore[attr-defined]
-        except (OSError, TypeError):  # no source
-            continue
-        for field, doc in itertools.pairwise(body):
-            match field, doc:
-                case (
-                    ast.AnnAssign(target=ast.Name(id=name)),
-                    ast.Expr(value=ast.Constant(value=str() as text)),
-                ):
-                    text = " ".join(text.replace("``", "").split()).removesuffix(".")
-                    docs[name] = text if text[1:2].isupper() else text[:1].lower() + text[1:]
+    for name, text in docstrings(cls).items():
+        text = text.replace("``", "").removesuffix(".")
+        docs[name] = text if text[1:2].isupper() else text[:1].lower() + text[1:]
     return docs
 
 

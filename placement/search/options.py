@@ -3,12 +3,9 @@
 This module loads no other of ours than choices, so that the command's help comes at once.
 """
 
-import ast
-import inspect
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from itertools import pairwise
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
 
@@ -91,20 +88,6 @@ def kind_of(annotation: Any) -> tuple[Any, list[Any]]:
     """Return the type of an option, and the limits that its annotation states."""
     kind, *limits = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
     return kind, limits
-
-
-def described(options: Any) -> dict[str, str]:
-    """Return the docstring of each field of a class and its bases, on one line."""
-    texts = dict[str, str]()
-    for base in reversed(options.__mro__[:-1]):
-        body = ast.parse(inspect.getsource(base)).body[0].body  # type: ignore[attr-defined]
-        for node, after in pairwise(body):
-            match node, after:
-                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(
-                    value=ast.Constant(value=text)
-                ):
-                    texts[name] = " ".join(text.split())
-    return texts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,7 +220,9 @@ class SearchOptions(Options):
                     line = f"found with {other} {value:g}; use only one of them"
                     raise InputError(line, name, others=(other,))
             if self.sensors is None:
-                raise InputError("found without sensors; state their number", name, others=("sensors",))
+                raise InputError(
+                    "found without sensors; state their number", name, others=("sensors",)
+                )
         if self.fewest_rings and self.any_rings:
             line = "found with any_rings; use only one of them"
             raise InputError(line, "fewest_rings", others=("any_rings",))

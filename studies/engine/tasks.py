@@ -20,10 +20,10 @@ from ...placement.search.progress import Outcome
 from ...placement.search.schedule import usual
 from ...placement.search.search import search as searching
 from ...placement.space.design import Space
+from ...placement.stop_token import StopToken
 from .runner import register
 from .scenes import Rings, Sensors, ring_keys, scene_from, setup_from
 from .store import Cell
-from ...placement.stop_token import StopToken
 
 _COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
 

@@ -28,9 +28,9 @@ from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange, TrialReach
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.global_stage import any_rings, given_rings, usual
 from place_rings.placement.search.ring_library import Wanted, ring_library
 from place_rings.placement.search.ruin_recreate import Gains, RuinRecreate, gains, joined
+from place_rings.placement.search.schedule import any_rings, given_rings, usual
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.ring_places import (
     _room,
