@@ -3,11 +3,14 @@
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
+from .definitions.definition import definition
+from .definitions.field_types import Metres
 from .person_reach import Person, person_region
 from .reachable import reachable
 from .robots.kinematics import arm_base, forward, joint_origins
@@ -35,17 +38,17 @@ Reachable = bool | Literal["person"]
 """What a target is cut to: nothing, what is connected to the robot, or what a person can touch."""
 
 
-@dataclass(frozen=True)
+@definition
 class Shape:
-    """How target volumes are built from a pose."""
+    """The pose curve, and the radii of the volumes about it."""
 
-    blend: float = 0.5
-    """Blend of the pose curve, in [0, 1]."""
-    points_per_bend: int = 20
-    """Interpolation points per bend."""
-    robot_radius: float = ROBOT_RADIUS
-    """Radius of V_R, m."""
-    tcp_range: float = TCP_RANGE
+    blend: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Share of a segment that its two bends occupy."""
+    points_per_bend: Annotated[int, Field(ge=2, le=1000)] = 20
+    """Number of interpolation points in a bend."""
+    robot_radius: Metres = ROBOT_RADIUS
+    """Radius of V_R, the robot's own volume, m."""
+    tcp_range: Metres = TCP_RANGE
     """Radius of V_T, m."""
 
 

@@ -90,7 +90,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     if trajectory is None:
         return scene
     record = beside(path, f"{key}trajectory.file", trajectory.file)
-    return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
+    return with_record(scene, record, trajectory, trajectory.unit == "deg")
 
 
 def read_target(path: Path) -> Goal:

@@ -2,28 +2,43 @@
 before the robot is stopped.
 """
 
-from dataclasses import dataclass
+from typing import Annotated
+
+from ..coverage.definitions.definition import Fault, definition, refuse
+from ..coverage.definitions.units import Key
+
+_FEWEST = 3  # states within state_stale: a single one that is late or lost is no fault
 
 
-@dataclass(frozen=True)
+@definition
 class LinkLimits:
-    """Limits of the links to the robot and to its rings. All of them are times until a stop."""
+    """Limits of a check's links to the robot and its rings; times until the robot is stopped. They
+    are no safety function."""
 
-    rate: float = 125.0
-    """States of the robot per second; every controller has 125."""
-    state_stale: float = 0.08
-    """Age of the robot's newest state, and delay of any state, beyond which the link ends, s."""
-    ring_silent: float = 0.25
-    """Time without a frame of a ring, after which it counts as silent, s. Rings send at least ten
-    frames a second."""
-    ring_late: float = 0.1
-    """Delay of a frame, beyond which it is not used, s."""
-    sign_of_life: float = 0.2
-    """Time without a sign of life of the check, or of the process that moves the robot, after which
-    the other of them stops the robot, s."""
-    watchdog: float = 0.2
-    """Time without a sign of life of the process that moves the robot, after which the robot ends
-    its program, s."""
+    rate: Annotated[float, Key("rate_hz", ge=50, le=500)] = 125.0
+    """States of the robot per second, Hz; every controller has 125."""
+    state_stale: Annotated[float, Key("state_stale_s", ge=0.01, le=0.5)] = 0.08
+    """Age or delay of a state of the robot that stops it, s."""
+    ring_silent: Annotated[float, Key("ring_silent_s", ge=0.1, le=1)] = 0.25
+    """Time without a frame of a ring that stops the robot, s; rings send at least ten a second."""
+    ring_late: Annotated[float, Key("ring_late_s", ge=0.01, le=0.5)] = 0.1
+    """Delay beyond which a frame of a ring is not used, s."""
+    sign_of_life: Annotated[float, Key("sign_of_life_s", ge=0.05, le=0.5)] = 0.2
+    """Time for which the check's programs may be silent during a motion, s."""
+    watchdog: Annotated[float, Key("watchdog_s", ge=0.05, le=0.5)] = 0.2
+    """Time without a sign of life after which the robot ends its program, s."""
+
+    def __post_init__(self) -> None:
+        """Refuse limits that would end every check: no two states and no two frames in time."""
+        least = _FEWEST / self.rate
+        faults: list[Fault] = []
+        if self.state_stale < least:
+            allowed = f"at least {_FEWEST} states at rate_hz = {self.rate:g}: {least:.3g} s"
+            faults.append((("state_stale_s",), self.state_stale, allowed))
+        if self.ring_late > self.ring_silent:
+            allowed = f"at most ring_silent_s = {self.ring_silent:g}"
+            faults.append((("ring_late_s",), self.ring_late, allowed))
+        refuse(faults)
 
     @property
     def oldest_reading(self) -> float:

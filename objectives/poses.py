@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Degrees
 from ..coverage.robots.joint_values import ordered
 from ..coverage.robots.robot import Robot
 
@@ -39,20 +43,18 @@ class Pose:
         return Pose(ordered(robot.chain, joints), weight)
 
 
-@dataclass(frozen=True)
+@definition
 class Recorded:
-    """The recorded motion from which a scene's poses come."""
+    """Origin of the poses in a recorded motion."""
 
-    file: str
-    """The file of the recorded motion."""
-    rows: int
-    """Number of its rows."""
-    seconds: float
-    """Its duration, s."""
-    within: float
-    """Largest difference in any joint between a recorded sample and its pose, rad.
-
-    Metres of a prismatic joint count as ``radians_of`` weighs them.
-    """
-    speed_weight: float
-    """Factor by which TCP speed adds to the weights."""
+    file: Annotated[str, Field(max_length=1000)]
+    """Name of the CSV file."""
+    rows: Annotated[int, Field(ge=0)]
+    """Number of rows."""
+    seconds: Annotated[float, Field(ge=0)]
+    """Duration, s."""
+    within: Annotated[float, Degrees("within_deg", ge=0)]
+    """Largest distance of a sample from its pose in any joint, rad. Metres of a prismatic joint
+    count as ``radians_of`` weighs them."""
+    speed_weight: Annotated[float, Field(ge=0)]
+    """Influence of the TCP's speed on the weights."""

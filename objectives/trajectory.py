@@ -4,10 +4,14 @@ time and speed.
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
+from pydantic import Field
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Degrees
 from ..coverage.robots.joint_values import radians_of
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
@@ -31,19 +35,27 @@ class MotionRecord:
     """Joint values, rad or m."""
 
 
-@dataclass(frozen=True)
+@definition
 class Thinning:
-    """How a record is reduced to poses."""
+    """How a recorded motion is reduced to poses."""
 
-    poses: int = 200
-    """Maximum number of poses."""
-    within: float = math.radians(2)
-    """Use fewer poses if then no joint of any sample is further than this from its pose, rad.
+    poses: Annotated[int, Field(ge=1, le=2000)] = 200
+    """Largest number of poses."""
+    within: Annotated[float, Degrees("within_deg", ge=0, le=90)] = math.radians(2)
+    """Distance below which no further pose is added, rad: fewer poses do if no joint of any sample
+    is further from its pose. Metres of a prismatic joint count as ``radians_of`` weighs them."""
+    speed_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
+    """Influence of the TCP's speed on the weights; 0: dwell time alone."""
 
-    Metres of a prismatic joint count as ``radians_of`` weighs them.
-    """
-    speed_weight: float = 1.0
-    """Factor by which TCP speed adds to the weights; 0: dwell time only."""
+
+@definition(kw_only=True)
+class TrajectoryFile(Thinning):
+    """A recorded motion from which the poses are taken; the file name alone is enough."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)]
+    """CSV file in the scene's folder or below."""
+    unit: Literal["rad", "deg"] = "rad"
+    """Unit of the angles in the CSV file."""
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def turned_scene(scene: CoreScene) -> CoreScene:
 
 def turned_person(person: Person) -> Person:
     """Return a person whose walkable areas are turned."""
-    areas = [[(0.0 - x, 0.0 - y) for x, y in area] for area in person.areas]
+    areas = tuple(tuple((0.0 - x, 0.0 - y) for x, y in area) for area in person.areas)
     return replace(person, areas=areas)
 
 

@@ -46,18 +46,18 @@ _CONFIG = ConfigDict(
 @overload
 def definition(cls: type[C]) -> type[C]: ...
 @overload
-def definition(*, kw_only: bool = False) -> Callable[[type[C]], type[C]]: ...
+def definition(cls: None = None, *, kw_only: bool = False) -> Callable[[type[C]], type[C]]: ...
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field))
 def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
     """Return the class as a definition: a frozen dataclass that validates its fields."""
     if cls is None:
-        return lambda cls: definition(cls, kw_only=kw_only)
+        return partial(definition, kw_only=kw_only)
     keys = with_keys(cls)
     cls.__get_pydantic_core_schema__ = classmethod(partial(_schema_of_table, keys))
     cls.__get_pydantic_json_schema__ = classmethod(partial(_with_help, keys))
-    new = dataclass(frozen=True, config=_CONFIG, kw_only=kw_only)(cls)
+    new: Any = dataclass(frozen=True, config=_CONFIG, kw_only=kw_only)(cls)
     construct = new.__init__
 
     @wraps(construct)
@@ -152,7 +152,7 @@ def adapter(cls: Any) -> TypeAdapter[Any]:
 
 def table_of(value: Any) -> dict[str, Any]:
     """Return the keys of a definition that differ from their defaults, as a file states them."""
-    keys: dict[str, Any] = adapter(type(value)).dump_python(
+    keys: dict[str, Any] = adapter(value.__class__).dump_python(
         value, mode="json", by_alias=True, exclude_defaults=True
     )
     return keys

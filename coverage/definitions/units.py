@@ -46,17 +46,28 @@ class FileUnit:
 
         return core_schema.no_info_wrap_validator_function(
             read,
-            core_schema.float_schema(strict=True, allow_inf_nan=False, **self.limits),
+            self._number(source),
             serialization=core_schema.plain_serializer_function_ser_schema(self.to_file),
         )
 
+    def _number(self, source: Any) -> Any:
+        limits: Any = self.limits
+        if source is int:
+            return core_schema.int_schema(strict=True, **limits)
+        return core_schema.float_schema(strict=True, allow_inf_nan=False, **limits)
+
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        return handler(core_schema.float_schema(**self.limits))
+        return handler(schema["schema"])
 
 
 def degrees(angle: float) -> float:
     """Return an angle in degrees as files state it, without residues of rounding."""
     return round(math.degrees(angle), DIGITS)
+
+
+def Key(key: str, **limits: float) -> FileUnit:
+    """Return the annotation of a number that files state under another key, in the same unit."""
+    return FileUnit(key, lambda value: value, lambda value: value, limits)
 
 
 def Degrees(

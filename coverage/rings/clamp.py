@@ -198,7 +198,7 @@ class Clamp:
         """Distance from the mount axis within which ears and bolts lie."""
         bolt = self.bolt
         head = math.hypot(self.across + bolt.head / 2, self.reach + bolt.size)
-        trapped = self.printing.nut or self.printing.fastening == "insert"
+        trapped = self.printing.nut == "trap" or self.printing.fastening == "insert"
         proud = 0.0 if trapped else bolt.nut_height
         nut = math.hypot(self.across + bolt.widest, self.reach + proud)
         return max(math.hypot(self.ear, self.reach), head, nut)
@@ -262,5 +262,5 @@ def clamp_of(
     if around <= 0:
         floor = float(pocket.floor(radius, np.array([tilt]))[0])
         tube = max(floor - printing.wall - printing.slack, 0.0)
-    bolt = BOLTS[round(1000 * printing.bolt)]
+    bolt = BOLTS[int(printing.bolt[1:])]
     return Clamp(printing, pocket, tilt, radius, tube, inner, bolt)

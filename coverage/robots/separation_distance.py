@@ -9,9 +9,11 @@ deceleration. This is an engineering aid; it confers no safety rating.
 
 import bisect
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from ..arrays import Numbers
+from ..definitions.definition import definition
+from ..definitions.units import Key
 
 WALKING = 1.6  # m/s, ISO 13855: approach speed of the whole body
 # Maximum stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
@@ -20,28 +22,32 @@ UR10_STOPPING = ((1.0, 0.45), (1.5, 0.50), (2.0, 0.55), (3.0, 0.65))
 STOPPING = {"ur10": UR10_STOPPING, "ur10_dh": UR10_STOPPING}
 
 
-@dataclass(frozen=True)
+@definition
 class Safety:
-    """Parameters of a separation distance.
+    """Terms of the separation distance of V_P, S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C +
+    Z_d + Z_r.
 
-    The defaults of reaction, C, Z_d and Z_r are those of the worked example in the literature. A
-    cell's own values come from its risk assessment.
+    v_r follows from a pose's joint speeds. The defaults of T_r, C, Z_d and Z_r are those of the
+    worked example in the literature; a cell's own values come from its risk assessment. No value
+    here confers a safety rating.
     """
 
-    human: float = WALKING
-    """v_h, walking speed, m/s."""
-    reaction: float = 0.10
-    """T_r, s, from the moment a sensor could see the person to the command to stop."""
-    stopping: float | None = None
-    """T_s, s; None: from the robot's table, at the next speed limit above the fastest part."""
-    intrusion: float = 0.20
-    """C, m, intrusion before detection."""
-    sensor: float = 0.10
-    """Z_d, m, uncertainty of the person's position."""
-    robot: float = 0.05
-    """Z_r, m, uncertainty of the robot's position."""
-    speed: float = 0.0
-    """Speed of every part, m/s, at a pose whose joint speeds are unknown."""
+    human: Annotated[float, Key("human_speed", gt=0, le=20)] = WALKING
+    """v_h, speed of a person, m/s; 1.6 by ISO 13855."""
+    reaction: Annotated[float, Key("reaction_s", ge=0, le=10)] = 0.10
+    """T_r, reaction time, s: from the moment a sensor could see the person to the command to
+    stop."""
+    stopping: Annotated[float, Key("stopping_s", ge=0, le=10)] | None = None
+    """T_s, stopping time, s; default: from the robot's table, at the next speed limit above the
+    fastest part."""
+    intrusion: Annotated[float, Key("intrusion_m", ge=0, le=10)] = 0.20
+    """C, intrusion distance before detection, m."""
+    sensor: Annotated[float, Key("sensor_uncertainty_m", ge=0, le=10)] = 0.10
+    """Z_d, uncertainty of the person's position, m."""
+    robot: Annotated[float, Key("robot_uncertainty_m", ge=0, le=10)] = 0.05
+    """Z_r, uncertainty of the robot's position, m."""
+    speed: Annotated[float, Key("robot_speed", ge=0, le=20)] = 0.0
+    """v_r of all parts at poses without joint speeds, m/s."""
 
 
 @dataclass(frozen=True)

@@ -13,53 +13,65 @@ pocket's ``floor``.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
+from ..definitions.definition import definition, refuse
+from ..definitions.field_types import Triple
+from ..definitions.units import Millimetres
 from .boards import Board
 from .lids import Lid, lid_of
 
 _STEPS = 181  # number of tilts in a quarter turn at which counts are computed
 _TILTS = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
 _ROUNDING = 1e-9
+_SideMm = Annotated[float, Millimetres("bed_mm", ge=20, le=5000)]
 
 
-@dataclass(frozen=True)
+@definition
 class Printing:
-    """How rings are printed."""
+    """Parameters of printed rings."""
 
-    wall: float = 0.003
-    """Minimum thickness of load-bearing walls, m."""
-    clearance: float = 0.0003
-    """Clearance around a board in its pocket, m."""
-    slack: float = 0.0005
+    wall: Annotated[float, Field(ge=0.0008, le=0.05)] = 0.003
+    """Least thickness of load-bearing walls, m."""
+    clearance: Annotated[float, Field(ge=0, le=0.005)] = 0.0003
+    """Clearance of a board in its pocket on every side, m."""
+    slack: Annotated[float, Field(ge=0, le=0.02)] = 0.0005
     """Clearance between ring and link, m."""
-    relief: float = 0.002
+    relief: Annotated[float, Field(ge=0, le=0.05)] = 0.002
     """Free depth behind a board, m."""
-    bolt: float = 0.003
-    """Nominal diameter of the two bolts that close a ring (M3 to M5), m."""
-    nut: bool = True
-    """Whether each nut has a hexagonal trap; otherwise a through hole."""
+    bolt: Literal["M3", "M4", "M5"] = "M3"
+    """Size of the bolts that close a ring."""
+    nut: Literal["trap", "through"] = "trap"
+    """Hexagonal trap for each nut, or a through hole."""
     fastening: Literal["nut", "insert"] = "nut"
     """What the bolts are screwed into: nuts, or heat-set inserts."""
-    gap: float = 0.001
+    gap: Annotated[float, Field(ge=0, le=0.01)] = 0.001
     """Gap between the halves before the bolts are tightened, m."""
-    channel: float = 0.004
+    channel: Annotated[float, Field(ge=0, le=0.02)] = 0.004
     """Width and depth of the cable groove, m."""
-    least_wall: float = 0.0012
-    """Minimum thickness that may be measured anywhere, m."""
-    overhang: float = 0.05
-    """Maximum share of the surface that may overhang by more than 45 degrees without support."""
-    bed: tuple[float, float, float] | None = None
-    """Width, depth and height that the printer can print, m; None: any."""
+    least_wall: Annotated[float, Field(ge=0.0002, le=0.01)] = 0.0012
+    """Smallest acceptable measured wall thickness, m."""
+    overhang: Annotated[float, Field(ge=0, le=1)] = 0.05
+    """Largest share of the surface that may overhang by more than 45 degrees without support."""
+    bed: Triple[_SideMm] | None = None
+    """Width, depth and height that the printer can print; default: parts of any size, on plates of
+    250 × 210 mm."""
     lettering: bool = True
     """Whether each part is engraved with its number, its link and an arrow to the wrist."""
     ties: bool = True
     """Whether each part has a bridge to which a cable tie holds the cables."""
     cover: bool = False
     """Whether each board has a lid, which its screws hold."""
+
+    def __post_init__(self) -> None:
+        least = 2 * self.least_wall
+        if self.wall < least:
+            why = f"at least {least:g}, because half of it remains at a split"
+            refuse([(("wall",), self.wall, why)])
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
         insert, deep = _insert(plan), MM * clamp.MELT
         room = Manifold.cylinder(insert.length + deep + 1.0, insert.hole / 2, -1.0, SMALL)
         holes += room.translate((0.0, 0.0, -plan.reach - 1.0))
-    elif plan.printing.nut:
+    elif plan.printing.nut == "trap":
         holes += _nut(plan, MM * clamp.NUT_CLEARANCE).translate(
             (0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + _COVER)
         )
@@ -81,7 +81,7 @@ def bolts(plan: PrintPlan) -> Manifold:
         insert = _insert(plan)
         held = Manifold.cylinder(insert.length, insert.hole / 2, -1.0, SMALL)
         return _across(plan, shaft + head + held.translate((0.0, 0.0, -reach)))
-    trapped = plan.reach - b.nut_height - _COVER if plan.printing.nut else plan.reach
+    trapped = plan.reach - b.nut_height - _COVER if plan.printing.nut == "trap" else plan.reach
     nut = _nut(plan, 0.0, b.nut_height).translate((0.0, 0.0, -trapped - b.nut_height))
     return _across(plan, shaft + head + nut)
 
@@ -114,7 +114,7 @@ def fasteners(plan: PrintPlan) -> tuple[str, str]:
             f"heat-set insert M{b.size:.0f} × {insert.length:.1f} mm in a hole of"
             f" {insert.hole:.1f} mm ({clamp.INSERT_SOURCE})",
         )
-    through = 2 * plan.reach + (0.0 if plan.printing.nut else b.nut_height)
+    through = 2 * plan.reach + (0.0 if plan.printing.nut == "trap" else b.nut_height)
     return f"M{b.size:.0f} × {shortest_sold(through)} mm bolt", f"nut M{b.size:.0f}"
 
 

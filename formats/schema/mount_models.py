@@ -1,121 +1,19 @@
-"""Models of mounting limits, rules, and printing."""
+"""Models of mounting limits and rules."""
 
-from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
     Field,
-    SerializerFunctionWrapHandler,
-    model_serializer,
     model_validator,
 )
 
-from ...coverage.sensors.board_packing import Printing
-from ...coverage.sensors.lids import lid_fault
 from ...objectives.mount_rules import Limits, Mounting, Rules
-from .base_model import Fault, refuse
 from .field_types import Interval, RingRadius, Tilt, ascending
-from .mapping import DEGREES, MappedModel, Of, Unit, rounded_millimetres
+from .mapping import DEGREES, MappedModel, Of
 from .sensor_models import SensorModel
 
-_BOLT = Unit(lambda name: int(name[1:]) / 1000, lambda diameter: f"M{1000 * diameter:.0f}")
 _FORMER = "rings_per_link"  # a command's option of that name sets a number, not a maximum
-_MILLIMETRES = rounded_millimetres(6)
-_NUT = Unit(lambda name: name == "trap", lambda trapped: "trap" if trapped else "through")
-
-
-class PrintingModel(MappedModel[Printing]):
-    """Parameters of printed rings."""
-
-    wall: float = Field(
-        default=0.003, ge=0.0008, le=0.05, description="least thickness of load-bearing walls, m"
-    )
-    clearance: float = Field(
-        default=0.0003,
-        ge=0,
-        le=0.005,
-        description="clearance of a board in its pocket on every side, m",
-    )
-    slack: float = Field(
-        default=0.0005, ge=0, le=0.02, description="clearance between ring and link, m"
-    )
-    relief: float = Field(default=0.002, ge=0, le=0.05, description="free depth behind a board, m")
-    bolt: Annotated[Literal["M3", "M4", "M5"], Of(unit=_BOLT)] = Field(
-        default="M3", description="size of the bolts that close a ring"
-    )
-    nut: Annotated[Literal["trap", "through"], Of(unit=_NUT)] = Field(
-        default="trap", description="hexagonal trap for each nut, or a through hole"
-    )
-    fastening: Literal["nut", "insert"] = Field(
-        default="nut", description="what the bolts are screwed into: nuts, or heat-set inserts"
-    )
-    gap: float = Field(
-        default=0.001,
-        ge=0,
-        le=0.01,
-        description="gap between the halves before the bolts are tightened, m",
-    )
-    channel: float = Field(
-        default=0.004, ge=0, le=0.02, description="width and depth of the cable groove, m"
-    )
-    least_wall: float = Field(
-        default=0.0012,
-        ge=0.0002,
-        le=0.01,
-        description="smallest acceptable measured wall thickness, m",
-    )
-    overhang: float = Field(
-        default=0.05, ge=0, le=1, description="largest acceptable overhanging share of the surface"
-    )
-    bed_mm: Annotated[
-        list[Annotated[float, Field(ge=20, le=5000)]] | None,
-        Field(min_length=3, max_length=3),
-        Of("bed", _MILLIMETRES),
-    ] = Field(
-        default=None,
-        description="width, depth and height that the printer can print, mm; default: parts of any"
-        " size, on plates of 250 × 210 mm",
-    )
-    lettering: bool = Field(
-        default=True,
-        description="whether each part is engraved with its number, its link and an arrow to the"
-        " wrist",
-    )
-    ties: bool = Field(
-        default=True,
-        description="whether each part has a bridge to which a cable tie holds the cables",
-    )
-    cover: bool = Field(
-        default=False,
-        description="whether each board has a lid, which its screws hold; left out where false",
-    )
-
-    @model_serializer(mode="wrap")
-    def _without_absent_cover(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {key: v for key, v in write(self).items() if key != "cover" or v}
-
-    @model_validator(mode="after")
-    def _walls_hold(self) -> Self:
-        if self.wall < 2 * self.least_wall:
-            refuse(
-                [
-                    (
-                        ("wall",),
-                        self.wall,
-                        f"at least {2 * self.least_wall:g}, because half of it remains at a split",
-                    )
-                ]
-            )
-        return self
-
-    def faults(self, sensors: Iterable[SensorModel]) -> Iterator[Fault]:
-        """Yield the first of a scene's sensors whose board is known and has no room for a lid."""
-        for sensor in (model.to_domain() for model in sensors if self.cover):
-            terms = (sensor, self.clearance, self.least_wall)
-            if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
-                yield ("printing", "cover"), True, f"false, because {why}"
-                return
 
 
 class MountModel(MappedModel[Limits]):

@@ -22,20 +22,25 @@ from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
+from ...coverage.robots.separation_distance import Safety
+from ...coverage.sensors.board_packing import Printing
+from ...coverage.sensors.lids import lid_fault
 from ...coverage.targets import Shape, Target
-from ...objectives.poses import Pose
+from ...objectives.link_limits import LinkLimits
+from ...objectives.motion_limits import Motion
+from ...objectives.poses import Pose, Recorded
 from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
+from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
 from ..errors import IN_LINE, NAMED
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
-from .field_types import Metres, RingRadius
-from .link_models import LinkLimitsModel
+from .field_types import RingRadius
 from .mapping import MappedModel, Of
-from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
-from .mount_models import MountModel, PrintingModel, RulesModel
+from .motion_models import PoseModel
+from .mount_models import MountModel, RulesModel
 from .mounted_sensor_models import (
     CellSensorModel,
     MountedSensorModel,
@@ -53,24 +58,6 @@ from .versions import FILE_VERSION, VersionedFile
 
 def _links_of(robot: Robot) -> str:
     return f"a link of {robot.name}: {', '.join(robot.links)}"
-
-
-class CurveModel(MappedModel[Shape]):
-    """The pose curve, and the radii of the volumes about it."""
-
-    blend: float = Field(
-        default=Shape.blend, gt=0, le=1, description="share of a segment that its two bends occupy"
-    )
-    points_per_bend: int = Field(
-        default=Shape.points_per_bend,
-        ge=2,
-        le=1000,
-        description="number of interpolation points in a bend",
-    )
-    robot_radius: Annotated[
-        Metres, Field(description="radius of V_R, the robot's own volume, m")
-    ] = Shape.robot_radius
-    tcp_range: Annotated[Metres, Field(description="radius of V_T, m")] = Shape.tcp_range
 
 
 RobotKey = Annotated[
@@ -109,8 +96,8 @@ class SceneModel(MappedModel[CoreScene]):
         ),
     )
     sensor: SensorModel = Field(default=SensorModel(), description="sensor of the rings")
-    curve: Annotated[CurveModel, Of("shape")] = Field(
-        default=CurveModel(), description="pose curve and the volumes about it"
+    curve: Annotated[Shape, Of("shape")] = Field(
+        default=Shape(), description="pose curve and the volumes about it"
     )
     mounts: Annotated[dict[str, MountModel], Of("limits")] = Field(
         default={}, description="limits of rings by link"
@@ -121,10 +108,10 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=10_000,
         description="poses of the robot",
     )
-    trajectory: TrajectoryModel | None = Field(
+    trajectory: TrajectoryFile | None = Field(
         default=None, description="recorded motion, in place of poses"
     )
-    recorded: RecordedModel | None = Field(
+    recorded: Recorded | None = Field(
         default=None, description="origin of the poses, if they come from a recorded motion"
     )
     over_poses: Literal["mean", "worst"] = Field(
@@ -137,19 +124,13 @@ class SceneModel(MappedModel[CoreScene]):
         max_length=100,
         description="target volumes",
     )
-    safety: SafetyModel = Field(
-        default=SafetyModel(), description="terms of the separation distance, for V_P"
+    safety: Safety = Field(
+        default=Safety(), description="terms of the separation distance, for V_P"
     )
-    motion: MotionModel = Field(
-        default=MotionModel(), description="limits of motion for check --move"
-    )
-    link: LinkLimitsModel = Field(
-        default=LinkLimitsModel(), description="limits of the links of check"
-    )
+    motion: Motion = Field(default=Motion(), description="limits of motion for check --move")
+    link: LinkLimits = Field(default=LinkLimits(), description="limits of the links of check")
     rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
-    printing: PrintingModel = Field(
-        default=PrintingModel(), description="parameters of printed rings"
-    )
+    printing: Printing = Field(default=Printing(), description="parameters of printed rings")
     electronics: Electronics = Field(default=Electronics(), description="electronics of the rings")
     prices: Prices | None = Field(
         default=None, description="what a ring and a sensor cost, for the price of a setup"
@@ -272,8 +253,12 @@ class SceneModel(MappedModel[CoreScene]):
         for link in self.mounts:
             if link not in robot.links:
                 yield ("mounts", link), link, _links_of(robot)
-        sensors = [self.sensor, *(one.sensor for one in self.mounts.values() if one.sensor)]
-        yield from self.printing.faults(sensors)
+        sensors = [self.sensor, *(mount.sensor for mount in self.mounts.values() if mount.sensor)]
+        for sensor in (model.to_domain() for model in sensors if self.printing.cover):
+            terms = sensor, self.printing.clearance, self.printing.least_wall
+            if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
+                yield ("printing", "cover"), True, f"false, because {why}"
+                return
 
     def to_domain(self, **given: Any) -> CoreScene:
         """Return the scene without the meshes and poses that other files hold."""

@@ -102,19 +102,19 @@ def test_a_box_fits_a_bed_turned_by_what_is_stated(x, y, degrees):
     assert bed_yaw(solid, (0.2, 0.2, 0.004)) is None
 
 
-@pytest.mark.parametrize("bolt", [0.003, 0.004, 0.005])
+@pytest.mark.parametrize("bolt", ["M3", "M4", "M5"])
 def test_heat_set_inserts_have_their_holes_and_bolts_their_length(bolt):
     printing = Printing(bolt=bolt, fastening="insert", lettering=False, ties=False)
     record, _, plan, made = print_ring(SCENE, 0, ring_of(3), printing)
-    insert = INSERTS[round(1000 * bolt)]
-    assert f"M{1000 * bolt:.0f} × {1000 * insert.length:.1f} mm" in record.bolts
+    insert, size = INSERTS[int(bolt[1:])], int(bolt[1:])
+    assert f"{bolt} × {1000 * insert.length:.1f} mm" in record.bolts
     z, length = sum(plan.lug) / 2, 1000 * insert.length
     for wider, fits in ((-0.02, True), (0.1, False)):
         pin = tube(500 * insert.hole + wider, 0, length, 16).rotate((-90, 0, 0))
         pin = pin.translate((plan.across, -plan.reach, z))
         assert ((pin ^ made.parts[1]).volume() < 0.01) == fits
     assert -plan.reach + length + 0.5 <= -500 * printing.gap + 1e-9  # ends within its ear
-    bolt_of_it = tube(500 * bolt, -plan.reach, plan.reach, 16).rotate((-90, 0, 0))
+    bolt_of_it = tube(size / 2, -plan.reach, plan.reach, 16).rotate((-90, 0, 0))
     assert (bolt_of_it.translate((plan.across, 0, z)) ^ union(made.parts)).volume() < 0.01
 
 
@@ -177,7 +177,7 @@ def test_long_blocks_are_ribs_and_far_lighter_than_full_ones():
 
 def test_no_film_remains_between_the_openings_of_neighbours():
     """Openings that ended midway between two blocks left a film of 2 micrometres."""
-    printing = Printing(bolt=0.004)
+    printing = Printing(bolt="M4")
     sensor = sensor_of("vl53l5cx")
     ring = Ring("forearm", 0.165361, 10, -0.3474723647917951, 0.2854538351514286, 0.08, sensor)
     scene = CoreScene(robot=ROBOTS["ur5e"], poses=(Pose(ROBOTS["ur5e"].rest),), sensor=sensor)
@@ -200,7 +200,7 @@ def test_a_flap_without_thickness_leaves_no_open_edges_in_a_file():
     robot, sensor = ROBOTS["ur5e"], sensor_of("vl53l5cx")
     ring = Ring("upper_arm", 0.105355, 3, 1.1561270404720678, 1.021520267241257, 0.08, sensor)
     scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), sensor=sensor)
-    scene = replace(scene, printing=Printing(bolt=0.005, fastening="insert"))
+    scene = replace(scene, printing=Printing(bolt="M5", fastening="insert"))
     for part in build_ring(scene, ring)[1].parts:
         mesh = read_stl(stl(part))
         assert open_edges(mesh) == 0
@@ -290,7 +290,7 @@ def test_equal_parts_give_equal_plates():
     st.sampled_from(["vl53l1x", "vl53l5cx"]),
     st.floats(-1.0, 1.0),
     st.sampled_from(["nut", "insert"]),
-    st.sampled_from([0.003, 0.004, 0.005]),
+    st.sampled_from(["M3", "M4", "M5"]),
     st.booleans(),
 )
 def test_screws_and_bolts_are_sold_and_hold(model, tilt, fastening, bolt, cover):
@@ -312,7 +312,7 @@ def test_screws_and_bolts_are_sold_and_hold(model, tilt, fastening, bolt, cover)
     assert "cut" in text or (length in SOLD and length - grip >= size)
     text, held = fasteners(plan)
     size, length = map(float, re.match(r"M([\d.]+) × ([\d.]+) mm", text).groups())
-    assert size == 1000 * bolt
+    assert size == int(bolt[1:])
     assert length in SOLD
     insert = fastening == "insert"
     thick = 1000 * INSERTS[round(size)].length if insert else plan.bolt.nut_height

@@ -61,7 +61,7 @@ def sensor_of(model: str) -> Sensor:
 
 
 L4CD = sensor_of("vl53l4cd")
-TIGHT = Printing(wall=0.0, clearance=0.0, relief=0.0, gap=0.0)
+TIGHT = Printing(wall=0.0008, least_wall=0.0002, clearance=0.0, relief=0.0, gap=0.0)
 
 
 def drawn_ring(
@@ -100,7 +100,7 @@ def pocket_solid(pocket: Pocket, radius: float, tilt: float, angle: float) -> Ma
     st.floats(-1.3, 1.3),
     st.floats(0.008, 0.04),
     st.floats(0.008, 0.04),
-    st.floats(0, 0.003),
+    st.floats(0.0008, 0.003),
 )
 def test_boards_of_the_largest_count_are_disjoint_and_of_one_more_are_not(
     radius, tilt, width, height, wall
@@ -343,7 +343,7 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
 def test_boards_and_printing_in_a_scenes_file(tmp_path):
     own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
     scene = paper_scene(
-        sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False)
+        sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt="M4", nut="through")
     )
     path = tmp_path / "scene.toml"
     path.write_text(to_toml(SceneModel.from_domain(scene)))
