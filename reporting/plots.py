@@ -1,6 +1,7 @@
 """Style of the plots: colours, sizes, axes."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -35,6 +36,17 @@ def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
     ax.set_title(title, fontsize=10.5, loc="left", color=INK)
     ax.set_xlabel(x)
     ax.set_ylabel(y)
+
+
+def lying(ax: Axes, places: Sequence[float], names: Sequence[str], x: str) -> None:
+    """Style axes of lying bars or marks: a name at each place, and a grid across them."""
+    ax.set_yticks(places, names, fontsize=9)
+    ax.set_axisbelow(True)
+    ax.grid(True, axis="x", color="#e5e8eb", lw=0.6)
+    ax.spines[["top", "right", "left"]].set_visible(False)
+    ax.tick_params(axis="y", length=0, colors=INK)
+    ax.tick_params(axis="x", labelsize=8.5, colors=GREY)
+    ax.set_xlabel(x, fontsize=9, color=GREY)
 
 
 def save(figure: Figure, file: Path) -> None:

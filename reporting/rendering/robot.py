@@ -21,6 +21,16 @@ _FOOT, _FOOT_HEIGHT = 0.095, 0.03  # m
 _UP = np.eye(3)[2]
 
 
+def canvas_about(ax: Any, robot: Robot, frames: Any, eye: tuple[float, float]) -> Canvas:
+    """Return a canvas about the robot's bodies at ``frames``, for an eye at infinity at this
+    azimuth and elevation, degrees."""
+    bodies = robot_capsules(robot, frames)
+    ends = np.concatenate(
+        [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
+    )
+    return Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *eye)
+
+
 def add_robot(
     canvas: Canvas,
     scene: CoreScene,

@@ -6,6 +6,7 @@ between the grid's positions a setup may cover more, and the points are a sample
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ...coverage.targets import Target
 from ..engine.scenes import Rings, goal_keys
@@ -17,8 +18,7 @@ TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 BUDGETS = (48, 80, 112)
 POINTS = 1500
 SECONDS = 240.0  # wall time for each programme
-COUNTS = (8, 16, 24)
-GRID = {"positions": 7, "tilts": 11, "counts": COUNTS, "phases": 2}
+GRID: dict[str, Any] = {"positions": 7, "tilts": 11, "counts": (8, 16, 24), "phases": 2}
 
 
 @dataclass(frozen=True)

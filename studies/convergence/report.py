@@ -1,4 +1,4 @@
-"""Figure and page of the convergence study."""
+"""Plot and page of the convergence study."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from ...reporting.pages import csv_text, table
 from ...reporting.plots import GREY, GRID, INK, save, sheet
-from ..engine.scenes import PAPERS_WORLD
+from ..engine.pages import page
 from ..paper.coverage_cells import FAR, NEAR
 from ..paper.coverage_cells import PUBLISHED as _BOTH
 from .study import TARGETS, ConvergenceRow, errors, order
@@ -18,9 +18,45 @@ COLOURS = {"centre": "#0072B2", "touch": "#D55E00", "certified": "#009E73"}
 
 
 def write(rows: list[ConvergenceRow], folder: Path) -> dict[str, str]:
-    """Draw the picture into ``folder`` and return the texts of the other files by name."""
-    picture(rows, folder / "convergence.png")
-    return {"README.md": page(rows), "data.csv": csv_text([vars(row) for row in rows])}
+    """Draw the plot into ``folder`` and return the texts of the other files by name."""
+    convergence_plot(rows, folder / "convergence.png")
+    truth = {r.key[:3]: r for r in rows if r.rule == "truth"}
+    touch = {r.key[:3]: r.zeta_percent for r in rows if r.rule == "touch" and r.voxel == 0.1}
+    names, robots = [str(t) for t in TARGETS], sorted({r.robot for r in rows})
+    orders = ([rule, *(f"{order(rows, rule, t):.2f}" for t in names)] for rule in COLOURS)
+    where = [(robot, t) for robot in robots for t in names]
+    counts = (
+        [
+            setup,
+            *(
+                f"{truth[robot, setup, t].zeta_percent:.2f} ({touch[robot, setup, t]:.2f})"
+                for robot, t in where
+            ),
+        ]
+        for setup in dict.fromkeys(r.setup for r in rows)
+    )
+    published = (
+        [
+            robot,
+            target,
+            f"{PUBLISHED[target]:.2f}" if target != "V_OT" else "over 65",
+            f"{truth[robot, setup, target].zeta_percent:.2f}",
+            f"{touch[robot, setup, target]:.2f}",
+        ]
+        for robot, setup, target in truth
+        if setup == SHOWN
+    )
+    text = page(
+        "convergence",
+        orders=table(("rule", *names), orders),
+        counts=table(("setup", *(f"{t}, {robot}" for robot, t in where)), counts),
+        near=PUBLISHED[str(NEAR)],
+        far=PUBLISHED[str(FAR)],
+        published=table(
+            ("chain", "target", "published, %", "reference, %", "`touch`, 10 cm, %"), published
+        ).rstrip(),
+    )
+    return {"README.md": text, "data.csv": csv_text([vars(row) for row in rows])}
 
 
 def _zeta(ax: Axes, rows: list[ConvergenceRow], robot: str, target: str) -> None:
@@ -64,7 +100,7 @@ def _errors(ax: Axes, rows: list[ConvergenceRow], target: str) -> None:
     ax.set_title(title, fontsize=10, loc="left", color=INK)
 
 
-def picture(rows: list[ConvergenceRow], file: Path) -> None:
+def convergence_plot(rows: list[ConvergenceRow], file: Path) -> None:
     """Draw the study: a row of axes for each chain, and one for the errors."""
     robots = sorted({r.robot for r in rows})
     figure = sheet(13, 11)
@@ -86,65 +122,3 @@ def picture(rows: list[ConvergenceRow], file: Path) -> None:
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=5, frameon=False, fontsize=10)
     save(figure, file)
-
-
-def page(rows: list[ConvergenceRow]) -> str:
-    """Return the study as Markdown."""
-    truth = {r.key[:3]: r for r in rows if r.rule == "truth"}
-    touch = {r.key[:3]: r.zeta_percent for r in rows if r.rule == "touch" and r.voxel == 0.1}
-    names, robots = [str(t) for t in TARGETS], sorted({r.robot for r in rows})
-    orders = ([rule, *(f"{order(rows, rule, t):.2f}" for t in names)] for rule in COLOURS)
-    counts = (
-        [
-            setup,
-            *(
-                f"{truth[robot, setup, t].zeta_percent:.2f} ({touch[robot, setup, t]:.2f})"
-                for robot in robots
-                for t in names
-            ),
-        ]
-        for setup in dict.fromkeys(r.setup for r in rows)
-    )
-    lines = [
-        "# How ζ depends on the voxel\n",
-        f"The measurements are in `data.csv`. {PAPERS_WORLD}\n",
-        "![ζ against the voxel under each rule](convergence.png)\n",
-        "## Orders of convergence\n",
-        (
-            "The error is roughly proportional to voxel^p; the table gives p, fitted to voxels of"
-            " at most 10 cm. For `certified` the error is the width of the interval. An error of"
-            " `centre` below 0.05 points is below the width of the reference, so its p is a lower"
-            " bound.\n"
-        ),
-        table(("rule", *names), orders),
-        "## Reference and counts by voxels of 10 cm\n",
-        (
-            "ζ in percent, guaranteed to 0.05 points; in brackets the count by rule `touch` with"
-            " voxels of 10 cm.\n"
-        ),
-        table(("setup", *(f"{t}, {robot}" for robot in robots for t in names)), counts),
-        "## The published numbers\n",
-        (
-            f"The paper reports {_BOTH[str(NEAR)]:.2f} % of {NEAR}, {_BOTH[str(FAR)]:.2f} % of"
-            f" {FAR} and over 65 % of every target for {SHOWN}. No rule converges to these numbers:"
-            " `centre`, `touch` and `certified` tend to the same value, 8 to 13 points lower on"
-            " either chain. Counts by rule `touch` with voxels of 10 cm come close to them. The"
-            " voxel rule therefore explains most of the difference; the paper's pose, which it does"
-            " not state, may explain the rest.\n"
-        ),
-        table(
-            ("chain", "target", "published, %", "reference, %", "`touch`, 10 cm, %"),
-            (
-                [
-                    robot,
-                    target,
-                    f"{PUBLISHED[target]:.2f}" if target != "V_OT" else "over 65",
-                    f"{truth[robot, setup, target].zeta_percent:.2f}",
-                    f"{touch[robot, setup, target]:.2f}",
-                ]
-                for robot, setup, target in truth
-                if setup == SHOWN
-            ),
-        ),
-    ]
-    return "\n".join(lines)

@@ -16,8 +16,6 @@ Rings = list[dict[str, Any]]
 """Rings as in a proposal file."""
 Sensors = Mapping[str, list[dict[str, Any]]]
 """Rings and single sensors as in a proposal file, by its keys ``rings`` and ``sensors``."""
-PAPERS_WORLD = "As in the paper, beams pass through the robot, and rings need no room on it."
-"""Sentence for the pages of studies in the paper's scene."""
 
 
 def goal_keys(target: Target) -> dict[str, Any]:

@@ -10,10 +10,8 @@ from matplotlib.lines import Line2D
 
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import robot_capsules
-from ...reporting.plots import COLOURS, GREY, INK, save, sheet
-from ...reporting.rendering.canvas import Canvas
-from ...reporting.rendering.robot import add_robot
+from ...reporting.plots import COLOURS, GREY, INK, lying, save, sheet
+from ...reporting.rendering.robot import add_robot, canvas_about
 from .study import TARGETS, ScoredLayout
 
 _EYE = (-60.0, 16.0)
@@ -23,7 +21,7 @@ _DOT = 0.013  # m
 _LAYOUT, _SEARCH = COLOURS[1], COLOURS[0]
 
 
-def picture(rows: Sequence[ScoredLayout], file: Path) -> None:
+def layouts_figure(rows: Sequence[ScoredLayout], file: Path) -> None:
     """Draw each layout on its robot, with its coverage and that of the search beside it."""
     lines = -(-len(rows) // _COLUMNS)
     figure = sheet(7.6 * _COLUMNS, 2.7 * lines + 0.6)
@@ -47,11 +45,7 @@ def _paint(ax: Axes, row: ScoredLayout) -> None:
     scene, setup = row.layout.scene, row.layout.setup
     robot, q = scene.robot, scene.poses[0].q
     frames = np.asarray(forward(robot.chain, q))
-    bodies = robot_capsules(robot, frames)
-    ends = np.concatenate(
-        [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
-    )
-    view = Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
+    view = canvas_about(ax, robot, frames, _EYE)
     colours: dict[str, Any] = dict.fromkeys(robot.links, _LAYOUT)
     add_robot(view, scene, frames, type(setup)(), colours, real=True)
     cones = sensor_cones(robot, setup, q)
@@ -76,8 +70,9 @@ def _paint(ax: Axes, row: ScoredLayout) -> None:
 def _bars(ax: Axes, row: ScoredLayout) -> None:
     """Plot ζ under ``shadow`` of a layout and of the search, target by target."""
     names = [str(target) for target in TARGETS]
+    places = [-i for i in range(len(names))]
     for shift, score, colour in ((0.19, row.score, _LAYOUT), (-0.19, row.proposed, _SEARCH)):
-        y = [-i + shift for i in range(len(names))]
+        y = [place + shift for place in places]
         ax.barh(y, [score.shadow[name] for name in names], 0.34, color=colour)
         for at, name in zip(y, names, strict=True):
             ax.plot([score.low[name], score.high[name]], [at, at], color=INK, lw=1.2)
@@ -90,12 +85,6 @@ def _bars(ax: Axes, row: ScoredLayout) -> None:
                 fontsize=8,
                 color=GREY,
             )
-    ax.set_yticks([-i for i in range(len(names))], names, fontsize=9)
     ax.set_xlim(0, 108)
     ax.set_xticks([0, 25, 50, 75, 100])
-    ax.set_axisbelow(True)
-    ax.grid(True, axis="x", color="#e5e8eb", lw=0.6)
-    ax.spines[["top", "right", "left"]].set_visible(False)
-    ax.tick_params(axis="y", length=0, colors=INK)
-    ax.tick_params(axis="x", labelsize=8.5, colors=GREY)
-    ax.set_xlabel("coverage under shadow, percent", fontsize=9, color=GREY)
+    lying(ax, places, names, "coverage under shadow, percent")

@@ -8,7 +8,7 @@ import numpy as np
 from ...reporting import distance_figures
 from ...reporting.pages import csv_text, table
 from ...simulation.distance import THINGS, summary
-from ..engine.scenes import PAPERS_WORLD
+from ..engine.pages import page
 from . import distance_cells as paper_distance
 from . import figures
 from .cone_volume import PLACES, cone_volumes
@@ -20,38 +20,15 @@ from .open_choices import TARGETS as OPEN_TARGETS
 from .statements import Statement
 from .study import Findings
 
-_SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
-
-CHOICES = (
-    (
-        "robot",
-        (
-            "UR10 (CB3), both by its public URDF (`ur10`) and by its Denavit–Hartenberg table"
-            " (`ur10_dh`)"
-        ),
-    ),
-    (
-        "pose",
-        "the pose of the highest TCP speed in the task below; the paper does not state its pose",
-    ),
-    (
-        "task",
-        (
-            "ten products in two rows of five at 0.98 and 1.10 m, between tables at -90° and +90°;"
-            " joint speeds 120°/s (base, shoulder) and 180°/s, accelerations 80°/s²; each move from"
-            " rest to rest with trapezoidal speed"
-        ),
-    ),
-    ("rings", "radius 8 cm, phase 0, at 0, 0.5 and 1 of the link; the tool's at the flange"),
-    ("pose curve", "bends blended over half of the adjacent segments, 20 points per bend"),
-    (
-        "voxel",
-        (
-            "1 cm by rule `centre` (unbiased); 10 cm by rule `touch`, probed at every quarter of"
-            " a side including the faces"
-        ),
-    ),
+_MEASURES = (
+    ("rmse_m", "RMSE, m", 1, 3),
+    ("max_error_m", "largest error, m", 1, 2),
+    ("rmse_speed_base", "closing speed to base, RMSE, m/s", 1, 2),
+    ("rmse_speed_tcp", "closing speed to TCP, RMSE, m/s", 1, 2),
+    ("unseen_share", "undetected, % of time", 100, 0),
+    ("unseen_nearest_m", "nearest undetected, m", 1, 2),
 )
+"""Key, title, factor and digits of each measure of the minimum distance."""
 
 
 def write(findings: Findings, folder: Path) -> dict[str, str]:
@@ -63,139 +40,71 @@ def write(findings: Findings, folder: Path) -> dict[str, str]:
     rows = [*f.configurations, *f.tilts, *f.cycle, *f.open]
     return {
         "data.csv": csv_text([vars(row) for row in rows]),
-        "README.md": "\n".join(_page(f, statements)),
+        "README.md": _page(f, statements),
     }
 
 
-def _page(f: Findings, statements: Sequence[Statement]) -> Iterator[str]:
-    yield "# The paper, reproduced\n"
-    yield (
-        "The paper is Kumar and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot"
-        " Time-of-Flight Sensor Arrays* (IEEE SMC 2019). The pose is that of the highest TCP speed"
-        " in the paper's task, not the pose of the README, so figures differ slightly. Every count"
-        f" of coverage is in `data.csv`. {PAPERS_WORLD}\n"
-    )
-    yield "## The paper's statements and our measurements\n"
-    yield (
-        "Every statement on coverage is tested in four ways: on both UR10 chains, each counted"
-        " without bias and by rule `touch` with voxels of 10 cm. ✗ marks a test that fails. The"
-        " verdict is *agrees* if all four tests pass, *differs* if none passes, and *cannot be"
-        " decided* otherwise.\n"
-    )
+def _page(f: Findings, statements: Sequence[Statement]) -> str:
     whys = [
         "As above." if s.why in [o.why for o in statements[:i]] else s.why
         for i, s in enumerate(statements)
     ]
-    rows = (
+    judged = (
         [s.said, f"**{s.verdict.value}**", s.found, why]
         for s, why in zip(statements, whys, strict=True)
     )
-    yield table(("published", "verdict", "measured here", "reason"), rows)
-    yield "## The volume of one cone\n"
-    yield (
-        "The volume of one cone by counting voxels, in m³. Mean and standard deviation are over"
-        f" {PLACES} random positions on the lattice.\n"
-    )
     heads = ("rule", "voxel, m", "voxels", "volume", "mean", "standard deviation")
-    yield table(heads, ([_short(cell) for cell in row.values()] for row in cone_volumes()))
-    yield "## Configurations, and the tilt of n2_16_θ\n"
-    yield "![Coverage of every setup over all targets, and of n2_16_θ](coverage.png)\n"
-    yield from _configurations(f)
-    yield from _along(f)
-    yield from _monitored(f)
-    yield "## What the paper does not state\n"
-    yield table(("not stated", "chosen here"), CHOICES)
-    yield from _open(f.open)
+    volumes = ([_short(cell) for cell in row.values()] for row in cone_volumes())
+    return page(
+        "paper",
+        statements=table(("published", "verdict", "measured here", "reason"), judged),
+        places=PLACES,
+        volumes=table(heads, volumes),
+        configurations="\n".join(_configurations(f)),
+        cycle=_along(f),
+        paths=paper_distance.PATHS,
+        duration=paper_distance.DURATION,
+        **_monitored(f),
+        open=_open(f.open).rstrip(),
+    )
 
 
-def _monitored(f: Findings) -> Iterator[str]:
-    """Yield the section on the minimum distance."""
-    yield "## Minimum distance\n"
-    yield (
-        "A human of articulated capsules walks and reaches on"
-        f" {paper_distance.PATHS} random paths of {paper_distance.DURATION:g} s while the robot"
-        " does its task. Every sensor measures the nearest point of the human in its beam. The"
-        " system assumes that the point lies on the beam's axis at this distance, and that the"
-        " human is at the sensors' range if no sensor measures anything. Errors count while the"
-        " human is within that range. An engineering aid: none of these numbers is a safety"
-        " rating.\n"
-    )
-    yield "![Error of the minimum distance of each setup](distance.png)\n"
-    heads = (
-        "setup",
-        "RMSE, m",
-        "largest error, m",
-        "closing speed to base, RMSE, m/s",
-        "closing speed to TCP, RMSE, m/s",
-        "undetected, % of time",
-        "nearest undetected, m",
-    )
-    keys = (
-        "rmse_m",
-        "max_error_m",
-        "rmse_speed_base",
-        "rmse_speed_tcp",
-        "unseen_share",
-        "unseen_nearest_m",
-    )
+def _monitored(f: Findings) -> dict[str, str]:
+    """Return the tables on the minimum distance."""
 
     def line(setup: str) -> list[str]:
         found = summary(f.distances[setup, "shadow", "human"])
         return [
-            f"{found[key][0] * s:.{d}f} ± {found[key][1] * s:.{d}f}"
-            for key, s, d in zip(keys, _SCALES, _DIGITS, strict=True)
+            f"{found[key][0] * s:.{d}f} ± {found[key][1] * s:.{d}f}" for key, _, s, d in _MEASURES
         ]
 
+    def errors(setup: str) -> list[str]:
+        each = (summary(f.distances[setup, "shadow", t])["rmse_m"][0] for t in THINGS)
+        return [f"{error:.3f}" for error in each]
+
     setups = list(dict.fromkeys(setup for setup, _, _ in f.distances))
-    yield "Human, with self-occlusion; means over paths with 95 % intervals:\n"
-    yield table(heads, ([_name(setup), *line(setup)] for setup in setups))
-    yield (
-        "RMSE in m for each moving object, with self-occlusion. The rod, the ball and the parcel"
-        " move along the robot at distances of 3 cm to 1.25 m. They also come near the base, which"
-        " no ring covers; hence their large errors.\n"
+    balls = [f"ball of {200 * r:g} cm, distance in cm" for r in paper_distance.BALLS]
+    gaps = (
+        [_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)]
+        for name, found in f.approaches.items()
     )
-    yield table(
-        ("setup", *THINGS),
-        (
-            [
-                _name(setup),
-                *(f"{summary(f.distances[setup, 'shadow', t])['rmse_m'][0]:.3f}" for t in THINGS),
-            ]
-            for setup in setups
-        ),
-    )
-    yield (
-        "Final distance between a ball and the moving arm on a path that no beam meets, at the pose"
-        " of the highest TCP speed:\n"
-    )
-    names = ["setup", *(f"ball of {200 * r:g} cm, distance in cm" for r in paper_distance.BALLS)]
-    yield table(
-        names,
-        (
-            [_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)]
-            for name, found in f.approaches.items()
-        ),
-    )
+    heads = ("setup", *(title for _, title, *_ in _MEASURES))
+    return {
+        "human": table(heads, ([_name(setup), *line(setup)] for setup in setups)),
+        "things": table(("setup", *THINGS), ([_name(s), *errors(s)] for s in setups)),
+        "approaches": table(("setup", *balls), gaps),
+    }
 
 
-def _along(f: Findings) -> Iterator[str]:
-    """Yield the section on coverage along the task."""
+def _along(f: Findings) -> str:
+    """Return the table of coverage along the task."""
 
     def cell(setup: str, target: str) -> str:
         zeta = [r.zeta_percent for r in f.cycle if (r.setup, r.target) == (setup, target)]
         return f"{min(zeta):.1f} to {max(zeta):.1f}"
 
-    names = [str(NEAR), str(FAR)]
-    yield "## Along the task\n"
-    yield (
-        "Coverage does not change while only the base moves, because robot, beams and shell rotate"
-        " together. It changes while other joints move: down to a product, up again, and over to"
-        " the other row. Minimum and maximum of ζ along one cycle, in percent:\n"
-    )
-    yield table(
-        ("setup", *names),
-        ([_name(s), *(cell(s, t) for t in names)] for s in dict.fromkeys(r.setup for r in f.cycle)),
-    )
+    names, setups = [str(NEAR), str(FAR)], dict.fromkeys(r.setup for r in f.cycle)
+    return table(("setup", *names), ([_name(s), *(cell(s, t) for t in names)] for s in setups))
 
 
 def _short(number: object) -> str:
@@ -227,22 +136,13 @@ def _name(setup: str) -> str:
     return f"searched for {goal}, {sensors} sensors" if sensors else setup
 
 
-def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
-    """Yield the range of ζ over all open choices."""
-    names = [str(t) for t in OPEN_TARGETS]
+def _open(rows: Sequence[CoverageRow]) -> str:
+    """Return the table of the range of ζ over all open choices."""
+    columns = [(str(t), rule) for rule, _ in COUNTS for t in OPEN_TARGETS]
 
-    def cell(setup: str, target: str, rule: str) -> str:
-        found = [
-            r.zeta_percent for r in rows if (r.setup, r.target, r.rule) == (setup, target, rule)
-        ]
-        return f"{found[0]:.1f}: {np.min(found):.1f} to {np.max(found):.1f}"
+    def cell(*where: str) -> str:
+        zeta = [r.zeta_percent for r in rows if (r.setup, r.target, r.rule) == where]
+        return f"{zeta[0]:.1f}: {np.min(zeta):.1f} to {np.max(zeta):.1f}"
 
-    heads = [f"{t}, {rule}" for rule, _ in COUNTS for t in names]
-    yield (
-        "Each choice was varied on its own, on `ur10`. ζ in percent as chosen, then its minimum and"
-        " maximum over all variants, which include voxels of half and twice the side:\n"
-    )
-    yield table(
-        ("setup", *heads),
-        ([s, *(cell(s, t, rule) for rule, _ in COUNTS for t in names)] for s in OPEN_SETUPS),
-    )
+    heads = ("setup", *(f"{t}, {rule}" for t, rule in columns))
+    return table(heads, ([s, *(cell(s, *column) for column in columns)] for s in OPEN_SETUPS))

@@ -1,19 +1,23 @@
 """Page of a study of Pareto fronts: a plot, tables, and the setups at their ends and knees."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...coverage.definitions.escaping import printable_lines
 from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
-from ..engine.scenes import PAPERS_WORLD, scene_from
-from ..engine.setups_file import FILE, HOW, setups_toml
+from ..engine.pages import FILE, HOW, PAPERS_WORLD, page, setups_toml
+from ..engine.scenes import scene_from
 from .study import Point, dominated, front, hypervolume, is_papers
 
+_PAPERS = (
+    "The paper's layouts, and for each the point of a front with no more sensors that has the"
+    " largest minimum gain over both targets. ζ is in percent:"
+)
 _NEAR = 5.0  # points, a front this near to a layout may run through its name
 
 
-def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
+def fronts_plot(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
     """Plot the fronts by number of sensors, and the paper's layouts."""
     figure = sheet(10, 7.5)
     ax = figure.subplots()
@@ -56,7 +60,7 @@ def write(
     points: Sequence[Point], names: tuple[str, str], where: dict[str, object], folder: Path
 ) -> dict[str, str]:
     """Draw the plot into ``folder`` and return the texts of the other files by name."""
-    picture(points, names, folder / "pareto.png")
+    fronts_plot(points, names, folder / "pareto.png")
     kept = front([p for p in points if not is_papers(p)])
     taken = ends_and_knees(kept)
     lines = [
@@ -73,7 +77,7 @@ def write(
     ]
     return {
         "data.csv": csv_text(lines),
-        "README.md": printable_lines("\n".join(_page(points, kept, taken, names, _world(where)))),
+        "README.md": printable_lines(_page(points, kept, taken, names, _world(where))),
         FILE: setups_toml({name: (p.rings, where) for name, p in taken.items()}),
     }
 
@@ -111,49 +115,32 @@ def _page(
     taken: Mapping[str, Point],
     names: tuple[str, str],
     world: str,
-) -> Iterator[str]:
-    yield f"# {names[0]} against {names[1]}\n"
-    yield (
-        "Pareto fronts of two targets, one for each number of sensors. Every point is counted"
-        " exactly (rule `centre`, voxels of 1 cm), and no point of a front is dominated by another"
-        f" with the same number of sensors. The numbers are in `data.csv`. {world}\n"
-    )
-    yield f"![Pareto fronts of {names[0]} against {names[1]}](pareto.png)\n"
-    papers = [p for p in points if is_papers(p)]
+) -> str:
     rows = []
-    for p in papers:
+    for p in filter(is_papers, points):
         fewer = [o for o in kept if o.sensors <= p.sensors]
         better = max(fewer, key=lambda o: min(o.first - p.first, o.second - p.second))
         sign = "yes" if dominated(p, kept) else "no"
         both = (f"{q.first:.1f}, {q.second:.1f}" for q in (p, better))
         rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
-    if rows:
-        yield (
-            "The paper's layouts, and for each the point of a front with no more sensors that has"
-            " the largest minimum gain over both targets. ζ is in percent:\n"
-        )
-        yield table(
-            ("setup", "sensors", ", ".join(names), "dominated", "by, sensors", ", ".join(names)),
-            rows,
-        )
-    yield "Hypervolume of each front: the dominated area as a share of the unit square.\n"
+    both_names = ", ".join(names)
+    heads = ("setup", "sensors", both_names, "dominated", "by, sensors", both_names)
     fronts = {n: [p for p in kept if p.sensors == n] for n in sorted({p.sensors for p in kept})}
-    yield table(
-        ("sensors", "points", "hypervolume"),
-        (
-            [f"{n}", f"{len(mine)}", f"{hypervolume([(p.first, p.second) for p in mine]):.4f}"]
-            for n, mine in fronts.items()
-        ),
+    areas = (
+        [f"{n}", f"{len(mine)}", f"{hypervolume([(p.first, p.second) for p in mine]):.4f}"]
+        for n, mine in fronts.items()
     )
-    yield (
-        "Both ends of each front, and its knee: the point farthest above the line between the"
-        " ends. ζ is in percent:\n"
+    ends = (
+        [f"`{name}`", p.name, f"{p.first:.2f}", f"{p.second:.2f}", f"{len(p.rings)}"]
+        for name, p in taken.items()
     )
-    yield table(
-        ("setup", "search", *names, "rings"),
-        (
-            [f"`{name}`", p.name, f"{p.first:.2f}", f"{p.second:.2f}", f"{len(p.rings)}"]
-            for name, p in taken.items()
-        ),
+    return page(
+        "pareto",
+        first=names[0],
+        second=names[1],
+        world=world,
+        papers=f"{_PAPERS}\n\n{table(heads, rows)}\n" if rows else "",
+        areas=table(("sensors", "points", "hypervolume"), areas),
+        ends=table(("setup", "search", *names, "rings"), ends),
+        how=HOW.rstrip(),
     )
-    yield HOW

@@ -10,11 +10,9 @@ from matplotlib.lines import Line2D
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import robot_capsules
 from ...formats.export.palette import link_colours
-from ...reporting.plots import COLOURS, GREY, INK, save, sheet
-from ...reporting.rendering.canvas import Canvas
-from ...reporting.rendering.robot import add_robot
+from ...reporting.plots import COLOURS, GREY, INK, lying, save, sheet
+from ...reporting.rendering.robot import add_robot, canvas_about
 from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where
 
@@ -36,7 +34,7 @@ _UNDER = 0.09  # m, distance of the ruler below a robot
 _COLUMNS = 2
 
 
-def picture(rows: Sequence[RobotRow], file: Path) -> None:
+def robots_figure(rows: Sequence[RobotRow], file: Path) -> None:
     """Draw the robots at one scale, and the coverage of their setups beside them."""
     names = list(dict.fromkeys(row.robot for row in rows))
     lines = -(-len(names) // _COLUMNS)
@@ -84,11 +82,7 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
     """Draw a robot with the rings of ``row``; return its corners (2, 2) m in the axes."""
     scene = scene_from(where(name, {}))
     robot, frames = scene.robot, forward(scene.robot.chain, scene.poses[0].q)
-    bodies = robot_capsules(robot, frames)
-    ends = np.concatenate(
-        [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
-    )
-    view = Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
+    view = canvas_about(ax, robot, frames, _EYE)
     add_robot(
         view, scene, frames, setup_from(row.rings, scene), link_colours(robot.links), real=True
     )
@@ -132,15 +126,6 @@ def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
             )
     found = next(row.shadow for row, _ in shown if row.name == SHOWN)
     ax.axvline(found, color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), zorder=0.5)
-    ax.set_yticks(
-        [-at - 0.5 * (not row.searched) for at, (row, _) in enumerate(shown)],
-        [label for _, label in shown],
-        fontsize=9,
-    )
     ax.set_xlim(0, 101)
-    ax.set_axisbelow(True)
-    ax.grid(True, axis="x", color="#e5e8eb", lw=0.6)
-    ax.spines[["top", "right", "left"]].set_visible(False)
-    ax.tick_params(axis="y", length=0, colors=INK)
-    ax.tick_params(axis="x", labelsize=8.5, colors=GREY)
-    ax.set_xlabel("coverage of V_S(0.5), percent", fontsize=9, color=GREY)
+    places = [-at - 0.5 * (not row.searched) for at, (row, _) in enumerate(shown)]
+    lying(ax, places, [label for _, label in shown], "coverage of V_S(0.5), percent")

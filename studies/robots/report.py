@@ -1,13 +1,13 @@
 """Page of the study of robots: tables, a figure, and the setup found under ``shadow`` on each."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ...reporting.pages import csv_text, table
+from ..engine.pages import FILE, HOW, page, setups_toml
 from ..engine.scenes import scene_from
-from ..engine.setups_file import FILE, HOW, setups_toml
-from .figure import SHOWN, picture
+from .figure import SHOWN, robots_figure
 from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, RobotRow, pose_deg, where
 
 _SAID = {
@@ -20,7 +20,7 @@ _SAID = {
 
 def write(rows: Sequence[RobotRow], folder: Path) -> dict[str, str]:
     """Draw the figure into ``folder`` and return the texts of the other files by name."""
-    picture(rows, folder / "robots.png")
+    robots_figure(rows, folder / "robots.png")
     taken = {
         row.robot: (row.rings, where(row.robot, SEARCHES[SHOWN]))
         for row in rows
@@ -28,7 +28,7 @@ def write(rows: Sequence[RobotRow], folder: Path) -> dict[str, str]:
     }
     return {
         "data.csv": csv_text([_record(row) for row in rows]),
-        "README.md": "\n".join(_page(rows)),
+        "README.md": _page(rows),
         FILE: setups_toml(taken),
     }
 
@@ -45,54 +45,43 @@ def _record(row: RobotRow) -> dict[str, object]:
     return head | percents | {"unseeing": row.unseeing} | dict(zip(names, cells, strict=True))
 
 
-def _page(rows: Sequence[RobotRow]) -> Iterator[str]:
-    yield "# What ignoring the robot's body costs\n"
-    yield (
-        f"The study searches for the placement of {SENSORS} sensors in any rings with the best ζ of"
-        f" {TARGET}, on six robots, each in its default pose, under each model of occlusion. A"
-        f" search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s."
-        " The tables give ζ under all three models, counted exactly (rule `centre`, voxels of"
-        f" {100 * VOXEL:g} cm). The numbers are in `data.csv`.\n"
-    )
-    yield (
-        "![Six arms with the rings found under shadow, and the coverage of each layout under the"
-        " three models](robots.png)\n"
-    )
-    yield "## Cost of ignoring the body\n"
-    yield (
-        "A search under `ignore` places rings anywhere, as the paper does, even inside housings."
-        " With real mounts, and always under `shadow` and `blind`, rings have bodies. The columns"
-        " give ζ in percent:\n"
-    )
-    yield (
-        "- *ignore*: the result of the search under `ignore`, counted under `ignore`;\n"
-        "- *same setup*: this setup counted under the other model;\n"
-        "- *mountable*: the result of a search under `ignore` with real mounts, counted under the"
-        " other model;\n"
-        "- *searched*: the result of a search under that model;\n"
-        "- *gain*: searched minus mountable, in points.\n"
-    )
-    yield table(*_prices(rows))
-    yield _verdict(rows) + "\n"
-    yield "## All setups\n"
-    yield (
-        "ζ is in percent. *Blocked* counts sensors of which less than 1 % of the cone is"
-        " unobstructed by the body. *Time* is the processor time of the search in seconds; a *"
-        f" marks searches cut short by the limit of {PROCESSORS * SECONDS:g} s,"
-        " of which a fifth is reserved for the exact count. The number in brackets is wall time.\n"
-    )
+def _page(rows: Sequence[RobotRow]) -> str:
+    heads = ("setup", "sensors", "rings", *OCCLUSIONS, "blocked", "time, s")
+    setups = []
     for robot in dict.fromkeys(row.robot for row in rows):
-        scene = scene_from(where(robot, {}))
         angles = ", ".join(f"{a:g}" for a in pose_deg(robot))
-        yield f"### {robot}\n"
-        yield f"Pose {angles}°, reach {scene.robot.reach:g} m.\n"
-        yield table(
-            ("setup", "sensors", "rings", *OCCLUSIONS, "blocked", "time, s"),
-            map(_line, (r for r in rows if r.robot == robot)),
-        )
-    yield "## Setups\n"
-    yield f"`{FILE}` has the setup of each robot that was searched under `{SHOWN}`, by its name.\n"
-    yield HOW
+        setups += [
+            f"### {robot}\n",
+            f"Pose {angles}°, reach {scene_from(where(robot, {})).robot.reach:g} m.\n",
+            table(heads, map(_line, (r for r in rows if r.robot == robot))),
+        ]
+    each, hands = list(_by_robot(rows).values()), [row for row in rows if not row.searched]
+    searched = [of["ignore"] for of in each]
+
+    def spans(lost: Callable[[str], list[float]]) -> dict[str, str]:
+        losses = {model: lost(model) for model in OCCLUSIONS}
+        return {m: f"{min(values):.1f} to {max(values):.1f}" for m, values in losses.items()}
+
+    def gained(model: str) -> list[float]:
+        return [getattr(of[model], model) - getattr(of["ignore_mounted"], model) for of in each]
+
+    return page(
+        "robots",
+        sensors=SENSORS,
+        target=TARGET,
+        processors=PROCESSORS,
+        seconds=SECONDS,
+        limit=PROCESSORS * SECONDS,
+        voxel_cm=100 * VOXEL,
+        prices=table(*_prices(rows)),
+        lost=spans(lambda model: [row.ignore - getattr(row, model) for row in searched]),
+        by_hand=spans(lambda model: [row.ignore - getattr(row, model) for row in hands]),
+        price=spans(gained),
+        setups="\n".join(setups),
+        file=FILE,
+        shown=SHOWN,
+        how=HOW.rstrip(),
+    )
 
 
 def _line(row: RobotRow) -> list[str]:
@@ -139,31 +128,3 @@ def _by_robot(rows: Sequence[RobotRow]) -> dict[str, dict[str, RobotRow]]:
         robot: {row.name: row for row in rows if row.robot == robot}
         for robot in dict.fromkeys(r.robot for r in rows)
     }
-
-
-def _verdict(rows: Sequence[RobotRow]) -> str:
-    """Summarise the tables."""
-
-    def span(values: Sequence[float]) -> str:
-        return f"{min(values):.1f} to {max(values):.1f}"
-
-    each = list(_by_robot(rows).values())
-    lost = {
-        model: [of["ignore"].ignore - getattr(of["ignore"], model) for of in each]
-        for model in ("shadow", "blind")
-    }
-    hands = [row for row in rows if not row.searched]
-    by_hand = {
-        model: [row.ignore - getattr(row, model) for row in hands] for model in ("shadow", "blind")
-    }
-    price = {
-        model: [getattr(of[model], model) - getattr(of["ignore_mounted"], model) for of in each]
-        for model in lost
-    }
-    return (
-        f"A setup searched under `ignore` loses {span(lost['shadow'])} points under `shadow` and"
-        f" {span(lost['blind'])} under `blind`; the paper's layouts lose {span(by_hand['shadow'])}"
-        f" and {span(by_hand['blind'])}. Among mountable setups, a search that accounts for the"
-        f" body covers {span(price['shadow'])} points more under `shadow` and"
-        f" {span(price['blind'])} under `blind`."
-    )

@@ -1,6 +1,8 @@
-"""File of a study's setups: a TOML table for each, which holds a whole proposal."""
+"""Pages of studies, from their templates, and the file of a study's setups: a TOML table for each,
+which holds a whole proposal."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -13,6 +15,14 @@ USE = f"place-rings verify {FILE}:NAME"
 """Command that counts the proposal with a name."""
 HOW = f"Each table of `{FILE}` is a proposal. To count one again:\n\n```bash\n{USE}\n```\n"
 """Paragraph for the pages of studies that write setups."""
+PAPERS_WORLD = "As in the paper, beams pass through the robot, and rings need no room on it."
+"""Sentence for the pages of studies in the paper's scene."""
+
+
+def page(study: str, **values: object) -> str:
+    """Return the page of a study as Markdown: its template with values in place of their names."""
+    template = Path(__file__).parents[1] / study / "page.md"
+    return template.read_text("utf-8").format(**{"world": PAPERS_WORLD, "how": HOW} | values)
 
 
 def setups_toml(setups: Mapping[str, tuple[Rings, Mapping[str, Any]]]) -> str:
