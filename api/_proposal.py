@@ -19,7 +19,6 @@ from .formats.schema.proposal_models import (
     ReachModel,
     RepeatedModel,
     SearchFile,
-    SensitivityModel,
 )
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
@@ -256,7 +255,7 @@ class Proposal(Placement):
             comparison=comparison,
             asked_percent=criterion_percent,
             files=files,
-            sensitivity=SensitivityModel.of(() if stopped else self.sensitivity),
+            sensitivity=[] if stopped else list(self.sensitivity),
             reach=self.reach_record(),
             fewest_rings=self.rings_record(),
             searches=RepeatedModel.of(self.repeated),

@@ -14,18 +14,14 @@ from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
-from .formats.schema.reach_models import BeyondModel, PeopleModel
 from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
 from .objectives.dark_clothing import judge_dark, verify_dark
-from .objectives.feasibility.violations import mount_faults
-from .objectives.occlusion import unseeing
-from .objectives.reach import beyond_sensors
 from .objectives.scene import CoreScene
 from .objectives.verified import Verified
 from .objectives.verify import VOXEL, Verifier
-from .objectives.verify_breakdown import by_occlusion, by_part, mean_by_part, where_people_are
+from .objectives.verify_breakdown import mean_by_part
 from .reporting.text import with_error
 
 _LEAST_MEMORY = 0.01  # GB
@@ -105,27 +101,20 @@ class Coverage(Placement):
         """Records that ``place-rings verify --json`` prints: one for each target, in percent, under
         all occlusion models, with the sensors that cover almost nothing.
         """
+        from .reporting.comparison import counted
+
         core = self.scene.core
-        blocked, faults = unseeing(core, self.setup), mount_faults(core, self.setup)
-        more: dict[str, Any] = {"sensors": sensor_records(self.setup)}
-        more |= {"lifted": LiftedModel.each(self.setup)}
+        targets = [goal.target for goal in core.goals]
+        known = {(self.name, v.target): v for v in self.each}
+        records = counted(self.verifier, {self.name: self.setup}, targets, targets, known)
         effects = CalibrationEffectModel.each(calibration_effect(self.verifier, self.setup))
+        more: dict[str, Any] = {
+            "sensors": sensor_records(self.setup),
+            "lifted": LiftedModel.each(self.setup),
+        }
         return tuple(
-            VerifyResult.of(self.name, one, core)
-            .with_dark(self._dark[i])
-            .with_parts(by_part(self.verifier, self.setup, one))
-            .with_occlusion(by_occlusion(self.verifier, self.setup, one), blocked, faults)
-            .model_copy(
-                update=more
-                | {
-                    "calibration": effects[i] if effects else None,
-                    "beyond": BeyondModel.from_domain(
-                        beyond_sensors(core, one.target, besides=self.setup)
-                    ),
-                    "people": PeopleModel.of(where_people_are(self.verifier, self.setup, one)),
-                }
-            )
-            for i, one in enumerate(self.each)
+            record.model_copy(update=more | {"calibration": effects[i] if effects else None})
+            for i, record in enumerate(records)
         )
 
     @cached_property

@@ -15,12 +15,13 @@ What remains is the Monte Carlo error of the points, and of the poses where a sc
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Covered
 from ..coverage.occlusion.occluders import Occluders
 from ..coverage.ring_views.beam_membership import outer_angle
 from ..coverage.ring_views.mount_points import MountPoints, mount_points
@@ -45,14 +46,14 @@ _EDGE = 0.01  # m, by which a ring's interval may exceed the tabulated one
 _BATCH = 1 << 16  # pairs of a point and a place in one batch
 
 
-@dataclass(frozen=True)
+@definition
 class Beyond:
-    """The part of a target that no sensor covers, whatever the layout."""
+    """The part of a target that no layout covers."""
 
-    share: float
-    """Share of the target, in [0, 1]."""
-    error: float
-    """Monte Carlo error of the share, of points and poses, in [0, 1], at a confidence of 95 %."""
+    share: Annotated[float, Covered("percent")]
+    """Part of the target that is beyond any sensor that the rules allow."""
+    error: Annotated[float, Covered("error_percent")]
+    """Monte Carlo error of the part, of points and poses, at a confidence of 95 %."""
 
 
 class _Places(NamedTuple):

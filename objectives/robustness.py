@@ -2,7 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Points
 from ..coverage.rings.mounting_errors import MountingErrors
 from ..coverage.rings.ring import Setup
 from .redundancy import Redundancy, redundancy
@@ -57,15 +60,15 @@ def robustness(
     )
 
 
-@dataclass(frozen=True)
+@definition
 class RingSensitivity:
     """What small errors of one ring cost, each by the worse of both directions."""
 
     link: str
     """Link of the ring."""
     position: float
-    """Position of the ring, in [0, 1] along the link."""
-    per_mm: float
-    """Coverage lost by mm along the link, in [0, 1]: over the shift of ``sensitivity``."""
-    per_degree: float
-    """Coverage lost by degree of tilt or phase, whichever costs more: over its turn."""
+    """Position of the ring, 0 to 1 along the link."""
+    per_mm: Annotated[float, Points("points_per_mm", 4)]
+    """Coverage lost by mm along the link, over the shift of ``sensitivity``."""
+    per_degree: Annotated[float, Points("points_per_degree", 4)]
+    """Coverage lost by degree of tilt or phase, whichever costs more, over its turn."""

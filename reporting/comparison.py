@@ -8,7 +8,6 @@ from copy import copy
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
-from ..formats.schema.reach_models import BeyondModel, PeopleModel
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.criterion import Criterion, judge
 from ..objectives.dark_clothing import verify_dark
@@ -96,13 +95,8 @@ def counted(
                     )
                 if target in goals and name == next(iter(setups)):  # the others are for comparison
                     people = where_people_are(verifier, one, verified)
-                    more = {
-                        "beyond": BeyondModel.from_domain(
-                            beyond_sensors(scene, target, besides=one)
-                        ),
-                        "people": PeopleModel.of(people),
-                    }
-                    result = result.model_copy(update=more)
+                    beyond = beyond_sensors(scene, target, besides=one)
+                    result = result.model_copy(update={"beyond": beyond, "people": people})
                 yield result
 
 

@@ -9,9 +9,9 @@ from rich.table import Table
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..formats.schema.proposal_models import SensitivityModel
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
+from ..objectives.robustness import RingSensitivity
 from .explained import Explained
 from .text import counted, coverage_caption, with_error
 
@@ -19,7 +19,7 @@ _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
 
 def ring_table(
-    setup: Setup, robot: Robot, sensitivity: Sequence[SensitivityModel] = ()
+    setup: Setup, robot: Robot, sensitivity: Sequence[RingSensitivity] = ()
 ) -> Explained:
     """Return a table of rings: link, position, sensors, tilt, phase, and what errors of these cost
     where that is known."""
@@ -63,8 +63,8 @@ def ring_table(
     return Explained(title, table, below)
 
 
-def _costs(one: SensitivityModel) -> tuple[float, float]:
-    return one.points_per_mm, one.points_per_degree
+def _costs(one: RingSensitivity) -> tuple[float, float]:
+    return 100 * one.per_mm, 100 * one.per_degree
 
 
 def target_label(result: VerifyResult | RobustnessResult) -> str:

@@ -83,6 +83,20 @@ def Percent(key: str = "", **limits: float) -> FileUnit:
     return FileUnit(key, lambda value: value / 100, lambda x: round(100 * x, DIGITS), limits)
 
 
+def Covered(key: str) -> FileUnit:
+    """Return the annotation of a computed share in [0, 1] that files state in percent; rounding
+    errors may carry it beyond."""
+    limits: dict[str, float] = {"ge": 0, "le": 100}
+    return FileUnit(
+        key, lambda value: value / 100, lambda x: min(max(100 * float(x), 0.0), 100.0), limits
+    )
+
+
+def Points(key: str, digits: int) -> FileUnit:
+    """Return the annotation of a difference of shares that files state in percentage points."""
+    return FileUnit(key, lambda value: value / 100, lambda x: round(100 * x, digits), {})
+
+
 def Millimetres(key: str = "", digits: int = 6, **limits: float) -> FileUnit:
     """Return the annotation of a length in m that files state in mm."""
     return FileUnit(key, lambda mm: mm / 1000, lambda x: round(1000 * x, digits), limits)

@@ -8,8 +8,10 @@ from pydantic import Field, model_validator
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.base_frame import must_turn
+from ...objectives.robustness import RingSensitivity
 from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import turned_single
+from ...placement.search.progress import StageResult
 from .base_model import StrictModel, refuse
 from .field_types import Percent
 from .gap_models import GapModel
@@ -27,43 +29,7 @@ from .versions import VersionedFile
 
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
     from ...objectives.criterion import Criterion
-    from ...objectives.robustness import RingSensitivity
     from ...placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
-
-
-class StageModel(StrictModel):
-    """What one stage of a search reached."""
-
-    name: Literal["global", "local", "verdict"] = Field(description="stage of the search")
-    percent: float = Field(
-        description="criterion of its best setup, percent: on the search's sample points, and in"
-        " the verdict the count"
-    )
-    seconds: float = Field(description="wall-clock time, s")
-
-
-class SensitivityModel(StrictModel):
-    """What it costs that a ring is mounted a little off."""
-
-    link: str = Field(description="link of the ring")
-    position: float = Field(description="position of the ring, 0 to 1 along the link")
-    points_per_mm: float = Field(description="coverage lost by mm along the link, points")
-    points_per_degree: float = Field(
-        description="coverage lost by degree of tilt or phase, whichever costs more, points"
-    )
-
-    @classmethod
-    def of(cls, each: "Sequence[RingSensitivity]") -> list[Self]:
-        """Return the records of rings."""
-        return [
-            cls(
-                link=one.link,
-                position=one.position,
-                points_per_mm=round(100 * one.per_mm, 4),
-                points_per_degree=round(100 * one.per_degree, 4),
-            )
-            for one in each
-        ]
 
 
 class FoundModel(StrictModel):
@@ -84,7 +50,7 @@ class FoundModel(StrictModel):
     evaluations: int = Field(
         default=0, description="evaluations of the soft coverage's gradient by local searches"
     )
-    stages: list[StageModel] = Field(default=[], description="stages of the search")
+    stages: list[StageResult] = Field(default=[], description="stages of the search")
     slope: float | None = Field(
         default=None,
         description="norm of the gradient at the end of the local stage, less what the rules forbid"
@@ -139,10 +105,7 @@ class FoundModel(StrictModel):
             width=spent.width,
             starts=spent.starts,
             evaluations=spent.evaluations,
-            stages=[
-                StageModel(name=one.name, percent=100 * one.value, seconds=round(one.seconds, 1))
-                for one in result.stages
-            ],
+            stages=list(result.stages),
             slope=None if result.slope is None else round(100 * result.slope, 4),
             seconds=round(spent.seconds, 1),
             start_up_seconds=round(spent.start_up, 1),
@@ -391,7 +354,7 @@ class SearchFile(VersionedFile):
     short_percent: float = Field(
         default=0.0, ge=0, description="sum by which floors are missed, percentage points"
     )
-    sensitivity: list[SensitivityModel] = Field(
+    sensitivity: list[RingSensitivity] = Field(
         default=[], description="what small errors of each ring cost"
     )
     reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")

@@ -16,12 +16,13 @@ from ...coverage.robots.kinematics import Chain
 from ...objectives.calibration_effect import CalibrationEffect
 from ...objectives.feasibility.violations import Fault
 from ...objectives.occlusion import Unseeing
+from ...objectives.reach import Beyond
 from ...objectives.scene import CoreScene
 from ...objectives.verified import PoseZeta, Verified
+from ...objectives.verify_breakdown import PeopleShare
 from .base_model import StrictModel
 from .field_types import Metres, Percent
 from .mapping import COVERAGE, MappedModel, Of, rounded_millimetres
-from .reach_models import BeyondModel, PeopleModel
 from .sensor_records import SensorRecord
 from .separation_models import SeparationModel
 
@@ -259,10 +260,10 @@ class VerifyResult(MappedModel[Verified]):
     calibration: CalibrationEffectModel | None = Field(
         default=None, description="what the calibration of the arm changes, if it has one"
     )
-    beyond: BeyondModel | None = Field(
+    beyond: Beyond | None = Field(
         default=None, description="part of the target that no layout covers"
     )
-    people: PeopleModel | None = Field(
+    people: PeopleShare | None = Field(
         default=None, description="part of the target that the scene's person can touch"
     )
     poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")

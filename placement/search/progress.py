@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Literal
+from typing import Annotated, Literal
 
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.units import Covered, Decimals
 from ...coverage.rings.ring import Setup
 from ..stop_token import StopToken
 
@@ -23,15 +25,15 @@ class Outcome(Enum):
         return Outcome.TIME if late else Outcome.FINISHED
 
 
-@dataclass(frozen=True)
+@definition
 class StageResult:
     """What one stage of a search reached."""
 
     name: Literal["global", "local", "verdict"]
     """The stage."""
-    value: float
+    value: Annotated[float, Covered("percent")]
     """Criterion of its best setup: on the sample points, and in the verdict the count."""
-    seconds: float
+    seconds: Annotated[float, Decimals(1)]
     """Wall-clock time, s."""
 
 

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-from ...formats.schema.reach_models import BeyondModel
 from ...formats.schema.result_models import VerifyResult
-from ...objectives.reach import beyond_sensors
+from ...objectives.reach import Beyond, beyond_sensors
 from ...objectives.scene import CoreScene
 from ..tables import target_label
 
@@ -18,7 +17,7 @@ def reach_lines(scene: CoreScene) -> list[str]:
         ValueError: as ``beyond_sensors`` does.
     """
     each = [(str(g.target), beyond_sensors(scene, g.target)) for g in scene.goals]
-    return [line for name, b in each for line in _beyond(name, BeyondModel.from_domain(b))]
+    return [line for name, b in each for line in _beyond(name, b)]
 
 
 def record_lines(results: Sequence[VerifyResult]) -> list[str]:
@@ -29,14 +28,14 @@ def record_lines(results: Sequence[VerifyResult]) -> list[str]:
             lines += _beyond(target_label(r), r.beyond)
         if r.people is not None:
             lines.append(
-                f"{target_label(r)}: a person can touch {r.people.percent:.1f} % of it; of this"
-                f" part {r.people.zeta_percent:.2f} % is covered."
+                f"{target_label(r)}: a person can touch {100 * r.people.share:.1f} % of it; of this"
+                f" part {100 * r.people.zeta:.2f} % is covered."
             )
     return lines
 
 
-def _beyond(name: str, beyond: BeyondModel) -> list[str]:
-    share, error = beyond.percent, beyond.error_percent
+def _beyond(name: str, beyond: Beyond) -> list[str]:
+    share, error = 100 * beyond.share, 100 * beyond.error
     if share <= _NONE:
         return []
     return [
