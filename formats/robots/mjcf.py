@@ -1,4 +1,4 @@
-"""Reader of MJCF, MuJoCo's robot files, as the links and joints of a URDF.
+"""Reader of MJCF, MuJoCo's robot files, as the links and joints of a URDF, by MuJoCo itself.
 
 A body becomes a link, and each of its joints a joint; a body with several joints, or whose joint
 turns about another point than its origin, becomes several links. Shapes of the world belong to
@@ -10,22 +10,39 @@ import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from ...coverage.robots.kinematics import transform
-from ..errors import shown
-from .mjcf_shapes import MeshAsset, meshes_of, shape_of
-from .mjcf_text import MAIN, MjcfText, read_text
-from .urdf_model import MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
+from ..errors import UserError, shown
+from ..optional_dependencies import require
+from .mjcf_text import MjcfText, read_text, written
+from .urdf_model import MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape, rotation
 
 WORLD = "world"
 _TOOL = re.compile(r"(^|[_.\-])(attachment|tool\d*|tcp|flange|ee|eef|end[_-]?effector|grasp|pinch)")
-_REFUSED = ("replicate", "attach", "composite", "flexcomp")  # they make bodies of their own
 _IGNORED = ("equality", "tendon", "deformable")
-_MOVING = {"hinge": "revolute", "slide": "prismatic", "ball": "floating", "free": "floating"}
+_FREE, _SLIDE, _HINGE = 0, 2, 3  # MuJoCo's types of joints; 1 is a ball
+_KINDS = ("floating", "floating", "prismatic", "revolute")
+_UNBOUNDED = {0: "plane", 1: "hfield", 8: "sdf"}  # MuJoCo's types of geoms
+_SHAPES = {2: ("sphere", (1,)), 3: ("capsule", (1, 2)), 4: ("ellipsoid", (1, 1, 1))}
+_SHAPES |= {5: ("cylinder", (1, 2)), 6: ("box", (2, 2, 2))}
+Transform = Float[np.ndarray, "4 4"]
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    """A mesh of a file."""
+
+    file: str
+    """Its file, relative to the folder of the MJCF file."""
+    scale: tuple[float, ...]
+    """Scale along x, y and z."""
+    T_shape_file: Transform
+    """Pose of the scaled mesh in its shape's frame."""
 
 
 @dataclass
@@ -37,9 +54,7 @@ class _Links:
 
     def link(self, name: str, **shapes: tuple[UrdfShape, ...]) -> str:
         """Add a link with a unique name like ``name``, and return that."""
-        unique, n = name, 2
-        while unique in self.links:
-            unique, n = f"{name}_{n}", n + 1
+        unique = _unique(name, self.links)
         self.links[unique] = UrdfLink(unique, **shapes)
         return unique
 
@@ -48,15 +63,13 @@ class _Links:
         name: str,
         parent: str,
         child: str,
-        T: Float[np.ndarray, "4 4"],
+        T: Transform,
         kind: str = "fixed",
         axis: Float[np.ndarray, " 3"] | None = None,
         limits: tuple[float, float] = (-math.inf, math.inf),
     ) -> None:
         """Add a joint with a unique name like ``name``."""
-        unique, n = name, 2
-        while unique in self.joints:
-            unique, n = f"{name}_{n}", n + 1
+        unique = _unique(name, self.joints)
         unit = np.array([1.0, 0.0, 0.0]) if axis is None else axis
         self.joints[unique] = Joint(unique, kind, parent, child, T, unit, limits)
 
@@ -82,174 +95,169 @@ class _Links:
 
 
 class _Reader:
+    """Reads the links and joints of a compiled model.
+
+    Args:
+        text: the file.
+    """
+
     def __init__(self, text: MjcfText) -> None:
-        self.text, self.made = text, _Links()
-        self.meshes: dict[str, MeshAsset] = meshes_of(text)
-        self.ignored: set[str] = set()
+        self.ignored, self.made = set[str](), _Links()
+        self._meshes = dict[int, _Mesh]()  # by geom
+        self._model = self._compiled(text)
+        self._names = [WORLD]  # link of each body
 
-    def body(
-        self, element: ET.Element, parent: str, T: Float[np.ndarray, "4 4"], inherited: str
-    ) -> None:
-        """Add a body that stands at T in its parent's frame."""
-        name = element.get("name") or f"body_{len(self.made.links)}"
-        where, inherited = f"body {shown(name)}", element.get("childclass", inherited)
-        T = T @ self.text.pose(dict(element.attrib), where)
-        each = list(self._parts(element, np.eye(4), inherited, where))
-        if any(part.tag == "freejoint" or keys.get("type") == "free" for part, keys, _ in each):
-            link = self.made.link(name, **self._shapes(each, where))  # a root of its own
-        else:
-            link = self._jointed(name, each, parent, T, where)
-        for part, keys, M in each:
-            if part.tag == "site" and _TOOL.search(keys.get("name", "").lower()):
-                tip = self.made.link(keys["name"])
-                place = M @ self.text.pose(keys, f"site {shown(tip)}")
-                self.made.join(f"{tip}_site", link, tip, place)
-        for child, M, of in self._bodies(element, np.eye(4), inherited, where):
-            self.body(child, link, M, of)
+    def _compiled(self, text: MjcfText) -> Any:
+        """Return the model; a box stands for each mesh, so that MuJoCo opens no file."""
+        import mujoco
 
-    def _jointed(
-        self,
-        name: str,
-        each: list[tuple[ET.Element, dict[str, str], Float[np.ndarray, "4 4"]]],
-        parent: str,
-        T: Float[np.ndarray, "4 4"],
-        where: str,
-    ) -> str:
-        """Add the joints of a body between ``parent`` and its link; return the link's name."""
-        joints = [(part, keys) for part, keys, _ in each if part.tag == "joint"]
-        back, at = np.eye(4), parent
-        for i, (_, keys) in enumerate(joints):
-            joint = keys.get("name") or f"{name}_joint" + (f"_{i}" if len(joints) > 1 else "")
-            kind, axis, limits, anchor, start = self._joint(keys, f"joint {shown(joint)}")
-            last = i == len(joints) - 1 and not anchor.any()
-            shapes = self._shapes(each, where) if last else {}
-            child = self.made.link(name if last else f"{name}_at_{joint}", **shapes)
-            self.made.join(
-                joint, at, child, T @ back @ transform(anchor) @ start, kind, axis, limits
-            )
-            T, back, at = np.eye(4), transform(-anchor), child
+        try:
+            spec = mujoco.MjSpec.from_string(text.plain())
+            if not 1 <= len(spec.bodies) - 1 <= MOST_LINKS:
+                raise text.fail("body", len(spec.bodies) - 1, f"1 to {MOST_LINKS} bodies")
+            assets = {mesh.name: mesh for mesh in spec.meshes}
+            geoms = []
+            for geom in list(spec.geoms):
+                where = f"body {shown(written(geom.parent.name))}: geom"
+                if geom.parent.name == WORLD:
+                    self.ignored.add("shapes of the world, which belong to the cell")
+                    spec.delete(geom)
+                elif int(geom.type) in _UNBOUNDED:
+                    self.ignored.add(f"geom {_UNBOUNDED[int(geom.type)]} of {where[:-6]}")
+                    spec.delete(geom)
+                elif name := geom.meshname:  # a primitive shape would be fitted to the mesh
+                    if name not in assets:
+                        allowed = "a mesh of the file's assets"
+                        raise text.fail(f"{where}: mesh", written(name), allowed)
+                    geoms.append((geom, _mesh(text, assets[name], where)))
+                    geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_BOX, ""
+                    geom.size, geom.fromto = [0.01] * 3, [math.nan] * 6
+            for mesh in list(spec.meshes):
+                spec.delete(mesh)
+            for joint in spec.joints:
+                joint.armature = 1.0  # joints with one axis would have a singular inertia
+            model = spec.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            reason = re.sub(r",? line -?\d+", "", " ".join(written(str(error)).split()))
+            raise UserError(f"{text.path}: MuJoCo cannot read it: {reason}") from error
+        self._meshes = {geom.id: mesh for geom, mesh in geoms}
+        return model
+
+    def read(self) -> None:
+        """Add the links and joints of all bodies."""
+        model = self._model
+        self.made.link(WORLD)
+        for body in range(1, model.nbody):
+            name = written(model.body(body).name) or f"body_{len(self.made.links)}"
+            T = _pose(model.body_pos[body], model.body_quat[body])
+            first = model.body_jntadr[body]
+            joints = range(first, first + model.body_jntnum[body])
+            if any(model.jnt_type[j] == _FREE for j in joints):
+                link = self.made.link(name, **self._shapes(body))  # a root of its own
+            else:
+                link = self._jointed(name, body, joints, T)
+            self._names.append(link)
+            for site in np.flatnonzero(model.site_bodyid == body):
+                label = written(model.site(site).name)
+                if _TOOL.search(label.lower()):
+                    tip = self.made.link(label)
+                    place = _pose(model.site_pos[site], model.site_quat[site])
+                    self.made.join(f"{tip}_site", link, tip, place)
+        self.ignored |= self.made.drop_idle()
+
+    def _jointed(self, name: str, body: int, joints: range, T: Transform) -> str:
+        """Add the joints of a body between its parent and its link; return the link's name."""
+        model, back, shapes = self._model, np.eye(4), self._shapes(body)
+        at = self._names[model.body_parentid[body]]
+        for i, j in enumerate(joints):
+            number = f"_{i}" if len(joints) > 1 else ""
+            joint = written(model.joint(j).name) or f"{name}_joint{number}"
+            anchor, axis, kind = model.jnt_pos[j], model.jnt_axis[j].copy(), int(model.jnt_type[j])
+            last = j == joints[-1] and not anchor.any()
+            own = self.made.link(name if last else f"{name}_at_{joint}", **(shapes if last else {}))
+            limited = bool(model.jnt_limited[j]) and kind in (_SLIDE, _HINGE)
+            limits = tuple(model.jnt_range[j].tolist()) if limited else (-math.inf, math.inf)
+            named = "continuous" if kind == _HINGE and not limited else _KINDS[kind]
+            start = np.eye(4)  # the motion from the value at which the file states the body to 0
+            stated = float(model.qpos0[model.jnt_qposadr[j]])
+            if kind == _HINGE:
+                start = rotation(axis, -stated)
+            elif kind == _SLIDE:
+                start = transform(-stated * axis)
+            place = T @ back @ transform(anchor) @ start
+            self.made.join(joint, at, own, place, named, axis, limits)
+            T, back, at = np.eye(4), transform(-anchor), own
         if joints and not back[:3, 3].any():
             return at
-        link = self.made.link(name, **self._shapes(each, where))
+        link = self.made.link(name, **shapes)
         self.made.join(f"{name}_fixed", at, link, T @ back)
         return link
 
-    def _joint(
-        self, keys: dict[str, str], where: str
-    ) -> tuple[
-        str,
-        Float[np.ndarray, " 3"],
-        tuple[float, float],
-        Float[np.ndarray, " 3"],
-        Float[np.ndarray, "4 4"],
-    ]:
-        """Return kind, axis, limits, anchor, and the motion from the value ``ref`` to 0."""
-        text, kind = self.text, keys.get("type", "hinge")
-        if kind not in _MOVING:
-            raise text.fail(f"{where}: type", kind, ", ".join(_MOVING))
-        axis = text.numbers(keys.get("axis", "0 0 1"), [3], f"{where}: axis")
-        if np.linalg.norm(axis) < 1e-9:
-            raise text.fail(f"{where}: axis", keys["axis"], "three numbers, not all 0")
-        axis = axis / np.linalg.norm(axis)
-        anchor = text.numbers(keys.get("pos", "0 0 0"), [3], f"{where}: pos")
-        low, high = text.numbers(keys.get("range", "0 0"), [2], f"{where}: range")
-        ref = float(text.numbers(keys.get("ref", "0"), [1], f"{where}: ref")[0])
-        if kind == "hinge":
-            low, high, ref = (text.angle(float(v)) for v in (low, high, ref))
-        start = np.eye(4)
-        if kind == "hinge":
-            start[:3, :3] = Rotation.from_rotvec(-ref * axis).as_matrix()
-        elif kind == "slide":
-            start[:3, 3] = -ref * axis
-        limited = low < high and keys.get("limited") != "false" and kind in ("hinge", "slide")
-        limits = (float(low), float(high)) if limited else (-math.inf, math.inf)
-        named = "continuous" if kind == "hinge" and not limited else _MOVING[kind]
-        return named, axis, limits, anchor, start
-
-    def _parts(
-        self, element: ET.Element, T: Float[np.ndarray, "4 4"], inherited: str, where: str
-    ) -> "list[tuple[ET.Element, dict[str, str], Float[np.ndarray, '4 4']]]":
-        """Return the joints, shapes and sites of a body, those in its frames included, with their
-        attributes and the poses of their frames."""
-        parts = []
-        for child in element:
-            if child.tag in ("joint", "freejoint", "geom", "site"):
-                parts.append((child, self.text.attributes(child, inherited, where), T))
-            elif child.tag == "frame":
-                M = T @ self.text.pose(dict(child.attrib), f"{where}: frame")
-                of = child.get("childclass", inherited)
-                parts += self._parts(child, M, of, where)
-            elif child.tag in _REFUSED:
-                raise self.text.fail(
-                    where, child.tag, "body, joint, geom; save the model from MuJoCo first"
-                )
-        return parts
-
-    def _bodies(
-        self, element: ET.Element, T: Float[np.ndarray, "4 4"], inherited: str, where: str
-    ) -> "list[tuple[ET.Element, Float[np.ndarray, '4 4'], str]]":
-        """Return the bodies in a body, those in its frames included, with the poses of their
-        frames and their default classes."""
-        found = []
-        for child in element:
-            if child.tag == "body":
-                found.append((child, T, inherited))
-            elif child.tag == "frame":
-                M = T @ self.text.pose(dict(child.attrib), f"{where}: frame")
-                found += self._bodies(child, M, child.get("childclass", inherited), where)
-            elif child.tag in _REFUSED:
-                raise self.text.fail(
-                    where, child.tag, "body, joint, geom; save the model from MuJoCo first"
-                )
-        return found
-
-    def _shapes(
-        self,
-        each: list[tuple[ET.Element, dict[str, str], Float[np.ndarray, "4 4"]]],
-        where: str,
-    ) -> dict[str, tuple[UrdfShape, ...]]:
+    def _shapes(self, body: int) -> dict[str, tuple[UrdfShape, ...]]:
         """Return the shapes of a body: visual where they are displayed, of collision where they
         touch others."""
+        model, first = self._model, self._model.body_geomadr[body]
         visual, collision = [], []
-        for part, keys, T in each:
-            if part.tag != "geom":
-                continue
-            shape = shape_of(self.text, keys, T, self.meshes, f"{where}: geom")
-            if shape is None:
-                self.ignored.add(f"geom {keys.get('type', 'sphere')} of {where}")
-                continue
-            touches = "0" not in (keys.get("contype", "1"), keys.get("conaffinity", "1"))
-            touches |= keys.get("contype", "1") != keys.get("conaffinity", "1")
-            displayed = keys.get("group", "0") in ("0", "1", "2")
+        for i in range(first, first + model.body_geomnum[body]):
+            T = _pose(model.geom_pos[i], model.geom_quat[i])
+            if (mesh := self._meshes.get(i)) is not None:
+                shape = UrdfShape("mesh", T @ mesh.T_shape_file, mesh.scale, mesh.file)
+            else:
+                kind, factors = _SHAPES[int(model.geom_type[i])]
+                size = zip(factors, model.geom_size[i].tolist(), strict=False)
+                shape = UrdfShape(kind, T, tuple(factor * length for factor, length in size))
+            displayed = model.geom_group[i] in (0, 1, 2)
             if displayed:
                 visual.append(shape)
-            if touches or not displayed:
+            if model.geom_contype[i] or model.geom_conaffinity[i] or not displayed:
                 collision.append(shape)
         return {"visual": tuple(visual), "collision": tuple(collision)}
+
+
+def _unique(name: str, taken: dict[str, Any]) -> str:
+    unique, n = name, 2
+    while unique in taken:
+        unique, n = f"{name}_{n}", n + 1
+    return unique
+
+
+def _pose(place: Float[np.ndarray, " 3"], turn: Float[np.ndarray, " 4"]) -> Transform:
+    """Return the pose (4, 4) of a place, m, and a quaternion w, x, y, z."""
+    T = transform(place)
+    T[:3, :3] = Rotation.from_quat(turn, scalar_first=True).as_matrix()
+    return T
+
+
+def _mesh(text: MjcfText, asset: Any, where: str) -> _Mesh:
+    """Return a mesh of MuJoCo's ``asset``, with the pose that its ``refpos`` and ``refquat``
+    state."""
+    if not asset.file:
+        raise text.fail(f"{where}: mesh", written(asset.name), "a mesh with a file")
+    folder, bare = text.meshes
+    file = PurePosixPath(written(asset.file).replace("\\", "/"))
+    file = PurePosixPath(file.name) if bare else file
+    file = file if file.is_absolute() else PurePosixPath(folder.replace("\\", "/")) / file
+    scale, turn = np.array(asset.scale), np.array(asset.refquat)
+    where = f"mesh {shown(written(asset.name))}"
+    if turn[1:].any() and np.ptp(scale) > 1e-12:
+        raise text.fail(f"{where}: refquat", turn.tolist(), "none, where the scale is uneven")
+    T = np.linalg.inv(_pose(np.zeros(3), turn)) @ transform(-np.array(asset.refpos) * scale)
+    return _Mesh(file.as_posix(), tuple(scale.tolist()), T)
 
 
 def read_mjcf(path: Path, root: ET.Element) -> Urdf:
     """Return the robot in an MJCF file, whose root is ``root``.
 
     Raises:
-        UserError: if it cannot be read or is not supported.
+        UserError: if it cannot be read or is not supported, or MuJoCo is not installed.
     """
+    require("mujoco", str(path), "mujoco")
     text = read_text(path, root)
     reader = _Reader(text)
-    made = reader.made
-    made.link(WORLD)
-    for world in root.findall("worldbody"):
-        inherited = world.get("childclass", MAIN)
-        if world.find("geom") is not None:
-            reader.ignored.add("shapes of the world, which belong to the cell")
-        for body, T, of in reader._bodies(world, np.eye(4), inherited, "worldbody"):
-            reader.body(body, WORLD, T, of)
-    reader.ignored |= made.drop_idle()
-    if not made.links or len(made.links) > MOST_LINKS:
-        raise text.fail("body", len(made.links), f"1 to {MOST_LINKS} bodies")
+    reader.read()
     reader.ignored |= {
         tag for tag in _IGNORED if (part := root.find(tag)) is not None and len(part)
     }
     notes = (f"Ignored: {', '.join(sorted(reader.ignored))}.",) if reader.ignored else ()
     name = root.get("model") or PurePosixPath(path.name).stem
-    return Urdf(path, name[:100], made.links, made.joints, notes)
+    return Urdf(path, name[:100], reader.made.links, reader.made.joints, notes)

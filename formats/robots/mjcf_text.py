@@ -1,44 +1,58 @@
-"""Text of an MJCF file: included files, default classes, and the compiler's settings.
+"""Text of an MJCF file for MuJoCo: included files in place, and only the elements that make links,
+joints and shapes.
 
-Only files in the folder of the file that the user named, or below, are included.
+Only files in the folder of the file that the user named, or below, are included. What MuJoCo gets
+names no file that it would open but meshes, which ``mjcf`` takes out before it compiles.
 """
 
-import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 
 from ..errors import UserError, shown
 from .urdf import LARGEST
 from .xml_text import bounded_bytes, plain_xml
 
-MAIN = "main"  # name of the outermost default class
-ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 _MOST_FILES = 100  # included
 _MOST_DEEP = 100  # elements in each other
+_MOST_PARTS = 20_000  # elements that MuJoCo gets
 _FAR = 1e3  # largest absolute value of a number in a file
+_POSE = ("name", "class", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler")
+# elements that MuJoCo gets, with their attributes: nothing that names another file
+_READ: dict[str, tuple[str, ...]] = {
+    "compiler": ("angle", "coordinate", "eulerseq", "autolimits"),
+    "default": ("class",),
+    "asset": (),
+    "mesh": ("name", "class", "file", "scale", "refpos", "refquat"),
+    "worldbody": ("childclass",),
+    "body": _POSE,
+    "frame": _POSE,
+    "freejoint": ("name",),
+    "joint": ("name", "class", "type", "pos", "axis", "range", "limited", "ref"),
+    "geom": (*_POSE, "type", "size", "fromto", "mesh", "group", "contype", "conaffinity"),
+    "site": (*_POSE, "type", "size", "fromto"),
+}
+_REFUSED = ("replicate", "attach", "composite", "flexcomp")  # they make bodies of their own
+# how many numbers a key has; 0: any
+_NUMBERS = {"pos": 3, "quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3, "axis": 3}
+_NUMBERS |= {"range": 2, "ref": 1, "size": 0, "fromto": 6, "scale": 3, "refpos": 3, "refquat": 4}
+_DIRECTIONS = ("quat", "xyaxes", "zaxis", "axis", "refquat")
+_WORDS = {
+    ("joint", "type"): ("hinge", "slide", "ball", "free"),
+    ("geom", "type"): (
+        *("sphere", "capsule", "cylinder", "ellipsoid", "box", "mesh"),
+        *("plane", "hfield", "sdf"),
+    ),
+    ("compiler", "angle"): ("degree", "radian"),
+    ("compiler", "coordinate"): ("local",),
+}
+_MASSES = {"boundmass": "1", "boundinertia": "1"}  # MuJoCo refuses a moving body without any
+_PERCENT = "\ue025"  # stands for a sign that MuJoCo takes for a format's in its messages, and ends
 
 
-@dataclass
-class Compiler:
-    """Settings of the element ``compiler``."""
-
-    degrees: bool = True
-    """Whether angles are in degrees."""
-    sequence: str = "xyz"
-    """Axes of Euler angles; lower case: of the turning frame."""
-    meshdir: str = ""
-    """Folder of meshes."""
-    bare: bool = False
-    """Whether folders in the names of meshes are ignored."""
-
-
-@dataclass
+@dataclass(frozen=True)
 class MjcfText:
     """The elements of an MJCF file, with included files in place."""
 
@@ -46,107 +60,88 @@ class MjcfText:
     """The file."""
     root: ET.Element
     """Its root."""
-    compiler: Compiler = field(default_factory=Compiler)
-    """Its settings."""
-    classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
-    """Attributes by default class and element, those of outer classes included."""
 
     def fail(self, where: str, found: object, allowed: str) -> UserError:
         """Return an error that names the file, the element, the value found and those allowed."""
         return UserError(f"{self.path}: {where}: found {shown(found)}, allowed: {allowed}")
 
-    def attributes(self, element: ET.Element, inherited: str, where: str) -> dict[str, str]:
-        """Return an element's attributes, completed by its class or the ``inherited`` one."""
-        name = element.get("class", inherited)
-        if name not in self.classes:
-            raise self.fail(f"{where}: class", name, "a class of the file's defaults")
-        known = dict(self.classes[name].get(element.tag, {}))
-        if any(key in element.attrib for key in ORIENTATIONS):
-            known = {key: value for key, value in known.items() if key not in ORIENTATIONS}
-        return known | element.attrib
+    def plain(self) -> str:
+        """Return the text that MuJoCo compiles.
 
-    def numbers(self, text: str, counts: Iterable[int], where: str) -> Float[np.ndarray, " N"]:
-        """Return the numbers in a text, as many as one of ``counts``."""
-        try:
-            values = np.array([float(word) for word in text.split()])
-        except ValueError:
-            values = np.zeros(0)
-        counts = tuple(counts)
-        if len(values) not in counts or not (np.abs(values) <= _FAR).all():
-            many = " or ".join(str(count) for count in counts)
-            raise self.fail(where, text, f"{many} numbers of at most {_FAR:g}")
-        return values
+        Raises:
+            UserError: for an element that is not supported, or a number that is too large.
+        """
+        root = ET.Element("mujoco")
+        ET.SubElement(root, "compiler", _MASSES)
+        count = self._copy(self.root, root)
+        if count > _MOST_PARTS:
+            raise self.fail("root", count, f"at most {_MOST_PARTS} elements")
+        return ET.tostring(root, encoding="unicode").replace("%", _PERCENT)
 
-    def angle(self, value: float) -> float:
-        """Return an angle of the file in rad."""
-        return math.radians(value) if self.compiler.degrees else value
+    def _copy(self, source: ET.Element, target: ET.Element) -> int:
+        """Copy what is read of an element's children; return how many there are."""
+        count = 0
+        for child in source:
+            if child.tag in _REFUSED:
+                allowed = "body, joint, geom; save the model from MuJoCo first"
+                raise self.fail(_named(source), child.tag, allowed)
+            if child.tag not in _READ:
+                continue
+            keys = {key: child.get(key, "") for key in _READ[child.tag] if key in child.attrib}
+            self._check(child, keys)
+            count += 1 + self._copy(child, ET.SubElement(target, child.tag, keys))
+        return count
 
-    def pose(self, keys: dict[str, str], where: str) -> Float[np.ndarray, "4 4"]:
-        """Return the pose that ``pos`` and an orientation state, T_parent_element."""
-        T = np.eye(4)
-        T[:3, 3] = self.numbers(keys.get("pos", "0 0 0"), [3], f"{where}: pos")
-        stated = [key for key in ORIENTATIONS if key in keys]
-        if len(stated) > 1:
-            raise self.fail(where, ", ".join(stated), "one orientation")
-        if stated:
-            T[:3, :3] = self._rotation(stated[0], keys[stated[0]], f"{where}: {stated[0]}")
-        return T
+    def _check(self, element: ET.Element, keys: dict[str, str]) -> None:
+        """Raise ``UserError`` for a word or numbers that a key cannot have."""
+        for key, text in keys.items():
+            where = f"{_named(element)}: {key}"
+            words = _WORDS.get((element.tag, key))
+            if words is not None and text not in words:
+                raise self.fail(where, text, ", ".join(words))
+            if key not in _NUMBERS:
+                continue
+            try:
+                values = np.array([float(word) for word in text.split()])
+            except ValueError:
+                values = np.zeros(0)
+            count = _NUMBERS[key] or len(values)
+            if len(values) != count or not count or not (np.abs(values) <= _FAR).all():
+                raise self.fail(where, text, f"{count or 1} numbers of at most {_FAR:g}")
+            if key in _DIRECTIONS and not values[:3].any() and not values[3:].any():
+                raise self.fail(where, text, "numbers that are not all 0")
+            if key == "scale" and not values.all():
+                raise self.fail(where, text, "three numbers other than 0")
 
-    def _rotation(self, key: str, text: str, where: str) -> Float[np.ndarray, "3 3"]:
-        counts = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
-        v = self.numbers(text, [counts[key]], where)
-        if key == "euler":
-            return self._euler(v)
-        parts = {"axisangle": [v[:3]], "xyaxes": [v[:3], v[3:]]}.get(key, [v])
-        if any(np.linalg.norm(part) < 1e-9 for part in parts):
-            raise self.fail(where, text, "a direction other than 0")
-        if key == "quat":
-            w, *xyz = v
-            return np.asarray(Rotation.from_quat([*xyz, w]).as_matrix())
-        if key == "axisangle":
-            unit = v[:3] / np.linalg.norm(v[:3])
-            return np.asarray(Rotation.from_rotvec(self.angle(v[3]) * unit).as_matrix())
-        if key == "zaxis":
-            return turn_to(v)
-        x = v[:3] / np.linalg.norm(v[:3])
-        y = v[3:] - (v[3:] @ x) * x
-        if np.linalg.norm(y) < 1e-9:
-            raise self.fail(where, text, "two directions that differ")
-        y /= np.linalg.norm(y)
-        return np.stack([x, y, np.cross(x, y)], axis=1)
-
-    def _euler(self, angles: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-        R = np.eye(3)
-        for axis, angle in zip(self.compiler.sequence, angles, strict=True):
-            turn = Rotation.from_euler(axis.lower(), self.angle(angle)).as_matrix()
-            R = R @ turn if axis.islower() else turn @ R
-        return R
+    @property
+    def meshes(self) -> tuple[str, bool]:
+        """The folder of meshes, and whether folders in their names are ignored."""
+        folder, bare = "", "false"
+        for element in self.root.findall("compiler"):
+            folder = element.get("meshdir", element.get("assetdir", folder))
+            bare = element.get("strippath", bare)
+        return folder, bare == "true"
 
 
-def turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """Return the smallest rotation that turns +z to the direction ``axis``."""
-    unit = axis / np.linalg.norm(axis)
-    across = np.array([-unit[1], unit[0], 0.0])
-    sine = float(np.linalg.norm(across))
-    if sine < 1e-10:
-        return np.eye(3) if unit[2] > 0 else np.diag([1.0, -1.0, -1.0])
-    turn = Rotation.from_rotvec(math.atan2(sine, unit[2]) * across / sine)
-    return np.asarray(turn.as_matrix())
+def written(text: str) -> str:
+    """Return a text of MuJoCo's as the file has it."""
+    return text.replace(_PERCENT, "%")
+
+
+def _named(element: ET.Element) -> str:
+    """Return an element for messages: its tag and its name, if any."""
+    name = element.get("name")
+    return f"{element.tag} {shown(name)}" if name else element.tag
 
 
 def read_text(path: Path, root: ET.Element) -> MjcfText:
     """Return the text of the MJCF file at ``path``, whose root is ``root``.
 
     Raises:
-        UserError: if an included file cannot be read, or the settings are not supported.
+        UserError: if an included file cannot be read.
     """
     text = MjcfText(path, root)
     _include(text, root, [path.resolve()], 0)
-    for element in root.findall("compiler"):
-        _compile(text, element)
-    text.classes[MAIN] = {}
-    for element in root.findall("default"):
-        _collect(text, element, MAIN)
     return text
 
 
@@ -186,38 +181,3 @@ def _included(text: MjcfText, name: str | None, files: list[Path]) -> ET.Element
     if root.tag not in ("mujoco", "mujocoinclude"):
         raise text.fail(f"include: {name}: root", root.tag[:100], "mujoco, mujocoinclude")
     return root
-
-
-def _compile(text: MjcfText, element: ET.Element) -> None:
-    compiler = text.compiler
-    for key, allowed in (("angle", ("degree", "radian")), ("coordinate", ("local",))):
-        if element.get(key, allowed[0]) not in allowed:
-            raise text.fail(f"compiler: {key}", element.get(key), ", ".join(allowed))
-    compiler.degrees = element.get("angle", "degree" if compiler.degrees else "radian") == "degree"
-    compiler.sequence = element.get("eulerseq", compiler.sequence)
-    if len(compiler.sequence) != 3 or set(compiler.sequence.lower()) - set("xyz"):
-        raise text.fail("compiler: eulerseq", compiler.sequence, "three of the axes x, y, z")
-    compiler.meshdir = element.get("meshdir", element.get("assetdir", compiler.meshdir))
-    compiler.bare = element.get("strippath", "true" if compiler.bare else "false") == "true"
-
-
-def _collect(text: MjcfText, element: ET.Element, outer: str, deep: int = 0) -> None:
-    """Add the default class of an element ``default``, and those in it."""
-    name = element.get("class", MAIN if deep == 0 else "")
-    if not name or (name in text.classes and name != MAIN):
-        raise text.fail("default: class", name, "a unique name for each class")
-    if deep == 0 and name != MAIN:  # the outermost class may have any name
-        text.classes.setdefault(name, text.classes[MAIN])
-    known = {tag: dict(keys) for tag, keys in text.classes[outer].items()}
-    for child in element:
-        if child.tag != "default":
-            kept = known.get(child.tag, {})
-            if any(key in child.attrib for key in ORIENTATIONS):
-                kept = {key: value for key, value in kept.items() if key not in ORIENTATIONS}
-            known[child.tag] = kept | child.attrib
-    text.classes[name] = known
-    if deep == 0:
-        text.classes[MAIN] = known
-    for child in element:
-        if child.tag == "default":
-            _collect(text, child, name, deep + 1)

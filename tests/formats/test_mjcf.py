@@ -3,6 +3,7 @@ what it refuses.
 """
 
 import xml.etree.ElementTree as ET
+from contextlib import suppress
 
 import mujoco
 import numpy as np
@@ -227,16 +228,16 @@ REFUSED = {
     '<include file="lift.xml"/>': "include lift.xml",
     '<compiler angle="turns"/>': 'compiler angle "turns" degree, radian',
     '<compiler coordinate="global"/>': 'compiler coordinate "global" local',
-    '<compiler eulerseq="xy"/>': "compiler eulerseq",
+    '<compiler eulerseq="xy"/>': "eulerseq compiler",
     body("<replicate/>"): '"replicate"',
     body('<geom type="blob"/>'): 'geom type "blob"',
     body('<geom mesh="no"/>'): 'geom mesh "no"',
     body(pos="0 0"): "pos 3",
     body(pos="0 0 nan"): "pos",
     body(quat="0 0 0 0"): "quat 0",
-    body(quat="1 0 0 0", euler="0 0 0"): "one orientation",
+    body(quat="1 0 0 0", euler="0 0 0"): "multiple orientation",
     body('<joint axis="0 0 0"/>'): "axis 0",
-    body('<joint class="gone"/>'): 'class "gone"',
+    body('<joint class="gone"/>'): "class gone",
     body('<joint type="screw"/>'): 'type "screw"',
     '<asset><mesh name="a" scale="0 1 1" file="a.stl"/></asset>': "scale 0",
     "<!DOCTYPE": "document type",
@@ -260,3 +261,28 @@ def test_any_text_is_read_or_refused(tmp_path_factory, data):
     path.write_bytes(b"<mujoco>" + data + b"</mujoco>")
     with pytest.raises(UserError):
         pick_chain(read_description(path))
+
+
+HOSTILE = st.sampled_from(
+    ["", "nan", "-1e300", "%n%n", "%s" * 9, "x" * 70_000, "1 2 3", "mesh", "99"]
+)
+
+
+@given(drawing.seeds, st.integers(0), st.integers(0), HOSTILE)
+def test_no_value_crashes_mujoco(tmp_path_factory, seed, element, key, value):
+    """Its messages take a text of the file for a format, which ends the process at %n."""
+    root = drawn_mjcf(np.random.default_rng(seed), ("block",))
+    elements = [at for at in root.iter() if at.attrib]
+    at = elements[element % len(elements)]
+    at.set(list(at.attrib)[key % len(at.attrib)], value)
+    path = tmp_path_factory.mktemp("hostile") / "hostile.xml"
+    path.write_text(ET.tostring(root, encoding="unicode"))
+    with suppress(UserError):
+        read_description(path)
+
+
+def test_names_with_a_percent_sign_stay(tmp_path):
+    path, joint = tmp_path / "arm.xml", '<joint name="50%"/><geom size="1"/>'
+    path.write_text(f"<mujoco>{body(joint, name='half %n')}</mujoco>")
+    description = read_description(path)
+    assert ("half %n" in description.links, [*description.joints]) == (True, ["50%"])

@@ -153,23 +153,26 @@ def distributions(requirements):
 
 def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     core = distributions(CORE)
-    bags, cluster, rig, everything, test = (
-        distributions(EXTRAS[name]) for name in ("bags", "cluster", "rig", "all", "test")
+    bags, cluster, mujoco, rig, everything, test = (
+        distributions(EXTRAS[name]) for name in ("bags", "cluster", "mujoco", "rig", "all", "test")
     )
     homes = packages_distributions()  # on Python 3.13 there is no ur-rtde
     homes |= {f"rtde_{part}": ["ur-rtde"] for part in ("control", "receive")}
+    homes["mujoco"] = ["mujoco"]  # its parts install into one folder
     by_room = {}
     for _, path in modules():
         tops = others(path) - sys.stdlib_module_names - {"place_rings", "pydantic_core"}
         used = by_room.setdefault(path.relative_to(ROOT).parts[0], set())
         used |= distributions(dist for top in tops for dist in homes.get(top, [top]))
     used = set().union(*by_room.values())
-    assert used <= core | bags | cluster | rig
-    for extra, where in ((bags, {"rig", "formats"}), (cluster, {"studies"}), (rig, {"rig"})):
+    rare = bags | cluster | mujoco | rig
+    assert used <= core | rare
+    rooms = {"rig", "formats"}, {"studies"}, {"formats"}, {"rig"}
+    for extra, where in zip((bags, cluster, mujoco, rig), rooms, strict=True):
         assert {room for room, dists in by_room.items() if dists & extra} == where
     assert core <= used
-    assert everything == bags | cluster | rig | distributions(EXTRAS["robots"])
-    assert test >= bags | cluster | rig
+    assert everything == rare | distributions(EXTRAS["robots"])
+    assert test >= rare
 
 
 @pytest.fixture
