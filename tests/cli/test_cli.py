@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 import trimesh
 from place_rings import _safety
-from place_rings._rings import Rings
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
 from place_rings.coverage.rings.ring import named_setup
@@ -36,7 +35,9 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
+from place_rings.placement.search.options import SearchOptions
 from place_rings.placement.search.schedule import Round
+from place_rings.placement.search.several_searches import space_of
 from place_rings.reporting import comparison
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
@@ -199,12 +200,13 @@ def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
 
 def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
     few, usual = paper_scene(rules=Rules(sensors=(4, 8))), paper_scene()
-    assert {ring.count for ring in Rings(rings_per_link=2).space(few).layout.rings} == {8}
-    assert {ring.count for ring in Rings(rings_per_link=2).space(usual).layout.rings} == {16}
-    assert {
-        ring.count
-        for ring in Rings(rings_per_link=2, sensors_per_ring=40).space(usual).layout.rings
-    } == {40}
+    for scene, given, count in (
+        (few, {}, 8),
+        (usual, {}, 16),
+        (usual, {"sensors_per_ring": 40}, 40),
+    ):
+        space = space_of(SearchOptions(rings_per_link=2, **given), scene)
+        assert {ring.count for ring in space.layout.rings} == {count}
 
 
 NEAR = ("--target", "V_S:0.5")
