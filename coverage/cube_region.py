@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, Index
-from .solids.base import Parts
+from .solids.base import CubePairs, Parts
 from .solids.volume_fraction import VolumeFraction
 from .weight_field import LEVELS, WeightField
 
@@ -98,19 +98,11 @@ class CubeRegion(Parts):
         level = self.inside.astype(np.int32) * LEVELS
         return WeightField(level, (x, y, z), (self.side,) * 3, 0)
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``; the share of a small cube is known up to rounding."""
-        low, high = np.zeros((2, cubes))
-        mean = self._field.in_cubes(points, side, slack).mean
-        low[cell], high[cell] = mean.low, mean.high
+        low, high = np.zeros((2, pairs.cubes))
+        mean = self._field.in_cubes(pairs.points, pairs.side, pairs.slack).mean
+        low[pairs.cell], high[pairs.cell] = mean.low, mean.high
         return VolumeFraction(low, high)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:

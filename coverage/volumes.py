@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 
 from .arrays import Array, Index
 from .robots.kinematics import transform
-from .solids.base import Difference, Intersection, Parts, Solid, Union
+from .solids.base import CubePairs, Difference, Intersection, Parts, Solid, Union
 from .solids.closed_mesh import ClosedMesh
 from .solids.cylinders import Cylinders
 from .solids.polyhedra import Polyhedra, Polyhedron, box, polyhedra
@@ -303,23 +303,16 @@ class FunctionSolid(Parts):
             raise ValueError("the function of a target returned NaN")
         return np.maximum(value, beyond).reshape(np.shape(points)[:-1])
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``: 0 or 1 where the function is far enough from 0, else unknown.
 
         Nothing is known about the surface inside a cube, so bounds are of first order.
         """
-        low, high = np.zeros((2, cubes))
-        value, reach = self.part(points, index), 3**0.5 / 2 * side + slack
-        low[cell[value < -reach]] = 1.0
-        high[cell[value <= reach]] = 1.0
+        low, high = np.zeros((2, pairs.cubes))
+        value = self.part(pairs.points, pairs.index)
+        reach = 3**0.5 / 2 * pairs.side + pairs.slack
+        low[pairs.cell[value < -reach]] = 1.0
+        high[pairs.cell[value <= reach]] = 1.0
         return VolumeFraction(low, high)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot, root, rows
 from ..pytrees import mapped
-from ..solids.base import Parts
+from ..solids.base import CubePairs, Parts
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
@@ -116,22 +116,15 @@ class Beams(Parts):
         )
         return value <= reach, sure < -reach
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``.
 
         A shadow is convex. Its share is bounded like that of any convex body, and the visible share
         is the rest. At every point, the ball nearest to the cube's centre gives an upper bound of
         the shadow's signed distance.
         """
-        each, value, normal = self.cones.each_share(points, index, side, slack)
+        each, value, normal = self.cones.each_share(pairs)
+        points, _, index, _, side, slack = pairs
         if np.isfinite(self.late).any():
             v = points - rows(self.cones.apex, index)
             for stop, keep in ((self.stop[index], "low"), (self.late[index], "high")):
@@ -150,9 +143,8 @@ class Beams(Parts):
                 entry = first[index[todo]] + rank
                 near, hidden = share_of(rows(points, todo), entry, side, slack, reach)
                 todo = todo[near]
-                both = each.only(todo) & -hidden
-                each.low[todo], each.high[todo] = both.low, both.high
-        return union_bounds(cell, cubes, each, value, normal, side, slack)
+                each.cut(todo, -hidden)
+        return union_bounds(pairs, each, value, normal)
 
     def _share(
         self, points: Array, entry: Index, side: float, slack: float, reach: float

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from ..arrays import Array, dot
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
-from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, within
+from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, plane, within
 
 
 def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
@@ -25,10 +25,8 @@ def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: S
         return Bitmask(sure, maybe)
     from_ball, radius = way(ball, shadow)[cut], ball.radius[cut]
     length = distance[cut] + radius
-    plane = np.zeros((10, len(cut)))
-    plane[0] = distance[cut]
-    plane[1:4] = (from_ball / np.where(length > 0, length, 1.0)[:, None]).T
-    sure[cut] = grid.only(cut).words(plane).sure
+    normal = from_ball / np.where(length > 0, length, 1.0)[:, None]
+    sure[cut] = grid.only(cut).words(plane(distance[cut], normal)).sure
     maybe[cut] = ~grid.only(cut).words(within(radius, from_ball)).sure
     open_ = cut[(sure[cut] != maybe[cut]) & (length > 0)]
     for some in np.array_split(open_, len(open_) * VOXELS // (1 << 16) + 1):
@@ -50,9 +48,7 @@ def free_of_planes(
         value = dot(points, normal[:, i]) - offset[:, i]
         some = np.flatnonzero(value >= -grid.reach - grid.rounding)
         if len(some):
-            plane = np.zeros((10, len(some)))
-            plane[0], plane[1:4] = value[some], normal[some, i].T
-            above = grid.only(some).words(plane)
+            above = grid.only(some).words(plane(value[some], normal[some, i]))
             sure[some] |= above.sure
             maybe[some] |= above.maybe
     return Bitmask(sure, maybe)

@@ -11,12 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import and_, neg, or_
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, Index, namespace
+from ..arrays import Array, Index, namespace, rows
 from ..pytrees import tree
 from .volume_fraction import VolumeFraction
 
@@ -32,6 +32,28 @@ class Solid(Protocol):
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the lower and upper corner (2, 3) m of an axis-aligned bounding box."""
+
+
+class CubePairs(NamedTuple):
+    """P pairs of a cube of a lattice and a part of a solid."""
+
+    points: Float[np.ndarray, "P 3"]
+    """Centre of each pair's cube, m."""
+    cell: Int[np.ndarray, " P"]
+    """Index of the cube, ascending."""
+    index: Int[np.ndarray, " P"]
+    """Index of the part, ascending within a cube."""
+    cubes: int
+    """Number of cubes."""
+    side: float
+    """Side of the cubes, m."""
+    slack: float
+    """Rounding error of an implicit function, m."""
+
+    def only(self, k: Int[np.ndarray, " M"]) -> "CubePairs":
+        """Return the pairs with these indices."""
+        points, cell, index, *rest = self
+        return CubePairs(rows(points, k), cell[k], index[k], *rest)
 
 
 class Parts(ABC):
@@ -92,26 +114,11 @@ class Parts(ABC):
         return value <= reach, value < -reach
 
     @abstractmethod
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """Return bounds of each cube's volume fraction in the union.
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
+        """Return bounds of each cube's volume fraction in the union; parts that miss a cube may be
+        absent from the pairs.
 
         The bounds are of second order where one smooth surface intersects a cube.
-
-        Args:
-            points: centre of each pair's cube, m.
-            cell: index of the cube, ascending.
-            index: part of each pair, ascending within a cube; parts that miss a cube may be absent.
-            cubes: number of cubes.
-            side: side of the cubes, m.
-            slack: rounding error of an implicit function, m.
         """
 
 

@@ -4,24 +4,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers, dot, root, rows
 from ..pytrees import tree
-from .base import Parts
 from .segments import from_segment, point_to_segment
-from .tangent_bounds import distance_tangent, union_bounds
-from .volume_fraction import VolumeFraction
+from .tangent_bounds import RoundParts
 
 
 @tree
 @dataclass(frozen=True)
-class Capsules(Parts):
-    """A union of N capsules, optionally for each of a batch of poses (...), or one single capsule.
-
-    The distance from a segment less a radius is a signed distance, hence 1-Lipschitz. The curvature
-    of the distance from a convex body is at most the reciprocal of the distance.
-    """
+class Capsules(RoundParts):
+    """A union of N capsules, optionally for each of a batch of poses (...), or one single
+    capsule."""
 
     start: Float[Array, "*shape 3"]
     """Starts of the axes, (..., N, 3) m."""
@@ -54,26 +49,9 @@ class Capsules(Parts):
         """
         return point_to_segment(points, self.start, self.end) - self.radius
 
-    def _away(self, points: Array, index: Index) -> Any:
-        """Return the vector (..., 3) m from the nearest point of the axis of part ``index``."""
+    def away(self, points: Array, index: Index) -> Any:
+        """See ``RoundParts.away``."""
         return from_segment(points, rows(self.start, index), rows(self.end, index))
-
-    def part(self, points: Array, index: Index) -> Any:
-        v = self._away(points, index)
-        return root(dot(v, v)) - self.radius[index]
-
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``."""
-        t = distance_tangent(self._away(points, index), self.radius[index], side)
-        return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         start, end, radius = (

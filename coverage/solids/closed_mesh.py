@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot
-from .base import Parts
+from .base import CubePairs, Parts
 from .tangent_bounds import share_under
 from .volume_fraction import VolumeFraction
 
@@ -123,29 +123,22 @@ class ClosedMesh(Parts):
         inside[clear] = self.holds(points[clear])
         return ~clear | inside, inside
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``.
 
         In a small cube all triangles that it meets lie between two planes across the normal of the
         nearest one. Beyond each plane the cube is convex and free of surface, hence wholly inside
         or wholly outside, as the corner there is.
         """
+        points, side, slack = pairs.points, pairs.side, pairs.slack
         low, high = np.zeros(len(points)), np.ones(len(points))
         reach = 3**0.5 / 2 * side + slack
         small = np.arange(len(points) if reach < _NEAR * self._radius else 0)
         for some in np.array_split(small, max(len(small) // 2000, 1)):
             if len(some):
                 low[some], high[some] = self._between(points[some], side, reach, slack)
-        both = np.zeros((2, cubes))
-        both[0][cell], both[1][cell] = low, high
+        both = np.zeros((2, pairs.cubes))
+        both[0][pairs.cell], both[1][pairs.cell] = low, high
         return VolumeFraction(both[0], both[1])
 
     def _between(

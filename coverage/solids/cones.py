@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
+from .base import CubePairs
 from .tangent_bounds import Tangent, TangentParts, away, curvature
 from .volume_fraction import VolumeFraction
 
@@ -80,13 +81,7 @@ class Cones(TangentParts):
             self.range_m[index],
         )
 
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """Return bounds of the share of each pair's cube in its cone, and a tangent plane.
 
         The plane lies below the cone's side and is given by value and normal at the cube's centre.
@@ -94,6 +89,7 @@ class Cones(TangentParts):
         by at most cos a / rho: with xi the step away from the axis and eta the one around it,
         hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane.
         """
+        points, _, index, _, side, slack = pairs
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
         cosine, sine = np.cos(self.half_angle)[index], np.sin(self.half_angle)[index]
         d = dot(v, axis)
@@ -106,11 +102,8 @@ class Cones(TangentParts):
         depth = d - self.range_m[index]
         cut = depth > -np.abs(axis).sum(axis=1) * side / 2 - slack
         if cut.any():
-            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut))).share(
-                side, slack
-            )
-            both = share.only(cut) & base
-            share.low[cut], share.high[cut] = both.low, both.high
+            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut)))
+            share.cut(cut, base.share(side, slack))
         return share, mantle.value, normal
 
     def around(self) -> "Cones":

@@ -4,18 +4,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import Parts
-from .tangent_bounds import Tangent, distance_tangent, union_bounds
+from .base import CubePairs
+from .tangent_bounds import Tangent, TangentParts, distance_tangent
 from .volume_fraction import VolumeFraction
 
 
 @tree
 @dataclass(frozen=True)
-class Cylinders(Parts):
+class Cylinders(TangentParts):
     """A union of K cylinders.
 
     ``max(distance from the axis - radius, |height along the axis| - half)``: both terms are
@@ -47,26 +47,16 @@ class Cylinders(Parts):
         round_ = root(dot(across, across)) - self.radius[index]
         return xp.maximum(round_, xp.abs(height) - self.half[index])
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``: the share within the radius, and between the two flat ends."""
-        axis, height, across = self._beside(points, index)
-        round_ = distance_tangent(across, self.radius[index], side)
-        straight = np.zeros(len(points))
-        ends = [
-            Tangent(sign * height - self.half[index], sign * axis, straight) for sign in (1.0, -1.0)
-        ]
-        each = round_.share(side, slack)
-        for end in ends:
-            each = each & end.share(side, slack)
-        return union_bounds(cell, cubes, each, round_.value, round_.normal, side, slack)
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+        """See ``TangentParts.each_share``: within the radius, and between the two flat ends."""
+        axis, height, across = self._beside(pairs.points, pairs.index)
+        size = pairs.side, pairs.slack
+        round_ = distance_tangent(across, self.radius[pairs.index], pairs.side)
+        each, straight = round_.share(*size), np.zeros(len(axis))
+        for sign in (1.0, -1.0):
+            end = Tangent(sign * height - self.half[pairs.index], sign * axis, straight)
+            each = each & end.share(*size)
+        return each, round_.value, round_.normal
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, axis = np.asarray(self.centre), np.abs(np.asarray(self.axis))

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
+from .base import CubePairs
 from .cones import Cones, cone
 from .tangent_bounds import distance_tangent
 from .volume_fraction import VolumeFraction
@@ -41,23 +42,17 @@ class Domes(Cones):
         apex, axis = rows(self.apex, index), rows(self.axis, index)
         return dome(points, apex, axis, cosine, sine, self.range_m[index])
 
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``Cones.each_share``: the side as there, and the ball, which is convex and curves by
         1 / |v|."""
         endless = Cones(self.apex, self.axis, self.half_angle, np.full(len(self), np.inf))
-        share, value, normal = endless.each_share(points, index, side, slack)
+        share, value, normal = endless.each_share(pairs)
+        points, _, index, _, side, slack = pairs
         v = points - rows(self.apex, index)
         cut = np.flatnonzero(root(dot(v, v)) > self.range_m[index] - side - slack)
         if len(cut):
             ball = distance_tangent(v[cut], self.range_m[index[cut]], side)
-            both = share.only(cut) & ball.share(side, slack)
-            share.low[cut], share.high[cut] = both.low, both.high
+            share.cut(cut, ball.share(side, slack))
         return share, value, normal
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
+from .base import CubePairs
 from .tangent_bounds import Tangent, TangentParts, away, curvature
 from .volume_fraction import VolumeFraction
 
@@ -76,13 +77,7 @@ class Fans(TangentParts):
         numbers = (self.half_angle[index], self.half_thickness[index], self.range_m[index])
         return fan(points, apex, axis, up, *numbers)
 
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """Return bounds of the share of each pair's cube in its fan, and the nearer plane of its
         slab, given by value and normal at the cube's centre.
 
@@ -90,11 +85,9 @@ class Fans(TangentParts):
         curves in one direction only, around ``up``, by 1 / hypot(d, x). A wedge beyond a right
         angle is the union of two half-spaces.
         """
-        axis, up, v = (
-            rows(self.axis, index),
-            rows(self.up, index),
-            points - rows(self.apex, index),
-        )
+        points, _, index, _, side, slack = pairs
+        axis, up, apex = (rows(a, index) for a in (self.axis, self.up, self.apex))
+        v = points - apex
         across, half = cross(up, axis), self.half_angle[index]
         d, x, y = dot(v, axis), dot(v, across), dot(v, up)
         flat = np.zeros(len(index))

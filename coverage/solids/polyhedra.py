@@ -15,8 +15,8 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Vector, dot, namespace
 from ..pytrees import tree
-from .base import Parts
-from .tangent_bounds import Tangent, union_bounds
+from .base import CubePairs
+from .tangent_bounds import Tangent, TangentParts
 from .volume_fraction import VolumeFraction
 
 _DIGITS = 7  # decimals of normals: faces of a hull that agree to these are merged
@@ -242,15 +242,14 @@ def planes_share(
         total.high[value > reach] = 0.0
         cut = np.flatnonzero(np.abs(value) <= reach)
         if len(cut):
-            share = Tangent(value[cut], n[cut], np.zeros(len(cut))).share(side, slack)
-            both = VolumeFraction(total.low[cut], total.high[cut]) & share
-            total.low[cut], total.high[cut] = both.low, both.high
+            plane = Tangent(value[cut], n[cut], np.zeros(len(cut)))
+            total.cut(cut, plane.share(side, slack))
     return total
 
 
 @tree
 @dataclass(frozen=True)
-class Polyhedra(Parts):
+class Polyhedra(TangentParts):
     """A union of K convex polyhedra."""
 
     normal: Float[Array, "K M 3"]
@@ -266,22 +265,14 @@ class Polyhedra(Parts):
     def part(self, points: Array, index: Index) -> Any:
         return largest(points, self.normal[index], self.offset[index])
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
-        """See ``Parts.shares``; each face is a plane."""
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+        """See ``TangentParts.each_share``; each face is a plane."""
+        points, _, index, _, side, slack = pairs
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
         value = dot(points[:, None], normal) - offset
         top = value.argmax(axis=1)
         n = np.take_along_axis(normal, top[:, None, None], axis=1)[:, 0]
-        share = planes_share(points, normal, offset, side, slack)
-        return union_bounds(cell, cubes, share, value.max(axis=1), n, side, slack)
+        return planes_share(points, normal, offset, side, slack), value.max(axis=1), n
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         return np.asarray(self.box)

@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
+from .base import CubePairs
 from .tangent_bounds import Tangent, TangentParts
 from .volume_fraction import VolumeFraction
 
@@ -107,29 +108,21 @@ class Pyramids(TangentParts):
         )
         return corner
 
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """Return bounds of the share of each pair's cube in its pyramid, and its outermost plane.
 
         The plane is given by value and normal at the cube's centre. All five surfaces are planes,
         without curvature. Most cubes meet one of them. For a cube that several planes intersect,
         the bounds of the planes are combined.
         """
+        points, _, index, _, side, slack = pairs
         values, normals = self.planes(points, index)
         share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
         for value, normal in zip(values, normals, strict=True):
             cut = value > -np.abs(normal).sum(axis=1) * side / 2 - slack
             if cut.any():
-                plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut))).share(
-                    side, slack
-                )
-                both = share.only(cut) & plane
-                share.low[cut], share.high[cut] = both.low, both.high
+                plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut)))
+                share.cut(cut, plane.share(side, slack))
         furthest = values.argmax(axis=0)
         at = np.arange(len(index))
         return share, values[furthest, at], normals[furthest, at]

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import mapped, tree
+from .base import CubePairs
 from .cones import Cones, cone
 from .domes import Domes, dome
 from .fans import Fans, fan
@@ -70,37 +71,54 @@ class BeamShapes(NamedTuple):
             return Cones(apex, axis, self.half_angle, self.range_m)
         if up is None or self.zoned is None:
             raise ValueError("square beams need their up vectors and their zones")
-        beams = (apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
-        return MixedBeams(*beams) if self.special is None else SpecialBeams(*beams, *self.special)
+        look = (apex, axis, self.half_angle, self.range_m)
+        return MixedBeams(*look, up, self.half_up, self.zoned, self.special)
+
+
+_WIDE = 1.4  # rad, half angle above which a dome has no circumscribed cone
+_ARC = 33  # points of an arc in a drawing
 
 
 @tree
 @dataclass(frozen=True)
 class MixedBeams(Cones):
-    """A union of cones and pyramids, numbered together.
+    """A union of cones, pyramids, domes and fans, numbered together.
 
     A part with ``half_up`` above 0 is a pyramid. Each part has the implicit function of its shape,
-    so the union is 1-Lipschitz.
+    and the half-space beyond the distance at which it begins keeps the Lipschitz constant 1, so the
+    union is 1-Lipschitz.
     """
 
     up: Float[Array, "K 3"]
-    """Unit vectors perpendicular to the axes of pyramids; meaningless for cones."""
+    """Unit vectors perpendicular to the axes of pyramids, domes and fans; meaningless for cones."""
     half_up: Float[Array, " K"]
     """Half angles along ``up``, rad; 0 for cones."""
     zoned: Bool[Array, " K"]
     """Which parts have several zones, so that an occluder in some zones does not affect the
     others."""
+    special: SpecialShapes | None = None
+    """Domes, fans and least ranges; None: there are none."""
 
     def part(self, points: Array, index: Index) -> Any:
-        half, half_up, range_m = self.half_angle[index], self.half_up[index], self.range_m[index]
+        special = self.special and SpecialShapes(*(a[index] for a in self.special))
+        half, range_m, half_up = self.half_angle[index], self.range_m[index], self.half_up[index]
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        return beam(points, apex, axis, half, range_m, up, half_up)
+        shapes = BeamShapes(half, range_m, half_up, self.zoned[index], special)
+        return beam_function(shapes, points, apex, axis, up)
 
     def _by_shape(self, index: Index) -> tuple[tuple[Any, Any], ...]:
         """Return, for each shape, which pairs have it and the union of that shape."""
-        square = self.is_square()[index]
-        round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
-        return (~square, round_), (square, self.pyramids())
+        square, look = self.is_square()[index], (self.apex, self.axis, self.half_angle)
+        if self.special is None:
+            return (~square, Cones(*look, self.range_m)), (square, self.pyramids())
+        domed = np.asarray(self.special.dome)[index]
+        fanned = np.asarray(self.special.half_thickness)[index] > 0
+        return (
+            (~square & ~domed & ~fanned, Cones(*look, self.range_m)),
+            (square, self.pyramids()),
+            (domed, Domes(*look, self.range_m)),
+            (fanned, Fans(*look, self.range_m, self.up, self.special.half_thickness)),
+        )
 
     def pyramids(self) -> Pyramids:
         """Return all parts as pyramids; only those of actual pyramids are meaningful."""
@@ -114,55 +132,93 @@ class MixedBeams(Cones):
             if which.any()
         ]
 
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
-        """See ``Cones.each_share``; each pair is evaluated by its shape."""
-        n = len(index)
-        share, value, normal = (
-            VolumeFraction(np.zeros(n), np.zeros(n)),
-            np.zeros(n),
-            np.zeros((n, 3)),
+    def beginning(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
+    ) -> tuple[Int[np.ndarray, " B"], Float[np.ndarray, " B"], Float[np.ndarray, "B 3"]]:
+        """Return which of P pairs have beams that begin at a distance from the apex, how far beyond
+        that plane their points lie, m, and the axes."""
+        none = np.zeros(0, int)
+        at = (
+            none
+            if self.special is None
+            else np.flatnonzero(np.asarray(self.special.near)[index] > 0)
         )
+        if self.special is None or len(at) == 0:
+            return none, np.zeros(0), np.zeros((0, 3))
+        axis, apex = (rows(a, index[at]) for a in (self.axis, self.apex))
+        return at, dot(points[at] - apex, axis) - self.special.near[index[at]], axis
 
-        def fill(k: Index, shape: Any) -> None:
-            bounds, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+        """See ``Cones.each_share``; each pair is evaluated by its shape, and the plane at which a
+        beam begins has no curvature."""
+        n = len(pairs.index)
+        share, normal = VolumeFraction(np.zeros(n), np.zeros(n)), np.zeros((n, 3))
+        value = np.zeros(n)
+
+        def fill(k: Any, shape: Any) -> None:
+            bounds, value[k], normal[k] = shape.each_share(pairs.only(k))
             share.low[k], share.high[k] = bounds.low, bounds.high
 
-        self.split(index, fill)
+        self.split(pairs.index, fill)
+        at, beyond, axis = self.beginning(pairs.points, pairs.index)
+        if len(at):
+            begin = Tangent(-beyond, -axis, np.zeros(len(at)))
+            share.cut(at, begin.share(pairs.side, pairs.slack))
         return share, value, normal
 
     def around(self) -> Cones:
-        """Return the circumscribed cones of the beams, through a pyramid's corners."""
+        """Return the circumscribed cones of all parts that are not wide, through a pyramid's
+        corners."""
         xp = namespace(self.half_up)
         corner = xp.arctan(xp.hypot(xp.tan(self.half_angle), xp.tan(self.half_up)))
-        return Cones(
-            self.apex, self.axis, xp.where(self.half_up > 0, corner, self.half_angle), self.range_m
-        )
+        half = xp.where(self.half_up > 0, corner, self.half_angle)
+        half = half if self.special is None else xp.minimum(half, _WIDE)
+        return Cones(self.apex, self.axis, half, self.range_m)
 
     def is_square(self) -> Bool[np.ndarray, " K"]:
         """Return which parts are pyramids."""
         return np.asarray(self.half_up) > 0
+
+    def is_wide(self) -> Bool[Array, " K"]:
+        """See ``Cones.is_wide``; a fan holds points beside its apex."""
+        if self.special is None:
+            return super().is_wide()
+        domed, thickness, _ = self.special
+        wide: Array = (thickness > 0) | (domed & (self.half_angle > _WIDE))
+        return wide
 
     def is_zoned(self) -> Bool[np.ndarray, " K"]:
         """Return which parts have several zones."""
         return np.asarray(self.zoned)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
-        """See ``Cones.corners_across``; a pyramid has four."""
+        """See ``Cones.corners_across``; a pyramid has four. A dome's and a fan's are points of
+        their rims, at ``length`` from the apex."""
+        half, up, axis = float(self.half_angle[k]), np.asarray(self.up[k]), np.asarray(self.axis[k])
+        side = cross(up, axis)
+        if self.special is not None and (thick := float(self.special.half_thickness[k])) > 0:
+            turn = np.linspace(-half, half, _ARC)[:, None]
+            arc = length * (np.cos(turn) * axis + np.sin(turn) * side - axis)
+            return np.concatenate([arc + thick * up, (arc - thick * up)[::-1]])
+        if self.special is not None and self.special.dome[k]:
+            turn = np.linspace(0, 2 * np.pi, _ARC)[:-1, None]
+            ring = np.cos(turn) * side + np.sin(turn) * up
+            circle: np.ndarray = length * (np.cos(half) * axis + np.sin(half) * ring - axis)
+            return circle
         if not self.half_up[k] > 0:
             return super().corners_across(k, length)
-        up, axis = self.up[k], self.axis[k]
-        x = length * np.tan(self.half_angle[k]) * cross(up, axis)
-        y = length * np.tan(self.half_up[k]) * up
+        x, y = length * np.tan(half) * side, length * np.tan(self.half_up[k]) * up
         return np.array([x + y, y - x, -x - y, x - y])
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """See ``Cones.within``."""
+        for which, shape in self._by_shape(np.arange(len(self)))[2:]:
+            if which[k]:
+                point: np.ndarray = shape.within(k, unit)
+                return point
+        if self.special is not None:
+            begin = (self.special.near[k] / self.range_m[k]) ** 3
+            unit = np.column_stack([begin + (1 - begin) * unit[:, 0], unit[:, 1:]])
         if not self.half_up[k] > 0:
             return super().within(k, unit)
         axis, up, d = self.axis[k], self.up[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
@@ -171,117 +227,18 @@ class MixedBeams(Cones):
             for i, half in ((1, self.half_angle), (2, self.half_up))
         )
         along = axis + wide[:, None] * cross(up, axis) + high[:, None] * up
-        point: np.ndarray = self.apex[k] + d[:, None] * along
+        point = self.apex[k] + d[:, None] * along
         return point
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        square = self.is_square()
-        boxes = []
-        for which, parts in self._by_shape(np.arange(len(self))):
-            if which.any():
-                boxes.append(mapped(partial(_rows_where, which), parts).bounds())
-        return (
-            np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
-            if len(square)
-            else np.zeros((2, 3))
-        )
-
-
-_WIDE = 1.4  # rad, half angle above which a dome has no circumscribed cone
-_ARC = 33  # points of an arc in a drawing
-
-
-@tree
-@dataclass(frozen=True)
-class SpecialBeams(MixedBeams):
-    """A union of cones, pyramids, domes and fans, numbered together.
-
-    Cones and pyramids begin at a distance ``near`` along the axis: the intersection with the
-    half-space ``near - d``, which keeps the Lipschitz constant 1.
-    """
-
-    dome: Bool[Array, " K"]
-    """Which parts are domes."""
-    half_thickness: Float[Array, " K"]
-    """Half thicknesses of fans, m; 0 for other parts."""
-    near: Float[Array, " K"]
-    """Distances along the axis at which cones and pyramids begin, m; 0 for other parts."""
-
-    def part(self, points: Array, index: Index) -> Any:
-        special = SpecialShapes(self.dome[index], self.half_thickness[index], self.near[index])
-        half, range_m, half_up = self.half_angle[index], self.range_m[index], self.half_up[index]
-        apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        shapes = BeamShapes(half, range_m, half_up, self.zoned[index], special)
-        return beam_function(shapes, points, apex, axis, up)
-
-    def _by_shape(self, index: Index) -> tuple[tuple[Any, Any], ...]:
-        square, domed = self.is_square()[index], np.asarray(self.dome)[index]
-        fanned = np.asarray(self.half_thickness)[index] > 0
-        (_, round_), (_, pyramids) = super()._by_shape(index)
-        look = (self.apex, self.axis, self.half_angle, self.range_m)
-        return (
-            (~square & ~domed & ~fanned, round_),
-            (square, pyramids),
-            (domed, Domes(*look)),
-            (fanned, Fans(*look, self.up, self.half_thickness)),
-        )
-
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
-        """See ``Cones.each_share``; the plane at which a beam begins has no curvature."""
-        share, value, normal = super().each_share(points, index, side, slack)
-        cut = np.flatnonzero(np.asarray(self.near)[index] > 0)
-        if len(cut):
-            axis = rows(self.axis, index[cut])
-            d = dot(points[cut] - rows(self.apex, index[cut]), axis)
-            begin = Tangent(self.near[index[cut]] - d, -axis, np.zeros(len(cut)))
-            both = share.only(cut) & begin.share(side, slack)
-            share.low[cut], share.high[cut] = both.low, both.high
-        return share, value, normal
-
-    def is_wide(self) -> Bool[Array, " K"]:
-        """See ``Cones.is_wide``; a fan holds points beside its apex."""
-        wide: Array = (self.half_thickness > 0) | (self.dome & (self.half_angle > _WIDE))
-        return wide
-
-    def around(self) -> Cones:
-        """Return circumscribed cones of all parts that are not wide."""
-        plain = super().around()
-        xp = namespace(self.half_angle)
-        return Cones(plain.apex, plain.axis, xp.minimum(plain.half_angle, _WIDE), plain.range_m)
-
-    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
-        """See ``Cones.corners_across``; a dome's and a fan's are points of their rims, at
-        ``length`` from the apex."""
-        half, thick = float(self.half_angle[k]), float(self.half_thickness[k])
-        if not self.dome[k] and not thick > 0:
-            return super().corners_across(k, length)
-        axis, up = np.asarray(self.axis[k]), np.asarray(self.up[k])
-        side = cross(up, axis)
-        if thick > 0:
-            turn = np.linspace(-half, half, _ARC)[:, None]
-            arc = length * (np.cos(turn) * axis + np.sin(turn) * side - axis)
-            rim: np.ndarray = np.concatenate([arc + thick * up, (arc - thick * up)[::-1]])
-            return rim
-        turn = np.linspace(0, 2 * np.pi, _ARC)[:-1, None]
-        circle = np.cos(half) * axis + np.sin(half) * (np.cos(turn) * side + np.sin(turn) * up)
-        ring: np.ndarray = length * (circle - axis)
-        return ring
-
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """See ``Cones.within``."""
-        for which, shape in self._by_shape(np.arange(len(self)))[2:]:
-            if which[k]:
-                point: np.ndarray = shape.within(k, unit)
-                return point
-        begin = (self.near[k] / self.range_m[k]) ** 3
-        deep = np.column_stack([begin + (1 - begin) * unit[:, 0], unit[:, 1:]])
-        return super().within(k, deep)
+        boxes = [
+            mapped(partial(_rows_where, which), parts).bounds()
+            for which, parts in self._by_shape(np.arange(len(self)))
+            if which.any()
+        ]
+        if not boxes:
+            return np.zeros((2, 3))
+        return np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
 
 
 def beam(

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import Parts
+from .base import CubePairs, Parts
 from .segments import from_segment
 from .tangent_bounds import Tangent, distance_tangent, first_of, share_under, union_bounds
 from .volume_fraction import VolumeFraction
@@ -109,15 +109,7 @@ class Tube(Parts):
         joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
         return np.cumsum(~joined)
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``.
 
         A slab lies between two planes, on the positive side of one and the negative side of the
@@ -128,6 +120,7 @@ class Tube(Parts):
         on its negative side (see ``decide``). Then each point of the cube lies between the planes
         of some slab of the run, and the points near all its segments are inside.
         """
+        points, cell, index, _, side, slack = pairs
         before, after, across = self._slab(points, index)
         round_ = distance_tangent(across, self.radius, side)
         planes = []
@@ -137,7 +130,7 @@ class Tube(Parts):
         below = [_plane_share(*plane, side, slack) for plane in planes]
         between = -(-(-below[0] & below[1]) & -(below[0] & -below[1]))
         each = round_.share(side, slack) & between
-        union = union_bounds(cell, cubes, each, round_.value, round_.normal, side, slack)
+        union = union_bounds(pairs, each, round_.value, round_.normal)
         run = self._runs(cell, index, np.ones(len(cell), bool))
         positive, negative = np.zeros((2, len(cell) + 1), bool)
         for value, reach, _ in planes:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Numbers, dot
-from .base import Parts
+from ..arrays import Array, Index, Numbers, dot, root
+from .base import CubePairs, Parts
 from .volume_fraction import VolumeFraction
 
 # minimum component of a normal: smaller ones are raised to it, and the plane is moved by the
@@ -122,29 +122,24 @@ def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
 
 
 def union_bounds(
-    cell: Int[np.ndarray, " P"],
-    cells: int,
+    pairs: CubePairs,
     each: VolumeFraction,
     value: Float[np.ndarray, " P"],
     normal: Float[np.ndarray, "P 3"],
-    side: float,
-    slack: float,
 ) -> VolumeFraction:
-    """Return bounds of the share of each of ``cells`` cubes in the union of its parts.
+    """Return bounds of the share of each cube in the union of its parts.
 
     The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie
     under their tangent planes, ``value + normal . x <= 0``. They all lie under the plane of the
     first part, moved by the largest difference of the others from it.
 
     Args:
-        cell: cube of each pair, ascending.
-        cells: number of cubes; those without a pair have share 0.
+        pairs: pairs of a cube and a part; cubes without a pair have share 0.
         each: share of each pair.
         value, normal: (P,) m and (P, 3), tangent plane below each pair's part.
-        side: side of the cubes, m.
-        slack: rounding error of the values, m.
     """
-    low, high = np.zeros((2, cells))
+    cell, side, slack = pairs.cell, pairs.side, pairs.slack
+    low, high = np.zeros((2, pairs.cubes))
     if len(cell) == 0:
         return VolumeFraction(low, high)
     first = first_of(cell)
@@ -204,24 +199,35 @@ class TangentParts(Parts):
     """Parts whose share of a cube is bounded by a tangent plane of each."""
 
     @abstractmethod
-    def each_share(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        index: Int[np.ndarray, " P"],
-        side: float,
-        slack: float,
-    ) -> tuple[VolumeFraction, Any, Any]:
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """Return bounds of the share of each pair's cube in its part, and the value and the normal
         of a plane at the cube's centre that lies below the part's surface."""
 
-    def shares(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        cubes: int,
-        side: float,
-        slack: float,
-    ) -> VolumeFraction:
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``."""
-        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
+        return union_bounds(pairs, *self.each_share(pairs))
+
+
+class RoundParts(TangentParts):
+    """Parts that hold the points within a radius of a convex body.
+
+    The distance from the body less the radius is a signed distance, hence 1-Lipschitz. The
+    curvature of the distance is at most its reciprocal.
+    """
+
+    radius: Any
+    """Radii, m."""
+
+    @abstractmethod
+    def away(self, points: Array, index: Index) -> Any:
+        """Return the vector (..., 3) m from the nearest point of the body of part ``index``."""
+
+    def part(self, points: Array, index: Index) -> Any:
+        v = self.away(points, index)
+        return root(dot(v, v)) - self.radius[index]
+
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+        """See ``TangentParts.each_share``."""
+        away = self.away(pairs.points, pairs.index)
+        t = distance_tangent(away, self.radius[pairs.index], pairs.side)
+        return t.share(pairs.side, pairs.slack), t.value, t.normal

@@ -38,3 +38,10 @@ class VolumeFraction:
     def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "VolumeFraction":
         """Return the shares of some cubes, selected by truth values or by indices."""
         return VolumeFraction(self.low[keep], self.high[keep])
+
+    def cut(
+        self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"], other: "VolumeFraction"
+    ) -> None:
+        """Replace the shares of some cubes by those of the intersections with ``other``."""
+        both = self.only(keep) & other
+        self.low[keep], self.high[keep] = both.low, both.high

@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import rows
 from ..processors import processors
-from ..solids.base import LOGIC, Solid, fold, leaves
+from ..solids.base import LOGIC, CubePairs, Solid, fold, leaves
 from ..solids.volume_fraction import VolumeFraction
 from ..weight_field import WeightField
 from .allocation import keep_freed_memory
@@ -149,7 +149,8 @@ class _Pass:
         for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
             union = VolumeFraction(np.zeros(cubes), np.zeros(cubes))
             if len(cell):
-                union = parts.shares(rows(points, cell), cell, index, cubes, side, self.slack)
+                at = rows(points, cell)
+                union = parts.shares(CubePairs(at, cell, index, cubes, side, self.slack))
             unions.append(union)
         share = fold(solid, unions, LOGIC)
         return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))

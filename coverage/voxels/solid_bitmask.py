@@ -19,10 +19,10 @@ from ..solids.cones import Cones
 from ..solids.cylinders import Cylinders
 from ..solids.domes import Domes
 from ..solids.pyramids import Pyramids
-from ..solids.sensor_beams import MixedBeams, SpecialBeams
+from ..solids.sensor_beams import MixedBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, product, within
+from .voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, plane, product, within
 
 
 @singledispatch
@@ -105,19 +105,6 @@ def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
 
 @words.register
 def _(parts: MixedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Return voxels in mixed beams, each part by its shape."""
-    sure, maybe = np.zeros((2, len(index)), np.uint64)
-
-    def fill(some: Any, shape: Parts) -> None:
-        mask = words(shape, grid.only(some), rows(points, some), index[some])
-        sure[some], maybe[some] = mask.sure, mask.maybe
-
-    parts.split(index, fill)
-    return Bitmask(sure, maybe)
-
-
-@words.register
-def _(parts: SpecialBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return voxels in mixed beams, each part by its shape, beyond the plane where it begins.
 
     Domes are cones that end in a ball; fans leave all voxels undecided.
@@ -129,14 +116,11 @@ def _(parts: SpecialBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarra
         sure[some], maybe[some] = mask.sure, mask.maybe
 
     parts.split(index, fill)
-    cut = np.flatnonzero(np.asarray(parts.near)[index] > 0)
-    if len(cut):
-        plane, axis = np.zeros((10, len(cut))), rows(parts.axis, index[cut])
-        plane[0] = dot(points[cut] - rows(parts.apex, index[cut]), axis) - parts.near[index[cut]]
-        plane[1:4] = axis.T
-        beyond = grid.only(cut).words(plane)
-        sure[cut] &= beyond.sure
-        maybe[cut] &= beyond.maybe
+    at, beyond, axis = parts.beginning(points, index)
+    if len(at):
+        mask = grid.only(at).words(plane(beyond, axis))
+        sure[at] &= mask.sure
+        maybe[at] &= mask.maybe
     return Bitmask(sure, maybe)
 
 
@@ -147,9 +131,8 @@ def _(parts: Domes, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
     axis, v = rows(parts.axis, index), points - rows(parts.apex, index)
     d, none = dot(v, axis), np.zeros(len(index))
     share = (np.cos(parts.half_angle) ** 2)[index]
-    ahead = np.zeros((10, len(index)))
-    ahead[0], ahead[1:4] = d, axis.T
-    inside = grid.words(product(d, axis, d, axis) + within(none, v, share)) & grid.words(ahead)
+    inside = grid.words(product(d, axis, d, axis) + within(none, v, share))
+    inside = inside & grid.words(plane(d, axis))
     return inside & grid.words(within(parts.range_m[index], v))
 
 

@@ -147,6 +147,13 @@ def product(a: Array, along_a: Array, b: Array, along_b: Array) -> Float[np.ndar
     return q
 
 
+def plane(value: Array, normal: Array) -> Float[np.ndarray, "10 P"]:
+    """Return the quadric value + normal . o of the offset o from a centre, ``normal`` (P, 3)."""
+    q = np.zeros((10, len(normal)))
+    q[0], q[1:4] = value, normal.T
+    return q
+
+
 def within(radius: Numbers, v: Array, share: Numbers = 1.0) -> Float[np.ndarray, "10 P"]:
     """Return the quadric radius^2 - share |v + o|^2 of the offset o from a centre.
 

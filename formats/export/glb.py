@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.link_bodies import attached_at, carried_at
 from ...coverage.robots.robot import BASE
-from ...coverage.solids.sensor_beams import SpecialBeams
+from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
@@ -204,8 +204,9 @@ def _beam(cones: Any, k: int) -> Any:
     """Return the beam of a sensor: the hull of its apex and the rim of its base, for a dome also of
     its cap, or the sector of a fan."""
     half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
-    if isinstance(cones, SpecialBeams) and (cones.dome[k] or cones.half_thickness[k] > 0):
-        return _dome(cones, k) if cones.dome[k] else _fan(cones, k)
+    special = cones.special if isinstance(cones, MixedBeams) else None
+    if special is not None and (special.dome[k] or special.half_thickness[k] > 0):
+        return _dome(cones, k) if special.dome[k] else _fan(cones, k, special.half_thickness[k])
     rim = cones.corners_across(k, height)
     if len(rim) == 0:
         x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -217,7 +218,7 @@ def _beam(cones: Any, k: int) -> Any:
     )
 
 
-def _dome(cones: SpecialBeams, k: int) -> Any:
+def _dome(cones: MixedBeams, k: int) -> Any:
     """Return a dome: the hull of its apex and of circles on its cap."""
     turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)
     polar = np.linspace(0, float(cones.half_angle[k]), _SIDES // 4)[:, None]
@@ -229,14 +230,14 @@ def _dome(cones: SpecialBeams, k: int) -> Any:
     return trimesh.convex.convex_hull(np.asarray(cones.apex[k]) + around)
 
 
-def _fan(cones: SpecialBeams, k: int) -> Any:
+def _fan(cones: MixedBeams, k: int, half_thickness: float) -> Any:
     """Return a fan as two sectors, one on each side of its plane."""
     half, up = float(cones.half_angle[k]), np.asarray(cones.up[k])
     turn = np.linspace(-half, half, 2 * _SIDES)[:, None]
     axis, side = np.asarray(cones.axis[k]), np.cross(up, cones.axis[k])
     arc = cones.range_m[k] * (np.cos(turn) * axis + np.sin(turn) * side)
     sector = np.asarray(cones.apex[k]) + np.vstack([np.zeros((1, 3)), arc])
-    thick = float(cones.half_thickness[k]) * up
+    thick = float(half_thickness) * up
     i = np.arange(1, len(sector) - 1)
     faces = np.stack([np.zeros_like(i), i, i + 1], axis=1)
     both = np.vstack([sector - thick, sector + thick])

@@ -11,7 +11,8 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.solids.sensor_beams import MixedBeams, SpecialBeams
+from place_rings.coverage.solids.base import CubePairs
+from place_rings.coverage.solids.sensor_beams import MixedBeams, SpecialShapes
 from place_rings.coverage.voxels.solid_bitmask import words
 from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
 
@@ -27,13 +28,13 @@ FOUR = st.lists(singles(("base",)), min_size=4, max_size=4)  # JAX compiles once
 def special(each):
     """The beams of single sensors as the most general class, whatever they are."""
     cones = sensor_cones(UR10, Setup((), tuple(each)), Q)
-    if isinstance(cones, SpecialBeams):
+    if isinstance(cones, MixedBeams) and cones.special is not None:
         return cones
     none = np.zeros(len(cones))
     up = cones.up if isinstance(cones, MixedBeams) else np.tile([[0.6, 0.8, 0.0]], (len(cones), 1))
     half_up = cones.half_up if isinstance(cones, MixedBeams) else none
     look = (cones.apex, cones.axis, cones.half_angle, cones.range_m)
-    return SpecialBeams(*look, up, half_up, none > 0, none > 0, none, none)
+    return MixedBeams(*look, up, half_up, none > 0, SpecialShapes(none > 0, none, none))
 
 
 def inside(cones, k, points):
@@ -42,13 +43,13 @@ def inside(cones, k, points):
     d, length = v @ cones.axis[k], np.linalg.norm(v, axis=1)
     angle = np.arccos(np.clip(d / np.maximum(length, 1e-12), -1, 1))
     half, range_m = cones.half_angle[k], cones.range_m[k]
-    if cones.dome[k]:
+    if cones.special.dome[k]:
         return (length <= range_m) & (angle <= half)
     y, x = v @ cones.up[k], v @ np.cross(cones.up[k], cones.axis[k])
-    if cones.half_thickness[k] > 0:
-        flat = np.abs(y) <= cones.half_thickness[k]
+    if cones.special.half_thickness[k] > 0:
+        flat = np.abs(y) <= cones.special.half_thickness[k]
         return flat & (np.hypot(d, x) <= range_m) & (np.abs(np.arctan2(x, d)) <= half)
-    between = (d >= cones.near[k]) & (d <= range_m)
+    between = (d >= cones.special.near[k]) & (d <= range_m)
     if cones.half_up[k] > 0:
         wide = np.abs(x) <= d * math.tan(half)
         return between & wide & (np.abs(y) <= d * math.tan(cones.half_up[k]))
@@ -99,8 +100,9 @@ def test_shares_of_cubes_are_within_their_bounds(cones, centres_mm, side_mm):
     centres, steps = metres(centres_mm), (np.arange(20) + 0.5) / 20 - 0.5
     offsets = side * np.stack(np.meshgrid(steps, steps, steps), -1).reshape(-1, 3)
     for k in range(len(beams)):
-        index = np.full(len(centres), k)
-        share, value, normal = beams.each_share(centres, index, side, 1e-12)
+        cell, index = np.arange(len(centres)), np.full(len(centres), k)
+        pairs = CubePairs(centres, cell, index, len(centres), side, 1e-12)
+        share, value, normal = beams.each_share(pairs)
         for i, centre in enumerate(centres):
             function = beams.part(centre + offsets, k)
             counted = (function <= 0).mean()

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
+from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.closed_mesh import ClosedMesh
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
@@ -128,7 +129,7 @@ def test_shares_of_cubes_hold(mesh, rng, side):
     solid, cell = solid_of(mesh), np.arange(20)
     points = trimesh.sample.sample_surface(mesh, 20, seed=int(rng.integers(99)))[0]
     points = points + rng.uniform(-0.5, 0.5, (20, 3)) * side
-    found = solid.shares(points, cell, np.zeros(20, int), 20, side, 1e-9)
+    found = solid.shares(CubePairs(points, cell, np.zeros(20, int), 20, side, 1e-9))
     inside = rng.uniform(-0.5, 0.5, (1000, 3)) * side
     share = np.array([solid.holds(p + inside).mean() for p in points])
     noise = math.sqrt(math.log(2 * 20 * 1e7) / (2 * len(inside)))

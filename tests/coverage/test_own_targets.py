@@ -13,7 +13,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
 from place_rings.coverage.soft.sampling import EmptySolidError, sample
-from place_rings.coverage.solids.base import leaves
+from place_rings.coverage.solids.base import CubePairs, leaves
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.volumes import (
@@ -90,7 +90,7 @@ def test_shares_of_cubes_hold(volume, rng):
     low, high = parts.bounds()
     points, side = rng.uniform(low - 0.1, high + 0.1, (30, 3)), 0.2
     cell = np.arange(30)
-    found = parts.shares(points, cell, np.zeros(30, int), 30, side, 1e-12)
+    found = parts.shares(CubePairs(points, cell, np.zeros(30, int), 30, side, 1e-12))
     inside = rng.uniform(-0.5, 0.5, (8000, 3)) * side
     share = np.array([(parts(p + inside) <= 0).mean() for p in points])
     noise = math.sqrt(math.log(2 * 30 * 1e7) / (2 * len(inside)))

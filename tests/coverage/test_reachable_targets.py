@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.cube_region import CubeRegion
 from place_rings.coverage.reachable import SIDE, reachable
 from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.polyhedra import box, half_space, polyhedra
 from place_rings.coverage.targets import Target
 from place_rings.coverage.volumes import BoxVolume
@@ -96,7 +97,7 @@ def test_shares_of_cubes_hold(region, rng):
     low, high = region.bounds()
     points, side = rng.uniform(low - 0.05, high + 0.05, (20, 3)), float(rng.choice([0.02, 0.15]))
     cell = np.arange(20)
-    found = region.shares(points, cell, np.zeros(20, int), 20, side, 1e-12)
+    found = region.shares(CubePairs(points, cell, np.zeros(20, int), 20, side, 1e-12))
     assert (found.high - found.low < 1e-6).all()
     inside = rng.uniform(-0.5, 0.5, (2000, 3)) * side
     share = np.array([(region(p + inside) <= 0).mean() for p in points])

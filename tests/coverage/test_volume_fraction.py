@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
@@ -80,9 +81,8 @@ def shares(parts, points, side):
     matters, inside = parts.decide(points[cell], cell, index, reach)
     known = np.zeros(len(points), bool)
     known[cell[inside]] = True
-    found = parts.shares(
-        points[cell[matters]], cell[matters], index[matters], len(points), side, 1e-12
-    )
+    pairs = CubePairs(points[cell], cell, index, len(points), side, 1e-12)
+    found = parts.shares(pairs.only(np.flatnonzero(matters)))
     return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
 
