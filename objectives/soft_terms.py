@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.spatial.transform import Rotation
 
 from ..coverage.arrays import Array
 from ..coverage.occlusion.occlusion_mode import Occlusion
@@ -355,11 +354,9 @@ def _rings_at(
     frame = jnp.stack([arrays.zero, arrays.side, arrays.axis], axis=-2)[None]  # (1, G, 3, 3)
     height, seat = (position * arrays.length)[None], None  # (1, G)
     if drawn is not None:
-        turn = Rotation.from_rotvec(np.asarray(drawn.turn).reshape(-1, 3)).as_matrix()
-        turn = jnp.asarray(turn.reshape(*drawn.turn.shape, 3), jnp.float32)  # (D, G, 3, 3)
-        frame = turn.swapaxes(-1, -2) @ frame
+        frame = jnp.asarray(drawn.rotations, jnp.float32).swapaxes(-1, -2) @ frame
         height = height + jnp.asarray(drawn.slip, jnp.float32)
-        seat = _seats(drawn)
+        seat = jnp.asarray(drawn.looks, jnp.float32)
     centre = arrays.start[None] + height[..., None] * arrays.axis[None]  # (D, G, 3)
     T = with_base(jnp.asarray(frames))[:, arrays.frame]  # (P, G, 4, 4)
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
@@ -372,13 +369,6 @@ def _rings_at(
     rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, shapes)
     zero, side, axis = (frame[..., i, :] for i in range(3))
     return RingsAt(centre, axis, zero, side, *jax.tree.map(everywhere, rest)), seat
-
-
-def _seats(drawn: Misplaced) -> Float[jax.Array, "D K 3"]:
-    """Return the direction of each sensor's axis by its intended axis, up vector and ring."""
-    astray = np.hypot(drawn.seat[..., 0], drawn.seat[..., 1])
-    aside = np.sinc(astray / np.pi)[..., None] * drawn.seat
-    return jnp.asarray(np.concatenate([np.cos(astray)[..., None], aside], axis=-1), jnp.float32)
 
 
 def _stacked(each: Sequence[Polyhedron]) -> tuple[Any, Any, Any, Any]:

@@ -25,7 +25,6 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.capsules import gap_to_capsules
-from ..coverage.solids.cones import cone
 from .human import PEDESTAL
 
 # m: balls as large as a hand, a sleeved forearm, a head
@@ -55,9 +54,7 @@ class _Scene:
         self.cones, robot = sensor_cones(robot, setup, q), robot.enclosed()
         self.bodies = robot_capsules(robot, forward(robot.chain, q))
         chosen = np.array([b.frame > 0 or not moving_only for b in robot.bodies])
-        c = self.cones
-        cones = (c.apex, c.axis, np.cos(c.half_angle), np.sin(c.half_angle), c.range_m)
-        self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies.arrays(), chosen))
+        self.fixed = jax.tree.map(jnp.asarray, (self.cones, *self.bodies.arrays(), chosen))
 
     def values(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
         """Return clearance and distance (N, 2) m.
@@ -71,8 +68,7 @@ class _Scene:
 
 @jax.jit
 def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
-    (points,), (*cones, start, end, thick, chosen) = rows, fixed
-    see = cone(points[:, None], *(a[None] for a in cones)).min(axis=1)
+    (points,), (cones, start, end, thick, chosen) = rows, fixed
     gap = jnp.stack(
         [
             gap_to_capsules(points, start[None, i], end[None, i], thick[None, i])
@@ -80,7 +76,10 @@ def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> ja
         ]
     )
     return jnp.stack(
-        [jnp.minimum(see, gap.min(axis=0)), jnp.where(chosen[:, None], gap, jnp.inf).min(axis=0)],
+        [
+            jnp.minimum(cones(points), gap.min(axis=0)),
+            jnp.where(chosen[:, None], gap, jnp.inf).min(axis=0),
+        ],
         axis=1,
     )
 

@@ -13,13 +13,13 @@ from jaxtyping import Bool, Float, Int
 
 from ..occlusion.occluders import Occluders
 from ..robots.robot import Mount
-from ..solids.polyhedra import Polyhedron, placed
+from ..solids.polyhedra import Polyhedron, crossing, placed
+from ..solids.segments import nearest_places
 from .mount_points import MountPoints
 
 # of its radius, length of the parts of a capsule in balls; most parts
 _PART, _PARTS = 0.6, 24
 _SAME = 9  # decimals of m to which places of bodies are the same
-_NIL = np.float32(1e-12)
 _HEIGHTS = 0.03  # m, between two heights
 _OUTLOOK = 1 << 13  # points in one batch, so that their arrays stay in cache
 
@@ -118,12 +118,7 @@ class LinkOccluders:
         radius."""
         start, w = ([row.take(body) for row in rows] for rows in self._axes)
         r = [v - c for v, c in zip(a, start, strict=True)]
-        uu, uw, ww, ur, wr = (_dot(*pair) for pair in ((u, u), (u, w), (w, w), (u, r), (w, r)))
-        uu, ww = np.maximum(uu, _NIL), np.maximum(ww, _NIL)
-        # the places of the nearest points on the lines, then on the segments
-        s = np.minimum(np.maximum((uw * wr - ur * ww) / np.maximum(uu * ww - uw * uw, _NIL), 0), 1)
-        t = np.minimum(np.maximum((uw * s + wr) / ww, 0), 1)
-        s = np.minimum(np.maximum((uw * t - ur) / uu, 0), 1)
+        s, t = nearest_places(u, w, r)
         gap = [x + s * y - t * z for x, y, z in zip(r, u, w, strict=True)]
         hidden: np.ndarray = _dot(gap, gap) < self.radius.take(body) ** 2
         return hidden
@@ -133,20 +128,15 @@ class LinkOccluders:
     ) -> Bool[np.ndarray, " T"]:
         """Return which of the segments from ``a`` by ``u`` cross an obstacle."""
         hidden = np.zeros(len(u[0]), bool)
-        for one in np.unique(body).tolist():
-            mine = np.flatnonzero(np.broadcast_to(body == one, hidden.shape))
-            enter, leave = np.zeros(len(mine), np.float32), np.ones(len(mine), np.float32)
-            beside = np.zeros(len(mine), bool)
-            for normal, offset in zip(
-                self.bodies[one].normal, self.bodies[one].offset, strict=True
-            ):
-                here = sum(c * v[mine] for c, v in zip(normal, a, strict=True)) - offset
-                steep = sum(c * v[mine] for c, v in zip(normal, u, strict=True))
-                place = -here / np.where(steep == 0, 1.0, steep)
-                enter = np.where(steep < 0, np.maximum(enter, place), enter)
-                leave = np.where(steep > 0, np.minimum(leave, place), leave)
-                beside |= (steep == 0) & (here > 0)
-            hidden[mine] = (enter < leave) & ~beside
+        for number in np.unique(body).tolist():
+            mine = np.flatnonzero(np.broadcast_to(body == number, hidden.shape))
+            planes = self.bodies[number]
+            rise, steep = (
+                sum(c * v[mine] for c, v in zip(planes.normal.T[..., None], w, strict=True))
+                for w in (a, u)
+            )
+            enter, leave = crossing(rise - planes.offset[:, None], steep, np.float32(1), axis=0)
+            hidden[mine] = enter < leave
         return hidden
 
 

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 
 from ..rings.mounting_errors import Misplaced
 from ..robots.robot import Mount
@@ -68,10 +67,6 @@ class RingErrors(NamedTuple):
 
 def ring_errors(errors: Misplaced, ring: int, sensors: Sequence[int]) -> RingErrors:
     """Return the errors of ring ``ring`` and of its sensors, which have the numbers ``sensors``."""
-    seat = np.asarray(errors.seat)[:, sensors]  # (D, J, 2)
-    astray = np.hypot(seat[..., 0], seat[..., 1])  # (D, J)
-    aside = np.sinc(astray / np.pi)[..., None] * seat
-    looks = np.concatenate([np.cos(astray)[..., None], aside], axis=-1)
-    turn = Rotation.from_rotvec(np.asarray(errors.turn)[:, ring]).as_matrix()
+    looks, turn = errors.looks[:, sensors], errors.rotations[:, ring]
     slip = np.asarray(errors.slip)[:, ring]
     return RingErrors(*(a.astype(np.float32) for a in (slip, turn, looks)))

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8, UInt16
 
+from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
 from .beam_membership import in_beam, outer_angle
 from .line_of_sight import LinkOccluders
@@ -253,13 +254,8 @@ class _Tests:
         mounting: int | np.ndarray = 0
         if self._errors is not None:
             mounting = self._points.mounting.take(n)
-            straight, raised, aside = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
-            level = np.sqrt(straight**2 + raised**2)
-            along, across, up = (
-                straight * along + raised * up + aside * across,
-                level * across - aside / level * (straight * along + raised * up),
-                (straight * up - raised * along) / level,
-            )
+            seat = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
+            along, across, up = seated(seat, along, across, up)
         seen: np.ndarray = np.flatnonzero(in_beam(self._sensor, along, across, up))
         if self._past is not None:
             if self._errors is not None:

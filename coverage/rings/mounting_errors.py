@@ -63,6 +63,23 @@ class Misplaced:
     def __len__(self) -> int:
         return self.slip.shape[0]
 
+    @property
+    def rotations(self) -> Float[np.ndarray, "D R 3 3"]:
+        """Rotation of each ring about its centre, in the mount's coordinates."""
+        from scipy.spatial.transform import Rotation
+
+        turn = np.asarray(self.turn)
+        matrices: np.ndarray = Rotation.from_rotvec(turn.reshape(-1, 3)).as_matrix()
+        return matrices.reshape(*turn.shape, 3)
+
+    @property
+    def looks(self) -> Float[np.ndarray, "D K 3"]:
+        """Direction in which each sensor looks: its parts along the intended axis, along the beam's
+        intended ``up``, and along the ring."""
+        seat = np.asarray(self.seat)
+        astray = np.hypot(seat[..., 0], seat[..., 1])[..., None]
+        return np.concatenate([np.cos(astray), np.sinc(astray / np.pi) * seat], axis=-1)
+
     def beside(self, still: int) -> "Misplaced":
         """Return the errors with ``still`` more single sensors, which have none."""
         more = ((0, 0), (0, still))
@@ -116,12 +133,9 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     def like(values: Array) -> Any:
         return xp.asarray(values, dtype=dtype)
 
-    astray = np.hypot(errors.seat[..., 0], errors.seat[..., 1])
     tangent = cross(along, radial)
-    up, sideways = (
-        like(np.sinc(astray / np.pi) * errors.seat[..., i])[..., None] for i in range(2)
-    )
-    look = like(np.cos(astray))[..., None] * look + up * cross(look, tangent) + sideways * tangent
+    ahead, up, sideways = (like(errors.looks[..., i : i + 1]) for i in range(3))
+    look = ahead * look + up * cross(look, tangent) + sideways * tangent
 
     square = dot(errors.turn, errors.turn)[..., None]
     # at angle 0 the products vanish for any factor
@@ -143,6 +157,23 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     slipped = centre + like(errors.slip)[:, ring, None] * along
     return SensorPoses(
         slipped + turned(apex - centre), turned(look), slipped, turned(along), turned(radial)
+    )
+
+
+def seated(seat: Array, along: Array, across: Array, up: Array) -> tuple[Any, Any, Any]:
+    """Return the coordinates of points along, across and up the axis of a misplaced sensor.
+
+    Args:
+        seat: (3, ...), direction in which the sensor looks; see ``Misplaced.looks``.
+        along, across, up: (...) m, coordinates about the intended axis.
+    """
+    straight, raised, aside = seat
+    level = namespace(along).sqrt(straight**2 + raised**2)
+    ahead = straight * along + raised * up
+    return (
+        ahead + aside * across,
+        level * across - aside / level * ahead,
+        (straight * up - raised * along) / level,
     )
 
 

@@ -19,15 +19,14 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
 from ..pytrees import register_trees, tree
+from ..rings.mounting_errors import seated
+from ..solids.segments import Coordinates
 from ..solids.sensor_beams import BeamShapes, beam_function
 
 register_trees()
 
 _NOWHERE = 1e3  # m, the function of a sensor that is not there
 _NIL = 1e-9  # m, least divisor
-
-Coordinates = tuple[Any, Any, Any]
-"""x, y and z of vectors, each an array of one shape."""
 
 
 @tree
@@ -155,7 +154,7 @@ def beams_at(
     radial = x * east + y * north - radius
     across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
     if seat is not None:
-        depth, across, up = _seated(seat[near.sensor], depth, across, up)
+        depth, across, up = seated(jnp.moveaxis(seat[near.sensor], -1, 0), depth, across, up)
     local = jnp.stack([across, up, depth], axis=-1)  # the axis of a beam is the third
     origin = jnp.zeros((1, 1, 1, 3), depth.dtype)
     _, ups, axes = jnp.eye(3, dtype=depth.dtype)[:, None, None, None]
@@ -168,14 +167,3 @@ def beams_at(
         for i in range(3)
     )
     return jnp.where(there, value, _NOWHERE), (a, b, c)
-
-
-def _seated(seat: Array, depth: Array, across: Array, up: Array) -> Coordinates:
-    """Return coordinates in the frame of a sensor whose axis is off; see ``beams_at``."""
-    straight, raised, aside = (seat[..., i] for i in range(3))
-    level = jnp.sqrt(straight**2 + raised**2)
-    return (
-        straight * depth + raised * up + aside * across,
-        level * across - aside / level * (straight * depth + raised * up),
-        (straight * up - raised * depth) / level,
-    )

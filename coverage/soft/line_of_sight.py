@@ -18,10 +18,9 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, root
 from ..solids.capsules import Capsules
-from .beams import Coordinates
+from ..solids.segments import Coordinates, nearest_places
 
 _NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
-_NIL = 1e-12  # m^2 and m^4, least divisor
 
 
 class Passing(NamedTuple):
@@ -100,18 +99,11 @@ def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passin
 def _nearest(
     apex: Coordinates, points: Coordinates, axis: list[tuple[Any, Any]], radius: Any
 ) -> Passing:
-    """Return where segments from apexes to points pass the axis of a body most closely.
-
-    Both places follow from the nearest ones of the lines, each clipped in turn.
-    """
+    """Return where segments from apexes to points pass the axis of a body most closely."""
     u = [p - a for p, a in zip(points, apex, strict=True)]
     v = [end - start for start, end in axis]
     w = [a - start for a, (start, _) in zip(apex, axis, strict=True)]
-    uu, vv, uv = _dot(u, u) + _NIL, _dot(v, v) + _NIL, _dot(u, v)
-    uw, vw = _dot(u, w), _dot(v, w)
-    place = jnp.clip((uv * vw - uw * vv) / jnp.maximum(uu * vv - uv * uv, _NIL), 0.0, 1.0)
-    along = jnp.clip((uv * place + vw) / vv, 0.0, 1.0)
-    place = jnp.clip((uv * along - uw) / uu, 0.0, 1.0)
+    place, along = nearest_places(u, v, w)
     x, y, z = (start + along * v[i] for i, (start, _) in enumerate(axis))
     return Passing(place, (x, y, z), radius)
 

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot
 from .base import CubePairs, Parts
+from .segments import from_segment
 from .tangent_bounds import share_under
 from .volume_fraction import VolumeFraction
 
@@ -195,12 +196,9 @@ def _to_triangles(
     square = dot(normal, normal)
     inside, nearest = square > 0, np.full(len(points), np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
-        along, v = end - start, points - start
-        length = dot(along, along)
-        t = np.clip(dot(v, along) / np.where(length > 0, length, 1.0), 0.0, 1.0)
-        off = v - t[:, None] * along
+        off = from_segment(points, start, end)
         nearest = np.minimum(nearest, dot(off, off))
-        inside &= dot(np.cross(along, v), normal) >= 0
+        inside &= dot(np.cross(end - start, points - start), normal) >= 0
     height = dot(points - a, normal) ** 2 / np.where(square > 0, square, 1.0)
     distance: np.ndarray = np.sqrt(np.where(inside, np.minimum(height, nearest), nearest))
     return distance

@@ -210,19 +210,31 @@ def largest(points: Array, normal: Array, offset: Array) -> Any:
     return value
 
 
-def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
-    """Return whether segments ``a``-``b`` (..., 3) m intersect polyhedra.
+def crossing(height: Array, slope: Array, end: Any, axis: int = -1) -> tuple[Any, Any]:
+    """Return the places on lines, from 0 to ``end``, between which they run through polyhedra.
 
-    The polyhedra are planes (..., M, 3) and (..., M). The segments are clipped plane by plane;
-    shapes broadcast.
+    The first exceeds the second where a line misses the body.
+
+    Args:
+        height: heights above the planes of a body, which lie along ``axis``, at the place 0, m.
+        slope: their growth with the place.
+        end: the last place.
+        axis: axis of the planes.
     """
-    xp = namespace(a)
+    xp = namespace(height)
+    place = -height / xp.where(slope == 0, 1.0, slope)
+    beside = (slope == 0) & (height > 0)
+    enter = xp.where(slope < 0, place, 0.0).max(axis=axis)
+    leave = xp.where(beside, -xp.inf, xp.where(slope > 0, place, end)).min(axis=axis)
+    return xp.maximum(enter, 0.0), xp.minimum(leave, end)
+
+
+def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
+    """Return whether segments ``a``-``b`` (..., 3) m intersect polyhedra, of planes (..., M, 3) and
+    (..., M); shapes broadcast."""
     first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
-    fall = first - last
-    place = first / xp.where(fall == 0, 1.0, fall)
-    enter = xp.where(fall > 0, place, xp.where((fall == 0) & (first > 0), 2.0, 0.0)).max(axis=-1)
-    leave = xp.where(fall < 0, place, 1.0).min(axis=-1)
-    return xp.maximum(enter, 0.0) <= xp.minimum(leave, 1.0)
+    enter, leave = crossing(first, last - first, 1.0)
+    return enter <= leave
 
 
 def planes_share(

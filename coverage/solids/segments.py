@@ -1,6 +1,13 @@
 """Nearest points on segments and distances from them, for NumPy and JAX."""
 
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
 from ..arrays import Array, dot, namespace, root
+
+_NIL = 1e-24  # m^2 and m^4, least divisor
+Coordinates: TypeAlias = Sequence[Any]
+"""x, y and z of vectors, each an array of one shape."""
 
 
 def from_segment(points: Array, start: Array, end: Array) -> Array:
@@ -27,27 +34,40 @@ def point_to_segment(points: Array, start: Array, end: Array) -> Array:
     return distance
 
 
+def nearest_places(u: Coordinates, v: Coordinates, w: Coordinates) -> tuple[Any, Any]:
+    """Return the places (...), from 0 to 1, at which two segments are nearest to each other.
+
+    Each follows from the nearest places of the lines, clipped in turn (Ericson, Real-Time Collision
+    Detection, 2005, section 5.1.9). Of parallel lines any place is a nearest one.
+
+    Args:
+        u: vector along the first segment, m.
+        v: vector along the second segment, m.
+        w: vector from the start of the second segment to that of the first, m.
+    """
+    xp = namespace(u[0])
+
+    def clipped(place: Array) -> Any:
+        return xp.minimum(xp.maximum(place, 0), 1)
+
+    uu, uv, vv, uw, vw = (_dot(*both) for both in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    uu, vv = xp.maximum(uu, _NIL), xp.maximum(vv, _NIL)
+    first = clipped((uv * vw - uw * vv) / xp.maximum(uu * vv - uv * uv, _NIL))
+    second = clipped((uv * first + vw) / vv)
+    return clipped((uv * second - uw) / uu), second
+
+
+def _dot(a: Coordinates, b: Coordinates) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def segment_to_segment(a: Array, b: Array, start: Array, end: Array) -> Array:
     """Return the distance (...) m between segments ``a``-``b`` and ``start``-``end`` (..., 3) m.
 
-    The squared distance is a convex quadratic of the places (s, t) on both. Its minimum in the unit
-    square lies either inside, where the lines are nearest, or on the boundary, where one of the
-    places is an end. The result is therefore the minimum of the lines' distance, if both its places
-    lie on the segments, and of the four distances of an end from the other segment. Parallel lines
-    have no unique nearest place; the ends suffice. All arguments broadcast.
+    All arguments broadcast.
     """
-    xp = namespace(a)
     u, v, w = b - a, end - start, a - start
-    uu, uv, vv, uw, vw = dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w)
-    across = uu * vv - uv * uv
-    crossing = across > 1e-6 * uu * vv
-    safe = xp.where(crossing, across, 1.0)
-    s, t = (uv * vw - vv * uw) / safe, (uu * vw - uv * uw) / safe
-    within = crossing & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
-    gap = w + xp.where(within, s, 0.0)[..., None] * u - xp.where(within, t, 0.0)[..., None] * v
-    ends = xp.minimum(
-        xp.minimum(point_to_segment(a, start, end), point_to_segment(b, start, end)),
-        xp.minimum(point_to_segment(start, a, b), point_to_segment(end, a, b)),
-    )
-    least: Array = xp.where(within, xp.minimum(root(dot(gap, gap)), ends), ends)
-    return least
+    first, second = nearest_places(*([x[..., i] for i in range(3)] for x in (u, v, w)))
+    gap = w + first[..., None] * u - second[..., None] * v
+    distance: Array = root(dot(gap, gap))
+    return distance

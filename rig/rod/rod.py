@@ -16,7 +16,6 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
-from ...coverage.solids.cones import cone
 from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import CoreScene
 from ..poses.clear import from_cell
@@ -121,15 +120,7 @@ def seen(
     reach, around, square = rod.length / 2 + rod.radius, beams.around(), beams.is_square()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
-        cosine, sine = np.cos(around.half_angle[k]), np.sin(around.half_angle[k])
-        off = cone(
-            points[left],
-            np.asarray(around.apex[k]),
-            around.axis[k],
-            cosine,
-            sine,
-            around.range_m[k],
-        )
+        off = around.part(points[left], k)
         near = left[off <= reach]
         if not square[k]:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])

@@ -20,7 +20,6 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
-from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
 from ...coverage.solids.sensor_beams import MixedBeams
@@ -202,16 +201,8 @@ def _capsules(rows: Any, fixed: Any) -> Any:
 
 def outside(beams: MixedBeams, points: Any) -> Any:
     """Return a lower bound (m) on the distance of points (3,) or (R, 3) from the beams."""
-    around = beams.around()
-    points = np.array(np.broadcast_to(points, around.apex.shape))
-    return cone(
-        points,
-        around.apex,
-        around.axis,
-        np.cos(around.half_angle),
-        np.sin(around.half_angle),
-        around.range_m,
-    )
+    points = np.array(np.broadcast_to(points, beams.apex.shape))
+    return beams.around().part(points, np.arange(len(beams)))
 
 
 def _in_square(beams: MixedBeams, hit: Any) -> Any:

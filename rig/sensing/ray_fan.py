@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.arrays import dot
-from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.polyhedra import Polyhedron, crossing
 from ...coverage.solids.pyramids import Pyramids
 
 RAYS, FINER = 33, 9  # rays per side, of the first fan and of the finer ones
@@ -49,14 +49,8 @@ def ray_to_capsule(origin: Any, direction: Any, start: Any, end: Any, radius: An
 
 def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
     """Return the same (...) for a convex polyhedron."""
-    enter, leave = np.zeros(direction.shape[:-1]), np.full(direction.shape[:-1], np.inf)
-    for normal, offset in zip(body.normal, body.offset, strict=True):
-        height, slope = dot(origin, normal) - offset, dot(direction, normal)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            t = -height / slope
-        enter = np.where(slope < 0, np.maximum(enter, t), enter)
-        leave = np.where(slope > 0, np.minimum(leave, t), leave)
-        leave = np.where((slope == 0) & (height > 0), -np.inf, leave)
+    height, slope = (dot(v[..., None, :], body.normal) for v in (origin, direction))
+    enter, leave = crossing(height - body.offset, slope, np.inf)
     return np.where(enter <= leave, enter, np.inf)
 
 
