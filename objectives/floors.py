@@ -1,5 +1,7 @@
 """Value of the goals' zetas: their weighted mean, less a penalty for those below their floors."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
@@ -7,6 +9,8 @@ from ..coverage.arrays import Array, namespace
 from .scene import CoreScene
 
 MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
+# of the soft minimum over N values, which exceeds the minimum by at most this times log N
+TEMPERATURE = 0.005
 STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
 
 
@@ -31,3 +35,13 @@ def worth(
     short = xp.maximum(xp.broadcast_to(xp.asarray(floors), zetas.shape) - zetas, 0.0)
     value: Array = zetas @ weights - STEEP * (short * short).sum(axis=-1)
     return value
+
+
+def soft_minimum(values: Float[Array, " N"], some: Any = True) -> Any:
+    """Return -T log(mean(exp(-v / T))) of some values, in JAX."""
+    from jax.nn import logsumexp
+
+    xp = namespace(values)
+    some = xp.broadcast_to(some, values.shape)
+    count = xp.maximum(some.sum(), 1).astype(values.dtype)
+    return -TEMPERATURE * (logsumexp(-values / TEMPERATURE, where=some) - xp.log(count))

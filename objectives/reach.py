@@ -15,6 +15,7 @@ What remains is the Monte Carlo error of the points, and of the poses where a sc
 """
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ class Beyond:
     """Monte Carlo error of the part, of points and poses, at a confidence of 95 %."""
 
 
-class _Places(NamedTuple):
+class Places(NamedTuple):
     """The rings of a link on a grid: cells of a position and a phase."""
 
     mount: Mount
@@ -102,8 +103,9 @@ def beyond_sensors(
     each, places = max(points // len(poses), 512), _places(scene)
     samples = (scene.sample(target, i, each, k) for k, i in enumerate(poses.tolist()))
     each_pose = zip(poses.tolist(), samples, strict=True)
-    beyond = (_beyond(scene, places, *one, besides) for one in each_pose)
-    shares = np.array([float(np.mean(one)) for one in beyond])
+    shares = np.array(
+        [beyond(scene, drawn, pose, besides, places).mean() for pose, drawn in each_pose]
+    )
     spread = np.maximum(shares * (1 - shares), 1 / each)  # of none out of N: about 3 / N
     variance = float(weights**2 @ spread) / each
     if drawn:
@@ -111,14 +113,7 @@ def beyond_sensors(
     return Beyond(float(weights @ shares), 1.96 * math.sqrt(variance))
 
 
-def beyond_any(
-    scene: CoreScene, points: Float[np.ndarray, "N 3"], pose: int
-) -> Bool[np.ndarray, " N"]:
-    """Return which points, m, no sensor of any layout covers at a pose."""
-    return _beyond(scene, _places(scene), pose, points)
-
-
-def _places(scene: CoreScene) -> list[_Places]:
+def _places(scene: CoreScene) -> list[Places]:
     """Return the grids of rings on all links on which the rules leave room."""
     clear, grids = MountClearance(scene) if scene.real else None, []
     for mount in scene.robot.mounts:
@@ -147,7 +142,7 @@ def _places(scene: CoreScene) -> list[_Places]:
         phase = np.arange(around) * (2 * math.pi / around)
         sensor = scene.sensor_of(mount.link)
         if len(heights):
-            grids.append(_Places(mount, sensor, radius, limits.tilt, heights, half, phase))
+            grids.append(Places(mount, sensor, radius, limits.tilt, heights, half, phase))
     return grids
 
 
@@ -163,31 +158,40 @@ def _cells(ends: list[tuple[float, float]], more: float) -> tuple[Float[np.ndarr
     return middles[held], half
 
 
-def _beyond(
+def beyond(
     scene: CoreScene,
-    grids: list[_Places],
-    pose: int,
     points: Float[np.ndarray, "N 3"],
+    pose: int,
     besides: Setup | None = None,
+    places: Sequence[Places] | None = None,
 ) -> Bool[np.ndarray, " N"]:
+    """Return which points, m, no sensor of any layout covers at a pose.
+
+    Args:
+        scene: see ``beyond_sensors``.
+        points: the points.
+        pose: number of the pose.
+        besides: see ``beyond_sensors``.
+        places: where rings may be; None: computed.
+    """
     q, rules = scene.poses[pose].q, scene.rules
     frames = np.asarray(forward(scene.robot.chain, q))
     hidden = _Hidden(occluders(scene, q), points)
-    beyond = np.ones(len(points), bool)
+    left = np.ones(len(points), bool)
     if rules.fixed or scene.standing:
-        beyond &= ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
+        left &= ~setup_sight(scene, Setup(rules.fixed, rules.fixed_sensors), q).holds(points)
     if besides is not None and besides.groups:
-        beyond &= ~setup_sight(scene, besides, q).holds(points)
-    rest = np.flatnonzero(beyond & ~hidden.inside)
-    for grid in grids:
-        left = _left(grid, np.asarray(frames[grid.mount.frame]), hidden, rest)
-        beyond[np.setdiff1d(rest, left)] = False
-        rest = left
-    return beyond
+        left &= ~setup_sight(scene, besides, q).holds(points)
+    rest = np.flatnonzero(left & ~hidden.inside)
+    for grid in _places(scene) if places is None else places:
+        more = _left(grid, np.asarray(frames[grid.mount.frame]), hidden, rest)
+        left[np.setdiff1d(rest, more)] = False
+        rest = more
+    return left
 
 
 def _left(
-    grid: _Places, frame: Float[np.ndarray, "4 4"], hidden: "_Hidden", rest: Int[np.ndarray, " K"]
+    grid: Places, frame: Float[np.ndarray, "4 4"], hidden: "_Hidden", rest: Int[np.ndarray, " K"]
 ) -> Int[np.ndarray, " L"]:
     """Return which of the points with the numbers ``rest`` no ring of a link covers."""
     mount = grid.mount
@@ -210,7 +214,7 @@ def _left(
 
 
 def _in_beams(
-    grid: _Places, points: MountPoints, cells: Float[np.ndarray, "A 2"]
+    grid: Places, points: MountPoints, cells: Float[np.ndarray, "A 2"]
 ) -> Bool[np.ndarray, "K A"]:
     """Return which points may lie in a beam of a cell, without occlusion."""
     sensor, slack = grid.sensor, grid.half + _SLACK

@@ -20,36 +20,20 @@ from ..coverage.rings.ring_kinematics import (
     SensorPoses,
     seen_from,
     sensor_poses,
-    with_base,
 )
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import carried_at, robot_capsules
-from ..coverage.soft.beams import RingsAt
-from ..coverage.soft.estimator import Choices, choices, log_uncovered
-from ..coverage.soft.first_return import of_each, soft_stop
-from ..coverage.soft.line_of_sight import Occluding
+from ..coverage.soft.beams import RingsAt, rings_at
+from ..coverage.soft.estimator import Choices, choices, covered, log_uncovered
+from ..coverage.soft.line_of_sight import Occluding, occluding
 from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.polyhedra import Polyhedron, polyhedron_shadow
-from ..coverage.solids.sensor_beams import BeamShapes, MixedBeams
+from ..coverage.solids.polyhedra import Polyhedron
 from .criterion import Criterion
-from .floors import floors, worth
+from .floors import floors, soft_minimum, worth
 from .scene import CoreScene
 
-# of the soft minimum over N poses or losses, which exceeds the minimum by at most this times log N
-TEMPERATURE = 0.005
 _STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
 Term = tuple[int, int]  # goal and pose
-_DATA = (
-    "goal",
-    "pose",
-    "mounting",
-    "frames",
-    "bodies",
-    "obstacles",
-    "weights",
-    "of_pose",
-    "floors",
-)
 
 
 class Sample(NamedTuple):
@@ -145,18 +129,18 @@ class SoftTerms:
             chosen: result of ``choose`` for the same values and points.
             counts: real numbers of sensors of the rings; None: those of ``arrays``.
         """
-        zetas, covered = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U)
+        zetas, degrees = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U)
         share, weights = self.of_pose / self.aim.mountings, self.weights
         by_pose = jnp.zeros((len(weights), len(share), zetas.shape[1]), zetas.dtype)
         by_pose = by_pose.at[self.goal, self.pose].add(zetas)  # sums over the mountings
         goal = jnp.einsum("gpu,p->ug", by_pose, share)  # (U, G)
         mean = worth(goal, weights, self.floors)  # (U,)
         if self.aim.losing:
-            return _soft_minimum(mean, self._may_be_lost(arrays)), covered
+            return soft_minimum(mean, self._may_be_lost(arrays)), degrees
         if self.over_poses == "worst":
             at_pose = weights @ by_pose[..., 0] / self.aim.mountings  # (P,)
-            return _soft_minimum(at_pose) + mean[0] - goal[0] @ weights, covered
-        return mean[0], covered
+            return soft_minimum(at_pose) + mean[0] - goal[0] @ weights, degrees
+        return mean[0], degrees
 
     def mean(self, arrays: RingArrays, values: Any, points: Any, width: Any, most: int) -> Any:
         """Return the weighted mean of soft ζ over goals and poses, without floors; NaN for values
@@ -178,12 +162,12 @@ class SoftTerms:
         counts: Any = None,
     ) -> Choices:
         """Return what is discrete about the sensors, for each term; see ``criterion``."""
-        rings, _, occluding = self._placed(arrays, values, counts, None)
+        rings, _, occluders = self._placed(arrays, values, counts, None)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
             return choices(here, points, most, width, hidden)
 
-        chosen: Choices = self._each_term(term, rings, occluding, points)
+        chosen: Choices = self._each_term(term, rings, occluders, points)
         return chosen
 
     def _zetas(
@@ -198,16 +182,16 @@ class SoftTerms:
         """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
         the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
-        rings, seat, occluding = self._placed(arrays, values, counts, wide)
+        rings, seat, hidden = self._placed(arrays, values, counts, wide)
         sensors = arrays.turn.shape[0]
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
             free = log_uncovered(here, points, wide, chosen, hidden, seat)
-            return self._covered(free, chosen.near.sensor, sensors)
+            return covered(free, chosen.near.sensor, sensors, self.aim.seen, self.aim.losing)
 
         seats = None if seat is None else seat[self.mounting]
-        covered = self._each_term(term, rings, occluding, sample.points, chosen, seats)
-        return sample.rest + sample.share * covered.mean(axis=-1), covered
+        degrees = self._each_term(term, rings, hidden, sample.points, chosen, seats)
+        return sample.rest + sample.share * degrees.mean(axis=-1), degrees
 
     def _placed(
         self, arrays: RingArrays, values: Any, counts: Any, width: Any
@@ -220,7 +204,7 @@ class SoftTerms:
         )
         values = jnp.asarray(values, jnp.float32)
         values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
-        rings, seat = _rings_at(arrays, values, self.frames, self._drawn(arrays))
+        rings, seat = rings_at(arrays, values, self.frames, self._drawn(arrays))
         if counts is not None:
             held = rings.count[..., len(counts) :]
             every = jnp.broadcast_to(counts, (*held.shape[:-1], len(counts)))
@@ -229,14 +213,14 @@ class SoftTerms:
             seat = jnp.where(self._of_cell(arrays)[None, :, None], _STRAIGHT, seat)
         return rings, seat, self._occluding(arrays, values, width)
 
-    def _each_term(self, function: Any, rings: Any, occluding: Any, *each: Any) -> Any:
+    def _each_term(self, function: Any, rings: Any, occluders: Any, *each: Any) -> Any:
         """Return the results of a function of the rings, the occluders and ``each`` for all
         terms."""
 
         def term(one: Any) -> Any:
             pose, mounting, *more = one
             here = jax.tree.map(lambda a: a[mounting, pose], rings)
-            hidden = jax.tree.map(lambda a: a[mounting, pose], occluding)
+            hidden = jax.tree.map(lambda a: a[mounting, pose], occluders)
             return function(here, hidden, *more)
 
         terms = (self.pose, self.mounting, *each)
@@ -260,25 +244,13 @@ class SoftTerms:
         seats = seen_from(arrays, self._mounted(arrays, values), frames, arrays.beams.square)
 
         def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
-            cones = arrays.beams.solids(*seats)
-            obstacles = tuple(Polyhedron(*one) for one in solids)
-            planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
-            if not blind:
-                return Occluding(bodies, planes)
-            zoned = cones.zoned if isinstance(cones, MixedBeams) else False
-            looks = cones.around()
-            # slopes of padding sensors would not be numbers
-            range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
-            stop = None
-            if width is not None:
-                stop = soft_stop(replace(looks, range_m=range_m), bodies, obstacles, width)
-                stop = jnp.where(zoned, jnp.inf, stop)
-            return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
+            cones, obstacles = arrays.beams.solids(*seats), [Polyhedron(*one) for one in solids]
+            return occluding(cones, bodies, obstacles, blind, width)
 
         axes = (0, [(0, 0, 0, None)] * len(self.obstacles), 0)
         everywhere = jax.vmap(jax.vmap(at_pose, axes), (None, None, 0))
-        occluding: Occluding = everywhere(bodies, self.obstacles, seats)
-        return occluding
+        occluders: Occluding = everywhere(bodies, self.obstacles, seats)
+        return occluders
 
     def _mounted(self, arrays: RingArrays, values: Any) -> SensorPoses:
         """Return the poses of sensors (D, K, 3) in all mountings."""
@@ -323,53 +295,6 @@ class SoftTerms:
         drawn = self.aim.drawn(arrays.length.shape[0] - still, arrays.turn.shape[0])
         return None if drawn is None else replace(drawn.beside(still), seat=drawn.seat)
 
-    def _covered(self, log_uncovered: Any, sensor: Any, sensors: int) -> Float[jax.Array, "U N"]:
-        """Return the degree to which points count as covered, without each ring or sensor that may
-        be lost, if one may."""
-        if self.aim.seen > 1:
-            multiplicity = -jnp.expm1(log_uncovered).sum(axis=(0, 1))
-            return jnp.clip(multiplicity - (self.aim.seen - 1), 0.0, 1.0)[None]
-        total = log_uncovered.sum(axis=(0, 1))
-        covered = -jnp.expm1(total)[None]  # (1, N)
-        if not self.aim.losing:
-            return covered
-        if self.aim.losing == "ring":
-            return -jnp.expm1(total[None] - log_uncovered.sum(axis=1))
-        alone = jnp.exp(total[None, None] - log_uncovered) - jnp.exp(total)[None, None]  # (G, M, N)
-        n = jnp.broadcast_to(jnp.arange(alone.shape[2]), alone.shape)
-        each = jnp.zeros((sensors, alone.shape[2]), alone.dtype).at[sensor, n].add(alone)
-        return covered - each
-
-
-def _rings_at(
-    arrays: RingArrays, values: Any, frames: Float[Array, "P F 4 4"], drawn: Misplaced | None
-) -> tuple[RingsAt, Any]:
-    """Return the rings in all D mountings at all P poses, and the seats (D, K, 3) of sensors; see
-    ``soft_views``."""
-    position, tilt, phase = values
-    own = arrays.ring[None] == jnp.arange(len(arrays.length))[:, None]
-    own = own & (arrays.beams.range_m > -jnp.inf)[None]  # (G, K)
-    first = own.argmax(axis=1)
-    shapes: BeamShapes = jax.tree.map(lambda a: a[first], arrays.beams)
-    frame = jnp.stack([arrays.zero, arrays.side, arrays.axis], axis=-2)[None]  # (1, G, 3, 3)
-    height, seat = (position * arrays.length)[None], None  # (1, G)
-    if drawn is not None:
-        frame = jnp.asarray(drawn.rotations, jnp.float32).swapaxes(-1, -2) @ frame
-        height = height + jnp.asarray(drawn.slip, jnp.float32)
-        seat = jnp.asarray(drawn.looks, jnp.float32)
-    centre = arrays.start[None] + height[..., None] * arrays.axis[None]  # (D, G, 3)
-    T = with_base(jnp.asarray(frames))[:, arrays.frame]  # (P, G, 4, 4)
-    rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    centre = jnp.einsum("pgij,dgj->dpgi", rotation, centre, precision="highest") + origin[None]
-    frame = jnp.einsum("pgij,dgkj->dpgki", rotation, frame, precision="highest")
-
-    def everywhere(a: Any) -> Any:
-        return jnp.broadcast_to(a, (*centre.shape[:-1], *a.shape[1:]))
-
-    rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, shapes)
-    zero, side, axis = (frame[..., i, :] for i in range(3))
-    return RingsAt(centre, axis, zero, side, *jax.tree.map(everywhere, rest)), seat
-
 
 def _stacked(each: Sequence[Polyhedron]) -> tuple[Any, Any, Any, Any]:
     """Return a solid at P poses; see ``SoftTerms.obstacles``."""
@@ -378,11 +303,3 @@ def _stacked(each: Sequence[Polyhedron]) -> tuple[Any, Any, Any, Any]:
         np.stack([np.asarray(getattr(b, key), np.float32) for b in each]) for key in keys
     )
     return normal, offset, edges, np.asarray(each[0].faces)
-
-
-def _soft_minimum(values: Float[Array, " N"], some: Any = True) -> Float[jax.Array, ""]:
-    """Return -T log(mean(exp(-v / T))) of some values."""
-    some = jnp.broadcast_to(some, values.shape)
-    count = jnp.maximum(some.sum(), 1).astype(values.dtype)
-    least = jax.nn.logsumexp(-values / TEMPERATURE, where=some) - jnp.log(count)
-    return -TEMPERATURE * least

@@ -3,8 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..coverage.occlusion.first_return import Beam, polyhedron_in_beam
+from ..coverage.occlusion.first_return import Beam
 from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.occlusion.polyhedron_return import polyhedron_in_beam
 from ..coverage.occlusion.ranging import readings
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes

@@ -19,9 +19,10 @@ from ..solids.capsule_shadows import Shadow, capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap, polyhedron_in_beam
+from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap
 from .occluded_beams import Beams
 from .occlusion_mode import Occlusion
+from .polyhedron_return import polyhedron_in_beam
 
 # the shadow of an obstacle in a beam: sensor index, normals (F, 3) and offsets (F,) m
 Plane = tuple[int, np.ndarray, np.ndarray]

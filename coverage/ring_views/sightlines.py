@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..occlusion.ball_in_cone import ball_in_cone
-from ..occlusion.first_return import Beam, polyhedron_in_beam
+from ..occlusion.first_return import Beam
 from ..occlusion.occluders import INSIDE
+from ..occlusion.polyhedron_return import polyhedron_in_beam
 from ..sensors.sensor import Sensor
 from ..solids.polyhedra import Polyhedron
 from ..solids.segments import from_segment

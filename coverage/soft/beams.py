@@ -19,7 +19,8 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
 from ..pytrees import register_trees, tree
-from ..rings.mounting_errors import seated
+from ..rings.mounting_errors import Misplaced, seated
+from ..rings.ring_kinematics import RingArrays, with_base
 from ..solids.segments import Coordinates
 from ..solids.sensor_beams import BeamShapes, beam_function
 
@@ -64,6 +65,43 @@ class RingsAt:
             for e in (self.zero, self.side, self.axis)
         )
         return x, y, z
+
+
+def rings_at(
+    arrays: RingArrays, values: Any, frames: Float[Array, "P F 4 4"], drawn: Misplaced | None
+) -> tuple[RingsAt, Any]:
+    """Return rings in all D mountings at all P poses, and the seats (D, K, 3) of their sensors;
+    see ``beams_at``.
+
+    Args:
+        arrays: the rings.
+        values: their positions, tilts and phases.
+        frames: frames of the robot, T_base_frame.
+        drawn: errors of the mountings; None: one mounting without errors.
+    """
+    position, tilt, phase = values
+    own = arrays.ring[None] == jnp.arange(len(arrays.length))[:, None]
+    own = own & (arrays.beams.range_m > -jnp.inf)[None]  # (G, K)
+    first = own.argmax(axis=1)
+    shapes: BeamShapes = jax.tree.map(lambda a: a[first], arrays.beams)
+    frame = jnp.stack([arrays.zero, arrays.side, arrays.axis], axis=-2)[None]  # (1, G, 3, 3)
+    height, seat = (position * arrays.length)[None], None  # (1, G)
+    if drawn is not None:
+        frame = jnp.asarray(drawn.rotations, jnp.float32).swapaxes(-1, -2) @ frame
+        height = height + jnp.asarray(drawn.slip, jnp.float32)
+        seat = jnp.asarray(drawn.looks, jnp.float32)
+    centre = arrays.start[None] + height[..., None] * arrays.axis[None]  # (D, G, 3)
+    T = with_base(jnp.asarray(frames))[:, arrays.frame]  # (P, G, 4, 4)
+    rotation, origin = T[..., :3, :3], T[..., :3, 3]
+    centre = jnp.einsum("pgij,dgj->dpgi", rotation, centre, precision="highest") + origin[None]
+    frame = jnp.einsum("pgij,dgkj->dpgki", rotation, frame, precision="highest")
+
+    def everywhere(a: Any) -> Any:
+        return jnp.broadcast_to(a, (*centre.shape[:-1], *a.shape[1:]))
+
+    rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, shapes)
+    zero, side, axis = (frame[..., i, :] for i in range(3))
+    return RingsAt(centre, axis, zero, side, *jax.tree.map(everywhere, rest)), seat
 
 
 class NearSensors(NamedTuple):

@@ -11,9 +11,11 @@ and which body hides it. Then f is a short formula, which JAX differentiates.
 from typing import NamedTuple
 
 import jax
-from jaxtyping import Float
+import jax.numpy as jnp
+from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
+from ..choices import Losing
 from .beams import NearSensors, RingsAt, beams_at, near_sensors
 from .line_of_sight import Occluding, Sight
 
@@ -72,3 +74,34 @@ def log_uncovered(
         x, y, z = points.T[:, None, None]
         value = occluding.past(value, chosen.near.sensor, apex, (x, y, z), chosen.sight)
     return jax.nn.log_sigmoid(value / width)
+
+
+def covered(
+    log_uncovered: Float[Array, "G M N"],
+    sensor: Int[Array, "G M N"],
+    sensors: int,
+    seen: int = 1,
+    losing: Losing | None = None,
+) -> Float[jax.Array, "U N"]:
+    """Return the degree to which points count as covered, without each ring or sensor that may be
+    lost, if one may.
+
+    Args:
+        log_uncovered: log(1 - p) of the sensors at the points.
+        sensor: numbers of the sensors.
+        sensors: number of all sensors.
+        seen: how many sensors must see a point.
+        losing: what may be lost.
+    """
+    if seen > 1:
+        multiplicity = -jnp.expm1(log_uncovered).sum(axis=(0, 1))
+        return jnp.clip(multiplicity - (seen - 1), 0.0, 1.0)[None]
+    total = log_uncovered.sum(axis=(0, 1))
+    if losing == "ring":
+        return -jnp.expm1(total[None] - log_uncovered.sum(axis=1))
+    degree: jax.Array = -jnp.expm1(total)[None]  # (1, N)
+    if losing is None:
+        return degree
+    alone = jnp.exp(total[None, None] - log_uncovered) - jnp.exp(total)[None, None]  # (G, M, N)
+    n = jnp.broadcast_to(jnp.arange(alone.shape[2]), alone.shape)
+    return degree - jnp.zeros((sensors, alone.shape[2]), alone.dtype).at[sensor, n].add(alone)

@@ -15,7 +15,8 @@ import jax
 import jax.numpy as jnp
 
 from ..arrays import Array, Numbers, dot, root
-from ..occlusion.first_return import Beam, capsule_places, capsule_return, cone_gap, meeting_points
+from ..occlusion.first_return import Beam, capsule_places, capsule_return, cone_gap
+from ..occlusion.polyhedron_return import meeting_points
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron

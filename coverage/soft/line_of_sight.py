@@ -8,17 +8,22 @@ Of all bodies and planes only the one that hides a point deepest has a gradient.
 and where the segment passes it, is found without one: these places minimise the distance.
 """
 
-from dataclasses import dataclass
-from functools import reduce
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Float, Int
 
-from ..arrays import Array, root
+from ..arrays import Array, Numbers, root
 from ..solids.capsules import Capsules
+from ..solids.cones import Cones
+from ..solids.polyhedra import Polyhedron, polyhedron_shadow
 from ..solids.segments import Coordinates, nearest_places
+from ..solids.sensor_beams import MixedBeams
+from .first_return import of_each, soft_stop
 
 _NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
 
@@ -78,6 +83,36 @@ class Occluding:
             value = jnp.where(jnp.isinf(stop), jnp.maximum(value, depth), value)
         v = [p - a for p, a in zip(points, apex, strict=True)]
         return jnp.maximum(value, root(_dot(v, v)) - stop)
+
+
+def occluding(
+    cones: Cones,
+    bodies: Capsules | None,
+    obstacles: Sequence[Polyhedron],
+    blind: bool,
+    width: Numbers | None,
+) -> Occluding:
+    """Return what occludes sensors with given beams at one pose.
+
+    Args:
+        cones: the beams.
+        bodies: bodies of the robot; None where they hide nothing.
+        obstacles: other convex solids.
+        blind: whether a first return blinds sensors of one zone.
+        width: width of the sigmoid, m; None: without first returns.
+    """
+    planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
+    if not blind:
+        return Occluding(bodies, planes)
+    zoned = cones.zoned if isinstance(cones, MixedBeams) else False
+    looks = cones.around()
+    # slopes of padding sensors would not be numbers
+    range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
+    stop = None
+    if width is not None:
+        stop = soft_stop(replace(looks, range_m=range_m), bodies, tuple(obstacles), width)
+        stop = jnp.where(zoned, jnp.inf, stop)
+    return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
 
 
 def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passing:

@@ -11,7 +11,8 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
+from ...coverage.occlusion.first_return import Beam, capsule_in_beam
+from ...coverage.occlusion.polyhedron_return import polyhedron_in_beam
 from ...coverage.occlusion.ranging import slabs
 from ...coverage.pytrees import mapped
 from ...coverage.rings.ring import Setup, ring_values

@@ -9,13 +9,8 @@ import pytest
 import trimesh
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.occlusion.first_return import (
-    MARGIN,
-    Beam,
-    capsule_in_beam,
-    cone_gap,
-    polyhedron_in_beam,
-)
+from place_rings.coverage.occlusion.first_return import MARGIN, Beam, capsule_in_beam, cone_gap
+from place_rings.coverage.occlusion.polyhedron_return import polyhedron_in_beam
 from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.solids.cones import cone

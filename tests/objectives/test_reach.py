@@ -21,7 +21,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.reach import beyond_any, beyond_sensors
+from place_rings.objectives.reach import beyond, beyond_sensors
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 
 from ..strategies.units import GENERATORS
@@ -92,8 +92,7 @@ def test_no_point_that_a_layout_covers_is_beyond_any_sensor(rng, sensor, occlusi
     assume(rings)
     points = scene.sample(TARGET, 0, 1500, 1)
     covered = setup_sight(scene, Setup(rings), scene.poses[0].q).holds(points)
-    beyond = beyond_any(scene, points, 0)
-    assert points[covered & beyond].tolist() == []
+    assert points[covered & beyond(scene, points, 0)].tolist() == []
 
 
 def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
@@ -101,9 +100,9 @@ def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
     table = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.001]))
     scene = CoreScene(goals=(Goal(TARGET),), obstacles=(table,))
     points = scene.sample(TARGET, 0, 2000, 0)
-    under, beyond = points[:, 2] < -0.05, beyond_any(scene, points, 0)
-    assert beyond[under].mean() > 0.98
-    assert beyond[~under].mean() < beyond_sensors(replace(scene, obstacles=()), TARGET).share + 0.02
+    under, left = points[:, 2] < -0.05, beyond(scene, points, 0)
+    assert left[under].mean() > 0.98
+    assert left[~under].mean() < beyond_sensors(replace(scene, obstacles=()), TARGET).share + 0.02
 
 
 def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
@@ -122,7 +121,7 @@ def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
     way = rng.normal(size=(4000, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
     middle = T[:3, :3] @ (mount.start + 0.5 * mount.length * mount.axis) + T[:3, 3]
-    share = beyond_any(scene, middle + 2.0 * way, 0).mean()
+    share = beyond(scene, middle + 2.0 * way, 0).mean()
     band = (math.sin(low + half) - math.sin(low - half)) / 2  # of a sphere
     assert share == pytest.approx(1 - band, abs=0.04)
 

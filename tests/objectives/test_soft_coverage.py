@@ -19,13 +19,13 @@ from place_rings.coverage.solids.polyhedra import hull
 from place_rings.coverage.targets import Target
 from place_rings.objectives import soft_coverage
 from place_rings.objectives.criterion import Criterion
-from place_rings.objectives.floors import floors, worth
+from place_rings.objectives.floors import TEMPERATURE, floors, worth
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.soft_coverage import SoftCoverage
-from place_rings.objectives.soft_terms import TEMPERATURE, Sample
+from place_rings.objectives.soft_terms import Sample
 
 from ..strategies.rings import rings
 from ..strategies.singles import FANS, RANGES_MM, beam, dome, singles
