@@ -52,6 +52,9 @@ PARTS = {
         "Soft estimator: comparison with straightforward JAX, PyTorch and NumPy",
         *(1, 2, "all widths of the sigmoid"),
     ),
+    "membership": Part(
+        "Fast paths of membership: time beside their definitions", 1, 3, "more points"
+    ),
     "search": Part(
         "Search: answers and time against an earlier search, spread over seeds, other optimisers",
         *(10, 12, "1,000 sensors, checked by random points"),

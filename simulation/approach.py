@@ -9,7 +9,7 @@ robot, and so does an arm no thicker than the ball that follows it. Finding no p
 because narrow gaps slip through the lattice.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -67,7 +67,7 @@ class _Scene:
 
 
 @jax.jit
-def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
+def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[Any, ...]) -> jax.Array:
     (points,), (cones, start, end, thick, chosen) = rows, fixed
     gap = jnp.stack(
         [

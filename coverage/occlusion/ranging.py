@@ -46,7 +46,7 @@ class RangeReadings(NamedTuple):
 def slabs(
     function: Callable[..., Array],
     rows: tuple[Array, ...],
-    fixed: tuple[Array, ...] = (),
+    fixed: tuple[Any, ...] = (),
     size: int = _ROWS,
 ) -> Any:
     """Apply ``function(rows, fixed)`` to slabs of ``size`` rows, so that all calls have one shape.

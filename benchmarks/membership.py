@@ -1,0 +1,121 @@
+"""Fast paths of membership: what each saves over the one definition that it must agree with.
+
+Whether a point is in a beam, in a shadow or beyond a first return is defined by the implicit
+functions of ``coverage/solids`` and ``coverage/occlusion``. Hot loops have faster paths beside
+them, which tests tie to the definition.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from common import cone_task, medians, say, table
+from place_rings.coverage.occlusion.first_return import Beam, capsule_in_beam
+from place_rings.coverage.occlusion.shadow_bitmask import free_of_shadows
+from place_rings.coverage.ring_views.beam_membership import in_beam
+from place_rings.coverage.ring_views.line_of_sight import LinkOccluders
+from place_rings.coverage.ring_views.sightlines import first_returns
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.base import Parts
+from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
+from place_rings.coverage.solids.sensor_beams import BeamShapes, beam_function
+from place_rings.coverage.targets import Target
+from place_rings.coverage.voxels.solid_bitmask import words
+from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
+from place_rings.objectives.scene import paper_scene
+
+Paths = tuple[str, str, int, Callable[[], Any], Callable[[], Any]]
+VOXEL = 0.01
+_COLUMNS = ("fast path", "definition", "items", "ns an item", "of the definition", "times as fast")
+
+
+def beam_paths(rng: np.random.Generator, count: int) -> Paths:
+    """Return the 32-bit test of a sensor's own coordinates."""
+    sensor, points = Sensor(math.radians(25), 1.5), rng.uniform(-1, 1, (count, 3))
+    along, across, up = points.T.astype(np.float32).copy()
+    shapes = BeamShapes(np.full(count, sensor.half_angle), np.full(count, sensor.range_m))
+    axis = np.tile([1.0, 0.0, 0.0], (count, 1))
+    return (
+        *("`in_beam`, 32 bits", "`beam_function`", count),
+        lambda: in_beam(sensor, along, across, up),
+        lambda: beam_function(shapes, points, np.zeros((count, 3)), axis, axis) <= 0,
+    )
+
+
+def bitmask_paths(rng: np.random.Generator, count: int) -> list[Paths]:
+    """Return the 64 voxels of a block at once, in cones and in shadows."""
+    parts, blocks = cone_task(), count // 64
+    points, index = rng.uniform(-1, 1, (blocks, 3)), rng.integers(0, len(parts), blocks)
+    grid = BlockGrid(VOXEL, 1e-9)
+    centres = points + VOXEL * (CORNER[:, None] - 1.5)
+    body = rng.uniform(-0.3, 0.3, (2, blocks, 3))
+    shadow = capsule_shadow(body[0] + [0, 0, 1.0], *body, np.full(blocks, 0.08))
+    return [
+        (
+            *("`words` of cones", "`Cones.part`", count),
+            lambda: words(parts, grid, points, index),
+            lambda: parts.part(centres, index) <= 0,
+        ),
+        (
+            *("`free_of_shadows`", "`behind`", count),
+            lambda: free_of_shadows(grid, points, shadow),
+            lambda: behind(centres, shadow) > 0,
+        ),
+    ]
+
+
+def body_paths(rng: np.random.Generator, count: int) -> list[Paths]:
+    """Return lines of sight and first returns past capsules."""
+    start, end = rng.uniform(-0.4, 0.4, (2, count, 3))
+    apex, points = start + np.array([0.0, 0.0, 0.6]), rng.uniform(-1, 1, (count, 3))
+    thick, number = np.full(count, 0.06), np.arange(count)[:, None]
+    flat = (start, end, thick, apex, points - apex)
+    a, b, r, eye, way = (np.asarray(v, np.float32) for v in flat)
+    past = LinkOccluders(a, b, r, number, (), np.zeros((count, 0), int), False)
+    axis = -apex / np.linalg.norm(apex, axis=1)[:, None]
+    looks = Beam(apex, axis, np.full(count, 0.3), np.full(count, 1.5))
+    narrow = Beam(*(np.asarray(v, np.float32) for v in looks))
+    few = slice(0, count // 16)
+    return [
+        (
+            *("`LinkOccluders.clear`, 32 bits", "`behind` of `capsule_shadow`", count),
+            lambda: past.clear(list(eye.T), list(way.T), np.arange(count)),
+            lambda: behind(points, capsule_shadow(apex, start, end, thick)) > 0,
+        ),
+        (
+            *("`first_returns`, 32 bits", "`capsule_in_beam`", count // 16),
+            lambda: first_returns(Beam(*(v[few] for v in narrow)), a[few], b[few], r[few]),
+            lambda: capsule_in_beam(
+                Beam(*(v[few] for v in looks)), start[few], end[few], thick[few]
+            ),
+        ),
+    ]
+
+
+def tube_paths(rng: np.random.Generator, count: int) -> Paths:
+    """Return the points inside a tube by the signs of its planes."""
+    scene = paper_scene()
+    tube: Any = scene.solid(Target("V_S", 0.5), 0).a
+    points = rng.uniform(-1, 1, (count // 16, 3))
+    return (
+        *("`Tube.holds`", "`Parts.holds`", len(points)),
+        lambda: tube.holds(points),
+        lambda: Parts.holds(tube, points),
+    )
+
+
+def report(full: bool) -> list[str]:
+    """Measure each path beside its definition and return blocks of Markdown."""
+    rng, count, rows = np.random.default_rng(0), 1 << (20 if full else 17), []
+    paths = [beam_paths(rng, count), *bitmask_paths(rng, count), *body_paths(rng, count)]
+    for fast, slow, items, quickly, plainly in [*paths, tube_paths(rng, count)]:
+        times = medians({"fast": quickly, "slow": plainly})
+        a, b = (1e9 * times[name][1] / items for name in ("fast", "slow"))
+        rows.append((fast, slow, f"{items:,}", f"{a:.0f}", f"{b:.0f}", f"{b / a:.1f}"))
+        say(*rows[-1])
+    intro = (
+        "Fast paths of membership, each beside the definition that its test compares it with."
+        " Both classify the same random points, pairs or voxels."
+    )
+    return [intro, table(_COLUMNS, rows)]
