@@ -309,7 +309,7 @@ class FunctionSolid(Parts):
         Nothing is known about the surface inside a cube, so bounds are of first order.
         """
         low, high = np.zeros((2, pairs.cubes))
-        value = self.part(pairs.points, pairs.index)
+        value = self.part(pairs.points, pairs.part)
         reach = 3**0.5 / 2 * pairs.side + pairs.slack
         low[pairs.cell[value < -reach]] = 1.0
         high[pairs.cell[value <= reach]] = 1.0

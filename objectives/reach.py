@@ -57,7 +57,7 @@ class Beyond:
     """Monte Carlo error of the part, of points and poses, at a confidence of 95 %."""
 
 
-class RingGrid(NamedTuple):
+class PlaceGrid(NamedTuple):
     """The rings of a link on a grid: cells of a position and a phase."""
 
     mount: Mount
@@ -113,7 +113,7 @@ def beyond_sensors(
     return Beyond(float(weights @ shares), 1.96 * math.sqrt(variance))
 
 
-def _places(scene: CoreScene) -> list[RingGrid]:
+def _places(scene: CoreScene) -> list[PlaceGrid]:
     """Return the grids of rings on all links on which the rules leave room."""
     clear, grids = MountClearance(scene) if scene.real else None, []
     for mount in scene.robot.mounts:
@@ -142,7 +142,7 @@ def _places(scene: CoreScene) -> list[RingGrid]:
         phase = np.arange(around) * (2 * math.pi / around)
         sensor = scene.sensor_of(mount.link)
         if len(heights):
-            grids.append(RingGrid(mount, sensor, radius, limits.tilt, heights, half, phase))
+            grids.append(PlaceGrid(mount, sensor, radius, limits.tilt, heights, half, phase))
     return grids
 
 
@@ -163,7 +163,7 @@ def beyond(
     points: Float[np.ndarray, "N 3"],
     pose: int,
     besides: Setup | None = None,
-    places: Sequence[RingGrid] | None = None,
+    places: Sequence[PlaceGrid] | None = None,
 ) -> Bool[np.ndarray, " N"]:
     """Return which points, m, no sensor of any layout covers at a pose.
 
@@ -191,7 +191,7 @@ def beyond(
 
 
 def _left(
-    grid: RingGrid, frame: Float[np.ndarray, "4 4"], hidden: "_Hidden", rest: Int[np.ndarray, " K"]
+    grid: PlaceGrid, frame: Float[np.ndarray, "4 4"], hidden: "_Hidden", rest: Int[np.ndarray, " K"]
 ) -> Int[np.ndarray, " L"]:
     """Return which of the points with the numbers ``rest`` no ring of a link covers."""
     mount = grid.mount
@@ -214,7 +214,7 @@ def _left(
 
 
 def _in_beams(
-    grid: RingGrid, points: MountPoints, cells: Float[np.ndarray, "A 2"]
+    grid: PlaceGrid, points: MountPoints, cells: Float[np.ndarray, "A 2"]
 ) -> Bool[np.ndarray, "K A"]:
     """Return which points may lie in a beam of a cell, without occlusion."""
     sensor, slack = grid.sensor, grid.half + _SLACK

@@ -102,7 +102,7 @@ def occluding(
         width: width of the sigmoid, m; None: without first returns.
     """
     planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
-    if not blind:
+    if not blind or bodies is None:
         return Occluding(bodies, planes)
     zoned = cones.zoned if isinstance(cones, MixedBeams) else False
     looks = cones.around()

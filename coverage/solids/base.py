@@ -41,7 +41,7 @@ class CubePairs(NamedTuple):
     """Centre of each pair's cube, m."""
     cell: Int[np.ndarray, " P"]
     """Index of the cube, ascending."""
-    index: Int[np.ndarray, " P"]
+    part: Int[np.ndarray, " P"]
     """Index of the part, ascending within a cube."""
     cubes: int
     """Number of cubes."""
@@ -52,8 +52,7 @@ class CubePairs(NamedTuple):
 
     def only(self, k: Int[np.ndarray, " M"]) -> "CubePairs":
         """Return the pairs with these indices."""
-        points, cell, index, *rest = self
-        return CubePairs(rows(points, k), cell[k], index[k], *rest)
+        return self._replace(points=rows(self.points, k), cell=self.cell[k], part=self.part[k])
 
 
 class Parts(ABC):

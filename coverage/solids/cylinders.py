@@ -49,12 +49,12 @@ class Cylinders(TangentParts):
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``: within the radius, and between the two flat ends."""
-        axis, height, across = self._beside(pairs.points, pairs.index)
+        axis, height, across = self._beside(pairs.points, pairs.part)
         size = pairs.side, pairs.slack
-        round_ = distance_tangent(across, self.radius[pairs.index], pairs.side)
+        round_ = distance_tangent(across, self.radius[pairs.part], pairs.side)
         each, straight = round_.share(*size), np.zeros(len(axis))
         for sign in (1.0, -1.0):
-            end = Tangent(sign * height - self.half[pairs.index], sign * axis, straight)
+            end = Tangent(sign * height - self.half[pairs.part], sign * axis, straight)
             each = each & end.share(*size)
         return each, round_.value, round_.normal
 

@@ -151,7 +151,7 @@ class MixedBeams(Cones):
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``Cones.each_share``; each pair is evaluated by its shape, and the plane at which a
         beam begins has no curvature."""
-        n = len(pairs.index)
+        n = len(pairs.part)
         share, normal = VolumeFraction(np.zeros(n), np.zeros(n)), np.zeros((n, 3))
         value = np.zeros(n)
 
@@ -159,8 +159,8 @@ class MixedBeams(Cones):
             bounds, value[k], normal[k] = shape.each_share(pairs.only(k))
             share.low[k], share.high[k] = bounds.low, bounds.high
 
-        self.split(pairs.index, fill)
-        at, beyond, axis = self.beginning(pairs.points, pairs.index)
+        self.split(pairs.part, fill)
+        at, beyond, axis = self.beginning(pairs.points, pairs.part)
         if len(at):
             begin = Tangent(-beyond, -axis, np.zeros(len(at)))
             share.cut(at, begin.share(pairs.side, pairs.slack))

@@ -228,6 +228,6 @@ class RoundParts(TangentParts):
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``."""
-        away = self.away(pairs.points, pairs.index)
-        t = distance_tangent(away, self.radius[pairs.index], pairs.side)
+        away = self.away(pairs.points, pairs.part)
+        t = distance_tangent(away, self.radius[pairs.part], pairs.side)
         return t.share(pairs.side, pairs.slack), t.value, t.normal

@@ -206,7 +206,9 @@ def _beam(cones: Any, k: int) -> Any:
     half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
     special = cones.special if isinstance(cones, MixedBeams) else None
     if special is not None and (special.dome[k] or special.half_thickness[k] > 0):
-        return _dome(cones, k) if special.dome[k] else _fan(cones, k, special.half_thickness[k])
+        return (
+            _dome(cones, k) if special.dome[k] else _fan(cones, k, float(special.half_thickness[k]))
+        )
     rim = cones.corners_across(k, height)
     if len(rim) == 0:
         x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -237,7 +239,7 @@ def _fan(cones: MixedBeams, k: int, half_thickness: float) -> Any:
     axis, side = np.asarray(cones.axis[k]), np.cross(up, cones.axis[k])
     arc = cones.range_m[k] * (np.cos(turn) * axis + np.sin(turn) * side)
     sector = np.asarray(cones.apex[k]) + np.vstack([np.zeros((1, 3)), arc])
-    thick = float(half_thickness) * up
+    thick = half_thickness * up
     i = np.arange(1, len(sector) - 1)
     faces = np.stack([np.zeros_like(i), i, i + 1], axis=1)
     both = np.vstack([sector - thick, sector + thick])

@@ -120,7 +120,7 @@ def seen(
     reach, around, square = rod.length / 2 + rod.radius, beams.around(), beams.is_square()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
-        off = around.part(points[left], k)
+        off = around.part(points[left], int(k))
         near = left[off <= reach]
         if not square[k]:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])

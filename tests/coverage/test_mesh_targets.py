@@ -7,10 +7,8 @@ import place_rings as pr
 import pytest
 import trimesh
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
-from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.closed_mesh import ClosedMesh
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
@@ -21,43 +19,14 @@ from place_rings.formats.loader import read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import CoreScene, Goal
 
-from ..strategies.units import GENERATORS, failures, uniform_directions
+from ..strategies.solids import MESHES
+from ..strategies.units import GENERATORS, failures
 from ..strategies.volumes import BOXES
 from ..support.refusals import refused
-from .test_octree import dense, lattice
 
 
 def solid_of(mesh):
     return ClosedMesh(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
-
-
-def some_mesh(kind, size_mm, turn, seed):
-    a, b, c = np.array(size_mm) / 1000
-    mesh = {
-        "box": lambda: trimesh.creation.box((a, b, c)),
-        "ball": lambda: trimesh.creation.icosphere(2, a),
-        "ring": lambda: trimesh.creation.torus(0.6, 0.1 + b / 10, 24, 12),
-        "can": lambda: trimesh.creation.cylinder(a / 2, b, sections=16),
-        "two": lambda: trimesh.util.concatenate(
-            [
-                trimesh.creation.box((0.2, 0.3, c)),
-                trimesh.creation.icosphere(1, 0.2).apply_translation((0.9, 0, 0)),
-            ]
-        ),
-    }[kind]()
-    mesh.apply_transform(transform(np.zeros(3), np.radians(turn)))
-    if kind == "ball":  # dents, so that it is not convex
-        mesh.vertices *= 1 + 0.2 * np.random.default_rng(seed).random((len(mesh.vertices), 1))
-    return mesh
-
-
-MESHES = st.builds(
-    some_mesh,
-    st.sampled_from(["box", "ball", "ring", "can", "two"]),
-    st.tuples(*[st.integers(200, 1000)] * 3),
-    st.tuples(*[st.sampled_from([0, 0, 30, 90])] * 3),
-    st.integers(0, 99),
-)
 
 
 @settings(max_examples=12)
@@ -82,26 +51,6 @@ def mesh_winding(mesh, points):
     return np.arctan2(up, down).sum(axis=1) / (2 * math.pi)
 
 
-@settings(max_examples=12)
-@given(MESHES, GENERATORS)
-def test_function_is_lipschitz(mesh, rng):
-    solid = solid_of(mesh)
-    p = rng.uniform(-1.2, 1.2, (400, 3))
-    q = p + rng.uniform(0, 0.4, (400, 1)) ** 2 * uniform_directions(rng, 400)
-    step = np.linalg.norm(p - q, axis=1)
-    assert failures(p, np.abs(solid(p) - solid(q)) <= step + 1e-9) == []
-
-
-@pytest.mark.parametrize("rule", ["centre", "touch"])
-@settings(max_examples=4)
-@given(MESHES)
-def test_count_is_the_dense_count(rule, mesh):
-    solid = solid_of(mesh)
-    voxel = 0.0831 if rule == "centre" else 0.311
-    centres = lattice(*solid.bounds(), voxel)
-    assert count(solid, voxel, rule) == dense(solid, centres, voxel, rule).sum()
-
-
 @settings(max_examples=8)
 @given(BOXES)
 def test_a_mesh_of_a_box_is_the_box(volume):
@@ -121,20 +70,6 @@ def test_certified_volume_holds_that_of_trimesh(mesh):
     assert found.volume_low <= mesh.volume * (1 + 1e-9)
     assert found.volume_high >= mesh.volume * (1 - 1e-9)
     assert found.high - found.low <= 0.1
-
-
-@settings(max_examples=5)
-@given(MESHES, GENERATORS, st.sampled_from([0.01, 0.05]))
-def test_shares_of_cubes_hold(mesh, rng, side):
-    solid, cell = solid_of(mesh), np.arange(20)
-    points = trimesh.sample.sample_surface(mesh, 20, seed=int(rng.integers(99)))[0]
-    points = points + rng.uniform(-0.5, 0.5, (20, 3)) * side
-    found = solid.shares(CubePairs(points, cell, np.zeros(20, int), 20, side, 1e-9))
-    inside = rng.uniform(-0.5, 0.5, (1000, 3)) * side
-    share = np.array([solid.holds(p + inside).mean() for p in points])
-    noise = math.sqrt(math.log(2 * 20 * 1e7) / (2 * len(inside)))
-    assert failures(points, found.low - noise <= share) == []
-    assert failures(points, found.high + noise >= share) == []
 
 
 def test_a_ray_along_walls_and_edges_counts_once():

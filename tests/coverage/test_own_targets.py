@@ -13,7 +13,6 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
 from place_rings.coverage.soft.sampling import EmptySolidError, sample
-from place_rings.coverage.solids.base import CubePairs, leaves
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.volumes import (
@@ -37,7 +36,6 @@ from place_rings.objectives.scene import CoreScene, Goal, Obstacle
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import CELLS, scenes
-from ..strategies.units import GENERATORS, failures, uniform_directions
 from ..strategies.volumes import BOXES, CYLINDERS, OWN_TARGETS, VOLUMES
 from ..support.refusals import refused
 from .test_octree import agree, dense, lattice
@@ -71,31 +69,6 @@ def scene_of(*targets, **fields):
 def test_count_is_the_dense_count(rule, scene):
     assume((np.ptp(scene.solid.bounds(), axis=0) > 0.1).all())
     agree(scene, scene.cones, rule)
-
-
-@given(VOLUMES, GENERATORS)
-def test_function_is_lipschitz(volume, rng):
-    solid = solid_of(volume)
-    p = rng.uniform(-2, 2, (300, 3))
-    step = rng.uniform(0, 1, (300, 1)) ** 3
-    q = p + step * uniform_directions(rng, 300)
-    change = np.abs(solid(p) - solid(q))
-    assert failures(p, change <= step[:, 0] * (1 + 1e-9) + 1e-9) == []
-
-
-@given(st.one_of(BOXES, CYLINDERS), GENERATORS)
-def test_shares_of_cubes_hold(volume, rng):
-    """The bounds of a cube's share hold the share of many points in it."""
-    (parts,) = leaves(volume.solid(lambda *_: None))
-    low, high = parts.bounds()
-    points, side = rng.uniform(low - 0.1, high + 0.1, (30, 3)), 0.2
-    cell = np.arange(30)
-    found = parts.shares(CubePairs(points, cell, np.zeros(30, int), 30, side, 1e-12))
-    inside = rng.uniform(-0.5, 0.5, (8000, 3)) * side
-    share = np.array([(parts(p + inside) <= 0).mean() for p in points])
-    noise = math.sqrt(math.log(2 * 30 * 1e7) / (2 * len(inside)))
-    assert failures(points, found.low - noise <= share) == []
-    assert failures(points, found.high + noise >= share) == []
 
 
 @given(BOXES | CYLINDERS)

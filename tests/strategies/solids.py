@@ -3,7 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
+import trimesh
 from hypothesis import strategies as st
+from place_rings.coverage.cube_region import CubeRegion
+from place_rings.coverage.robots.kinematics import transform
 from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.solids.base import Difference, Intersection, Solid, Union
 from place_rings.coverage.solids.capsules import Capsules
@@ -254,3 +257,52 @@ def some_solids(one_size: bool = False) -> st.SearchStrategy[Solid]:
         st.builds(Intersection, round_ones, swept),
         st.builds(Difference, swept, beams),
     )
+
+
+def some_mesh(
+    kind: str, size_mm: tuple[int, ...], turn: tuple[int, ...], seed: int
+) -> trimesh.Trimesh:
+    """A closed mesh."""
+    a, b, c = np.array(size_mm) / 1000
+    mesh = {
+        "box": lambda: trimesh.creation.box((a, b, c)),
+        "ball": lambda: trimesh.creation.icosphere(2, a),
+        "ring": lambda: trimesh.creation.torus(0.6, 0.1 + b / 10, 24, 12),
+        "can": lambda: trimesh.creation.cylinder(a / 2, b, sections=16),
+        "two": lambda: trimesh.util.concatenate(
+            [
+                trimesh.creation.box((0.2, 0.3, c)),
+                trimesh.creation.icosphere(1, 0.2).apply_translation((0.9, 0, 0)),
+            ]
+        ),
+    }[kind]()
+    mesh.apply_transform(transform(np.zeros(3), np.radians(turn)))
+    if kind == "ball":  # dents, so that it is not convex
+        mesh.vertices *= 1 + 0.2 * np.random.default_rng(seed).random((len(mesh.vertices), 1))
+    return mesh
+
+
+MESHES = st.builds(
+    some_mesh,
+    st.sampled_from(["box", "ball", "ring", "can", "two"]),
+    st.tuples(*[st.integers(200, 1000)] * 3),
+    st.tuples(*[st.sampled_from([0, 0, 30, 90])] * 3),
+    st.integers(0, 99),
+)
+
+
+def some_region(
+    seed: int, shape: tuple[int, ...], share: int, corner: tuple[int, ...]
+) -> CubeRegion:
+    """Cubes of 0.1 m, about ``share`` tenths of an array."""
+    inside = np.random.default_rng(seed).random(shape) < share / 10
+    return CubeRegion(inside, np.array(corner), 0.1)
+
+
+REGIONS = st.builds(
+    some_region,
+    st.integers(0, 2**32 - 1),
+    st.tuples(*[st.integers(1, 6)] * 3),
+    st.integers(1, 10),
+    st.tuples(*[st.integers(-5, 5)] * 3),
+)
