@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
-    from ._safety import safety
-    from ._safety_report import SafetyReport
+    from ._safety import SafetyReport, safety
     from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
@@ -143,8 +142,7 @@ _MODULES = {
     "_proposal": ("Proposal",),
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
-    "_safety": ("safety",),
-    "_safety_report": ("SafetyReport",),
+    "_safety": ("SafetyReport", "safety"),
     "_scene": ("Scene",),
     "_solids": ("attached", "obstacle"),
     "_search": ("search",),

@@ -7,7 +7,7 @@ from typing import ParamSpec, TypeVar
 
 from ._errors import input_errors
 from .coverage.definitions.docstrings import docstrings
-from .placement.search.options import kind_of
+from .coverage.definitions.options import kind_of
 
 P = ParamSpec("P")
 C = TypeVar("C")

@@ -46,7 +46,7 @@ def last_reported(found: Approaches) -> list[int]:
     return chosen
 
 
-def picture(
+def detection_figure(
     robot: Robot,
     setup: Setup,
     moments: Moments,

@@ -3,6 +3,7 @@ direction.
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ DISCLAIMER = (
     " for protective devices (ISO 13855, ISO 10218-2, IEC 61496) must be demonstrated on the real"
     " cell by those responsible for it."
 )
+UNLISTED = (
+    "The sensor is not in the catalogue: its nominal range is used, for any target and light."
+)
+_TEMPLATE = Path(__file__).with_suffix(".md")
 
 
 def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
@@ -47,107 +52,44 @@ def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
 
 def page(r: SafetyResult, command: str) -> str:
     """Return the report as Markdown."""
-    lines = [
-        *_summary(r),
-        *_required_separation(r),
-        *_sensor_ranges(r),
-        *_directions(r),
-        f"Command: `{command}`, seed {r.seed}.",
-        "",
-    ]
-    return printable_lines("\n".join(lines))
-
-
-def _summary(r: SafetyResult) -> list[str]:
-    """Return the title, and the share of approaches that are reported in time."""
-    share = (
-        f"**{r.in_time.percent:.1f} %** ({r.in_time.low_percent:.1f} to"
-        f" {r.in_time.high_percent:.1f})"
-    )
-    return [
-        f"# Detection in time: {r.setup}",
-        "",
-        f"> {r.disclaimer}",
-        "",
-        (
-            f"A person of 1.75 m walks straight at the robot at {r.separation.human_speed:g} m/s,"
-            f" {r.approaches} times, from directions drawn uniformly{_during(r)}. {share} of these"
-            " approaches are reported before any part of the robot is nearer than its separation"
-            " distance. The range in brackets is the 95 % interval (Wilson)."
-        ),
-        "",
-        f"{r.never_reported} approaches are not reported before contact.",
-        "",
-        "![Shares by direction, distances, and the approaches that are reported last](safety.png)",
-        "",
-    ]
-
-
-def _required_separation(r: SafetyResult) -> list[str]:
-    """Return the section on the formula and its terms."""
-    s = r.separation
-    return [
-        "## Required separation",
-        "",
-        (
-            "S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r (ISO/TS 15066, now in"
-            " ISO 10218-2:2025). Each quarter of each link has its own speed v_r, which is assumed"
-            " to point at the person."
-        ),
-        "",
-        table(("term", "value", "meaning", "source"), _terms(r)),
-        (
-            f"Over the motion S is {s.least_m:.2f} to {s.largest_m:.2f} m. The simulation models"
-            " the period and latency of the sensors explicitly. Only the remaining"
-            f" {max(s.reaction_s - r.period_s - r.latency_s, 0):.3f} s of T_r therefore count in"
-            f" its S (at most {r.separation_at_report_m:.2f} m)."
-        ),
-        "",
-    ]
-
-
-def _sensor_ranges(r: SafetyResult) -> list[str]:
-    """Return the section on the sensors' ranges."""
-    lines = [
-        "## Range of the sensors",
-        "",
-        _reach(r),
-        "",
-        (
-            "A person who stays in a beam for one period is reported at most"
-            f" {1000 * (r.period_s + r.latency_s):.0f} ms after entering it: a period of"
-            f" {1000 * r.period_s:.0f}"
-            f" ms{' (assumed: no rate is known)' if r.rate_assumed else ''} and a latency"
-            f" of {1000 * r.latency_s:.0f} ms. {_in_the_way(r)}"
-        ),
-        "",
-        *_sensors(r),
-    ]
-    far = r.if_far_enough
-    if far is not None:
-        lines += [
-            (
-                f"If the same beams had a range of {r.range_needed_m:.2f} m, {far.percent:.1f} %"
-                f" ({far.low_percent:.1f} to {far.high_percent:.1f}) would be in time. The rest is"
-                " missed between the beams, not beyond their range."
-            ),
-            "",
-        ]
-    return lines
-
-
-def _directions(r: SafetyResult) -> list[str]:
-    """Return the section on the shares by direction."""
+    s, far = r.separation, r.if_far_enough
     each = [
-        (f"{d.from_deg:.0f}–{d.to_deg:.0f}", str(d.approaches), f"{d.percent:.1f}", _interval(d))
+        (
+            f"{d.from_deg:.0f}–{d.to_deg:.0f}",
+            str(d.approaches),
+            f"{d.percent:.1f}",
+            f"{d.low_percent:.1f}–{d.high_percent:.1f}",
+        )
         for d in r.by_direction
     ]
-    heads = ("direction, °", "approaches", "in time, %", "95 % interval")
-    return ["## By direction", "", table(heads, each)]
+    text = _TEMPLATE.read_text("utf-8").format(
+        r=r,
+        s=s,
+        command=command,
+        during=_during(r),
+        speeds="joint speeds along the motion"
+        if s.speeds_known
+        else "robot_speed for all parts: joint speeds are unknown",
+        remaining_s=max(s.reaction_s - r.period_s - r.latency_s, 0),
+        reach=_reach(r),
+        late_ms=1000 * (r.period_s + r.latency_s),
+        period_ms=1000 * r.period_s,
+        latency_ms=1000 * r.latency_s,
+        assumed=" (assumed: no rate is known)" if r.rate_assumed else "",
+        occlusion=_in_the_way(r),
+        sensors="\n".join(_sensors(r)),
+        farther="" if far is None else f"{_farther(r, far)}\n\n",
+        directions=table(("direction, °", "approaches", "in time, %", "95 % interval"), each),
+    )
+    return printable_lines(text)
 
 
-def _interval(d: ShareModel) -> str:
-    return f"{d.low_percent:.1f}–{d.high_percent:.1f}"
+def _farther(r: SafetyResult, far: ShareModel) -> str:
+    return (
+        f"If the same beams had a range of {r.range_needed_m:.2f} m, {far.percent:.1f} %"
+        f" ({far.low_percent:.1f} to {far.high_percent:.1f}) would be in time. The rest is missed"
+        " between the beams, not beyond their range."
+    )
 
 
 def _during(r: SafetyResult) -> str:
@@ -161,46 +103,12 @@ def _during(r: SafetyResult) -> str:
 
 def _in_the_way(r: SafetyResult) -> str:
     blind = " and blinds one-zone sensors whose beams it enters" if r.occlusion == "blind" else ""
-    robot = f"The person walks on a floor at z = {r.floor_m:g} m in the base frame."
     verb = "does not occlude" if r.occlusion == "ignore" else "occludes"
-    robot += f" The robot {verb} the space behind it{blind}."
+    robot = f"The robot {verb} the space behind it{blind}."
     if not r.obstacles:
         return robot
-    return (
-        f"{robot} These obstacles occlude, too, but do not block walking: {', '.join(r.obstacles)}."
-    )
-
-
-def _terms(r: SafetyResult) -> list[tuple[str, str, str, str]]:
-    s = r.separation
-    speed = (
-        "joint speeds along the motion"
-        if s.speeds_known
-        else "robot_speed for all parts: joint speeds are unknown"
-    )
-    return [
-        ("v_h", f"{s.human_speed:g} m/s", "speed of the person", "ISO 13855: walking"),
-        ("v_r", f"0 to {s.fastest_m_s:.2f} m/s", "speed of the part of the robot", speed),
-        ("T_r", f"{s.reaction_s:g} s", "time from detection to the stop command", "given"),
-        (
-            "T_s",
-            f"{s.stopping_s:g} s at the fastest",
-            "time from the stop command to standstill",
-            "given, or UR10 CB3 manual 1.6.2 by speed",
-        ),
-        (
-            "S_h",
-            f"{s.S_h:.3f} m",
-            "the person's path during reaction and stop",
-            "v_h (T_r + T_s)",
-        ),
-        ("S_r", f"{s.S_r:.3f} m", "the robot's path before it brakes", "v_r T_r"),
-        ("S_s", f"{s.S_s:.3f} m", "the robot's path while it brakes", "v_r T_s / 2"),
-        ("C", f"{s.C:g} m", "intrusion distance", "given"),
-        ("Z_d", f"{s.Z_d:g} m", "uncertainty of the person's position", "given"),
-        ("Z_r", f"{s.Z_r:g} m", "uncertainty of the robot's position", "given"),
-        ("**S**", f"**{s.largest_m:.3f} m**", "separation distance of the fastest part", "the sum"),
-    ]
+    names = ", ".join(r.obstacles)
+    return f"{robot} These obstacles occlude, too, but do not block walking: {names}."
 
 
 def _reach(r: SafetyResult) -> str:
@@ -219,23 +127,12 @@ def _reach(r: SafetyResult) -> str:
 
 def _sensors(r: SafetyResult) -> list[str]:
     if not r.sensors:
-        return [
-            (
-                "The sensor is not in the catalogue: its nominal range is used, for any target"
-                " and light."
-            ),
-            "",
-        ]
+        return [f"{UNLISTED}\n"]
     lines = []
     for one in r.sensors:
         lines += [f"{one.title}, {one.range_m:.3f} m ({one.source}):", ""]
         rules = [
-            (
-                rule.rule,
-                rule.found,
-                f"{rule.range_m:.3f}",
-                "measurement" if rule.measured else "law",
-            )
+            (rule.rule, rule.found, f"{rule.range_m:.3f}", ("law", "measurement")[rule.measured])
             for rule in one.rules
         ]
         lines.append(table(("rule", "value", "range after it, m", "basis"), rules))

@@ -2,16 +2,22 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...formats.errors import UserError
-from ..options.common import WHOLE, Json, PaperOption, RobotOption, SceneFileOption, Seed, Subject
+from ...simulation.safety_options import SafetyOptions
+from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
+from ..options.offered import offered
 from ..options.reading import AS_WRITTEN, ReadingOptions
+
+if TYPE_CHECKING:
+    Options = SafetyOptions
+else:
+    Options = offered(SafetyOptions)
+DEFAULTS = Options()
 
 
 def safety(
@@ -24,43 +30,7 @@ def safety(
     reading: ReadingOptions = AS_WRITTEN,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
-    approaches: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=100_000), help="Number of simulated approaches.")
-    ] = 720,
-    directions: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=1, lte=360),
-            help="Number of sectors around the robot in the report.",
-        ),
-    ] = 12,
-    rate: Annotated[
-        float | None,
-        Parameter(
-            validator=Number(gt=0, lte=10_000),
-            help="Measurements per second. Default: those of the ring's bus or the sensor, or 20.",
-        ),
-    ] = None,
-    latency: Annotated[
-        float,
-        Parameter(
-            validator=Number(gte=0, lte=5),
-            help="Time from a measurement to its report, in seconds.",
-        ),
-    ] = 0.02,
-    occlusion: Annotated[
-        Occlusion | None,
-        Parameter(
-            help=(
-                "What the robot's body does to the sensors. ignore: beams pass through it. shadow:"
-                " points behind it are not covered. blind: a one-zone sensor covers nothing beyond"
-                " the nearest surface in its beam. Default: that of the scene, with shadow instead"
-                " of ignore."
-            )
-        ),
-    ] = None,
-    seed: Seed = 0,
+    options: Options = DEFAULTS,
     out: Annotated[
         Path,
         Parameter(help="Output folder for README.md, safety.png, approaches.csv, safety.json."),
@@ -91,6 +61,7 @@ def safety(
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
+    chosen = SafetyOptions(**vars(options))
     if sensing.sensor is not None:
         reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
         sensing = replace(
@@ -102,13 +73,8 @@ def safety(
     path = motion.trajectory
     run(
         ResolvedSetup(subject, setup, where),
+        path and Trajectory(None, None, path=path, degrees=motion.degrees),
+        chosen,
         out,
         as_json,
-        trajectory=path and Trajectory(None, None, path=path, degrees=motion.degrees),
-        approaches=approaches,
-        directions=directions,
-        rate=rate,
-        latency=latency,
-        occlusion=occlusion,
-        seed=seed,
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args
 from cyclopts import Group, Parameter
 
 from ...coverage.definitions.docstrings import docstrings
-from ...placement.search.options import Options, kind_of
+from ...coverage.definitions.options import Options, kind_of
 from .arguments import option_of
 from .common import WHOLE
 

@@ -4,10 +4,9 @@ import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from place_rings._safety import safety as simulate
-from place_rings._safety_report import FILES
+from place_rings._safety import FILES, simulated
+from place_rings._trajectory import Trajectory
 from place_rings._validation import ResolvedSetup
 
 from ...formats.schema.separation_models import SafetyResult
@@ -16,20 +15,28 @@ from ...reporting.lines.protective_volume import formula
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say_json
+from ...simulation.safety_options import SafetyOptions
 
 # default reflectance: the darkest with a stated range for the most common sensor
 DARK_TARGET = 0.17
 TORSO = "0.45x0.7"  # m, width and height of a person
 
 
-def safety(subject: ResolvedSetup, out: Path, as_json: bool, **options: Any) -> None:
+def safety(
+    subject: ResolvedSetup,
+    trajectory: Trajectory | None,
+    options: SafetyOptions,
+    out: Path,
+    as_json: bool,
+) -> None:
     """Simulate approaches to a setup, print the shares and write the report.
 
     Args:
         subject: the setup in its scene.
+        trajectory: recorded motion of the robot, or None.
+        options: options of the simulation.
         out: output folder.
         as_json: print JSON instead of text.
-        options: options of ``place_rings.safety``.
     """
     with made_folder(out) as folder:
         with ProgressBar(Terminal(stderr=True)) as bar:
@@ -38,7 +45,7 @@ def safety(subject: ResolvedSetup, out: Path, as_json: bool, **options: Any) -> 
             def tell(done: int, total: int) -> None:
                 bar.update(task, completed=done, total=total)
 
-            report = simulate(subject, **options, progress=tell)
+            report = simulated(subject, None, trajectory, options, tell)
         command = shlex.join(["place-rings", *sys.argv[1:]])
         replace(report, command=command).save(folder)
     if as_json:

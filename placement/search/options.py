@@ -3,14 +3,13 @@
 This module loads no other of ours than choices, so that the command's help comes at once.
 """
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
-from numbers import Integral, Real
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ...coverage.choices import Losing
 from ...coverage.definitions.errors import InputError
+from ...coverage.definitions.options import Between, Options, Seconds, Seed, Whole
 
 if TYPE_CHECKING:
     from ...coverage.rings.ring import Setup
@@ -19,75 +18,7 @@ Device = Literal["auto", "cpu", "gpu"]
 _WITHIN = 1.0  # default margin of the fewest rings, percentage points
 
 
-@dataclass(frozen=True)
-class Whole:
-    """Limits of an integer."""
-
-    least: int
-    """The smallest."""
-    most: float = math.inf
-    """The largest."""
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise InputError for anything but an integer within the limits."""
-        open_ = self.most == math.inf
-        allowed = f"{self.least} or more" if open_ else f"{self.least} to {self.most:g}"
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
-        if not self.least <= int(value) <= self.most:
-            raise InputError(f"found {value}, allowed: {allowed}", name)
-
-
-@dataclass(frozen=True)
-class Between:
-    """Limits of a number."""
-
-    allowed: str
-    """The limits as text."""
-    high: float = math.inf
-    """The value below which it must lie."""
-    zero: bool = False
-    """Whether it may be 0; otherwise it lies above."""
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise InputError for anything but a number within the limits."""
-        if isinstance(value, bool) or not isinstance(value, Real):
-            raise InputError(f"found {value!r}, allowed: {self.allowed}", name)
-        if not (0 < float(value) < self.high or (self.zero and value == 0)):
-            raise InputError(f"found {value:g}, allowed: {self.allowed}", name)
-
-
 Count = Annotated[int | None, Whole(1, 200)]
-Seed = Annotated[int, Whole(0)]
-Seconds = Annotated[float | None, Between("a positive number of seconds")]
-
-
-class Options:
-    """Options that check themselves by the limits and choices in their annotations."""
-
-    time: Seconds
-
-    def __post_init__(self) -> None:
-        for option in fields(self):  # type: ignore[arg-type]
-            name, value = option.name, getattr(self, option.name)
-            kind, limits = kind_of(option.type)
-            for limit in limits if value is not None else ():
-                limit.check(name, value)
-            literal = (k for k in (kind, *get_args(kind)) if get_origin(k) is Literal)
-            choices = [None, *get_args(next(literal, None))]
-            if len(choices) > 1 and value not in choices:
-                raise InputError(f"found {value!r}, allowed: {', '.join(choices[1:])}", name)
-
-    @property
-    def limit(self) -> float:
-        """Limit of time, s; infinite without one."""
-        return math.inf if self.time is None else self.time
-
-
-def kind_of(annotation: Any) -> tuple[Any, list[Any]]:
-    """Return the type of an option, and the limits that its annotation states."""
-    kind, *limits = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
-    return kind, limits
 
 
 @dataclass(frozen=True, kw_only=True)

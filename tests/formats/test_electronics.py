@@ -10,7 +10,7 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings._safety_conditions import SafetyOptions, motion_of
+from place_rings._safety import SafetyOptions, motion_of
 from place_rings.coverage.electronics.controllers import CONTROLLERS
 from place_rings.coverage.electronics.drivers import DRIVERS, driver
 from place_rings.coverage.electronics.electronics import Electronics, most_on_ring
@@ -260,7 +260,7 @@ def test_safety_reacts_at_the_rate_of_the_wiring(electronics, model, count):
     sensor = pr.sensors[model]
     ring = Ring("forearm", 0.5, count, sensor=sensor)
     scene = CoreScene(electronics=electronics)
-    options = SafetyOptions(1, 1, None, 0.0, "shadow", 0)
+    options = SafetyOptions(latency=0.0)
     timing = motion_of(Setup((ring,)), scene, None, options).timing
     rate = MODELS[model].rate_hz if model in UNDRIVEN else 20  # 20 where none is known
     most = most_on_ring(electronics, sensor, 0.08)

@@ -1,0 +1,84 @@
+"""Options of a function and of a command, which check themselves by their annotations.
+
+This module loads no other of ours, so that the command's help comes at once.
+"""
+
+import math
+from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Limits of an integer."""
+
+    least: int
+    """The smallest."""
+    most: float = math.inf
+    """The largest."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError for anything but an integer within the limits."""
+        open_ = self.most == math.inf
+        allowed = f"{self.least} or more" if open_ else f"{self.least} to {self.most:g}"
+        if isinstance(value, bool) or not isinstance(value, Integral):
+            raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
+        if not self.least <= int(value) <= self.most:
+            raise InputError(f"found {value}, allowed: {allowed}", name)
+
+
+@dataclass(frozen=True)
+class Between:
+    """Limits of a number."""
+
+    allowed: str
+    """The limits as text."""
+    high: float = math.inf
+    """The value below which it must lie."""
+    most: float = math.inf
+    """The largest."""
+    zero: bool = False
+    """Whether it may be 0; otherwise it lies above."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError for anything but a number within the limits."""
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise InputError(f"found {value!r}, allowed: {self.allowed}", name)
+        within = 0 < float(value) < self.high and value <= self.most
+        if not (within or (self.zero and value == 0)):
+            raise InputError(f"found {value:g}, allowed: {self.allowed}", name)
+
+
+Seed = Annotated[int, Whole(0)]
+Seconds = Annotated[float | None, Between("a positive number of seconds")]
+
+
+class Options:
+    """Options that check themselves by the limits and choices in their annotations."""
+
+    time: Seconds
+
+    def __post_init__(self) -> None:
+        for option in fields(self):  # type: ignore[arg-type]
+            name, value = option.name, getattr(self, option.name)
+            kind, limits = kind_of(option.type)
+            for limit in limits if value is not None else ():
+                limit.check(name, value)
+            literal = (k for k in (kind, *get_args(kind)) if get_origin(k) is Literal)
+            choices = [None, *get_args(next(literal, None))]
+            if len(choices) > 1 and value not in choices:
+                raise InputError(f"found {value!r}, allowed: {', '.join(choices[1:])}", name)
+
+    @property
+    def limit(self) -> float:
+        """Limit of time, s; infinite without one."""
+        return math.inf if self.time is None else self.time
+
+
+def kind_of(annotation: Any) -> tuple[Any, list[Any]]:
+    """Return the type of an option, and the limits that its annotation states."""
+    kind, *limits = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
+    return kind, limits
