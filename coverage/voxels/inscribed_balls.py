@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .voxel_set import OFFSET, VoxelSet, decode
+from .voxel_set import OFFSET, VoxelSet, decode, ranges
 
 _MOST_CELLS = 1 << 24  # cells of the largest grid on which distances are computed
 _BLOCK = 4  # levels of the blocks that bound a set: 16 voxels a side
@@ -25,14 +25,6 @@ class InscribedBall:
     """Centre, m."""
     radius: float
     """Radius, m."""
-
-
-def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.ndarray, " N"]:
-    """Return all integers from each start up to, but not including, its stop."""
-    length = stop - start
-    before = np.cumsum(length) - length
-    numbers: np.ndarray = np.arange(length.sum()) + np.repeat(start - before, length)
-    return numbers
 
 
 def _blocks(voxels: VoxelSet, level: int) -> Int[np.ndarray, " C"]:

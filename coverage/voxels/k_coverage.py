@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt64
+from jaxtyping import Bool, Int, UInt64
 
 from ..arrays import Array, rows
 from ..solids.base import Parts
@@ -21,8 +21,8 @@ from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
 from .containing_cones import Held
 from .octree_cells import Cells, Region, first_cells
-from .sample_points import block_samples, points_in_blocks
-from .solid_bitmask import words, words_at_samples
+from .sample_points import points_in_blocks
+from .solid_bitmask import words_in_blocks
 from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre
 
@@ -121,7 +121,7 @@ class _Descent:
                 continue
             now = now.rows(open_)
             if rest.level == LEVEL:
-                yield self._in_blocks(rest, now, points[open_])
+                yield self._in_blocks(rest, now)
             else:
                 yield from self.below(rest.left(rest.pairs, np.arange(len(rest))).children(), now)
 
@@ -157,14 +157,12 @@ class _Descent:
             np.add.at(tally.alone_group, group[group >= 0], wanted[group >= 0])
         return tally
 
-    def _in_blocks(
-        self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]
-    ) -> CoverageCounts:
+    def _in_blocks(self, cells: Cells, held: Held) -> CoverageCounts:
         """Return the counts of cells that are blocks, voxel by voxel."""
         wanted = np.full(len(cells), _ALL)
         wanted[~held.full] = self.wanted.words(cells.key[~held.full])
         cell, cone = cells.pairs[0]
-        word = self._words(cells, points) & wanted[cell]
+        word = self._words(cells) & wanted[cell]
         some = word != 0
         cell, cone, word = cell[some], cone[some], word[some]
         reached = _at_least(max(self.most, 2), held.count, wanted, cell, word)
@@ -186,16 +184,11 @@ class _Descent:
         _add_alone(tally.alone_group, reached, cell, group, each, mine, groups)
         return tally
 
-    def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
+    def _words(self, cells: Cells) -> UInt64[np.ndarray, " P"]:
         """Return the voxels of each pair's block whose point lies in its cone."""
         cell, cone = cells.pairs[0]
         grid = BlockGrid(self.wanted.voxel, self.slack * scale(self.cones))
-        if self.sampled:
-            pattern, shift = block_samples(cells.numbers)
-            points = points + grid.voxel * shift
-            mask = words_at_samples(self.cones, grid, pattern, points, cell, cone)
-        else:
-            mask = words(self.cones, grid, rows(points, cell), cone)
+        mask = words_in_blocks(self.cones, grid, cells.numbers, cells.pairs[0], self.sampled)
         word, open_ = mask.sure, np.flatnonzero(mask.sure != mask.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             each = points_in_blocks(cells.numbers[cell[some]], grid.voxel, self.sampled)

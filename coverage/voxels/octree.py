@@ -16,14 +16,13 @@ from typing import Literal, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt64
 
-from ..arrays import rows
 from ..processors import processors
 from ..solids.base import LOGIC, Solid, fold, leaves
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells
-from .sample_points import block_samples, points_in_blocks
-from .solid_bitmask import words, words_at_samples
+from .sample_points import points_in_blocks
+from .solid_bitmask import words_in_blocks
 from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
 from .voxel_set import VoxelSet, centre, differing, runs
 
@@ -145,26 +144,20 @@ class Descent:
             if len(rest) == 0:
                 continue
             if self.rule != "touch" and cells.level == LEVEL:
-                yield OctreeCount(rest.key, VOXELS, rest.mark, self._words(rest, points[undecided]))
+                yield OctreeCount(rest.key, VOXELS, rest.mark, self._words(rest))
             elif cells.level > 0:
                 yield from self.below(rest.children())
             else:
                 held = _touched(self.solid, points[undecided], rest.pairs, self.voxel)
                 yield OctreeCount(rest.key[held], 1, rest.mark[held])
 
-    def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
+    def _words(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
         """Return the voxels of blocks whose centre, or sample point, is inside the solid."""
         grid = BlockGrid(self.voxel, SLACK * self.scale**2)
-        if self.rule == "sampled":
-            pattern, shift = block_samples(cells.numbers)
-            points = points + self.voxel * shift
+        sampled = self.rule == "sampled"
         unions = [
-            (
-                words_at_samples(parts, grid, pattern, points, cell, index)
-                if self.rule == "sampled"
-                else words(parts, grid, rows(points, cell), index)
-            ).union(cell, len(cells))
-            for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
+            words_in_blocks(parts, grid, cells.numbers, pairs, sampled).union(pairs[0], len(cells))
+            for parts, pairs in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
         mask = fold(self.solid, unions, LOGIC)
         word: np.ndarray = mask.sure

@@ -22,7 +22,10 @@ from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import MixedBeams
 from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
-from .voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, plane, product, within
+from .octree_cells import Pairs
+from .sample_points import block_samples
+from .voxel_bitmask import LEVEL, VOXELS, Bitmask, BlockGrid, packed, plane, product, within
+from .voxel_set import centre
 
 
 @singledispatch
@@ -35,25 +38,17 @@ def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
     return Bitmask(none, ~none)
 
 
-def words_at_samples(
-    parts: Parts,
-    grid: BlockGrid,
-    pattern: np.ndarray,
-    points: np.ndarray,
-    cell: np.ndarray,
-    index: np.ndarray,
+def words_in_blocks(
+    parts: Parts, grid: BlockGrid, numbers: np.ndarray, pairs: Pairs, sampled: bool
 ) -> Bitmask:
-    """Return the voxels of pairs of a block and a part whose sample points lie in the part.
-
-    Args:
-        parts: the parts.
-        grid: the grid of voxels.
-        pattern: pattern of each block's sample points.
-        points: centres of the blocks, m, shifted as their sample points are.
-        cell, index: block and part of each pair.
-    """
+    """Return the voxels of pairs of a block and a part whose centre, or sample point, lies in the
+    part; the blocks have lattice ``numbers`` (M, 3)."""
+    points, (cell, index) = centre(numbers, LEVEL, grid.voxel), pairs
+    if not sampled:
+        return words(parts, grid, rows(points, cell), index)
+    pattern, shift = block_samples(numbers)
     order = np.argsort(pattern[cell], kind="stable")
-    cell = cell[order]
+    points, cell = points + grid.voxel * shift, cell[order]
     mask = words(parts, replace(grid, pattern=pattern[cell]), rows(points, cell), index[order])
     sure, maybe = np.empty_like(mask.sure), np.empty_like(mask.maybe)
     sure[order], maybe[order] = mask.sure, mask.maybe

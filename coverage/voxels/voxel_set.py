@@ -218,9 +218,15 @@ class VoxelSet:
 
     def centres(self) -> Float[np.ndarray, "N 3"]:
         """Return the centres (N, 3) m of all voxels, in the order of their keys."""
-        length = self.stop - self.start
-        within = np.arange(len(self)) - np.repeat(self._before[:-1], length)
-        return centre(decode(np.repeat(self.start, length) + within), 0, self.voxel)
+        return centre(decode(ranges(self.start, self.stop)), 0, self.voxel)
+
+
+def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.ndarray, " N"]:
+    """Return all integers from each start up to, but not including, its stop."""
+    length = stop - start
+    before = np.cumsum(length) - length
+    numbers: np.ndarray = np.arange(length.sum()) + np.repeat(start - before, length)
+    return numbers
 
 
 def runs_of(

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..weight_field import WeightField
 from .sample_points import samples_of
-from .voxel_set import VoxelSet, centre, decode, runs_of
+from .voxel_set import VoxelSet, centre, decode, ranges, runs_of
 
 _DISTINCT = 16  # weights up to which each has a set of voxels of its own; above, each bit has one
 _CHUNK = 1 << 20  # voxels processed at once
@@ -55,11 +55,8 @@ def _points(key: np.ndarray, voxel: float, sampled: bool) -> np.ndarray:
 def _keys(wanted: VoxelSet) -> list[np.ndarray]:
     """Return the keys of a set's voxels, ascending, in parts of bounded size."""
     length = wanted.stop - wanted.start
-    pieces: list[np.ndarray] = []
     group = np.cumsum(length) // _CHUNK
-    for number in np.unique(group):
-        some = group == number
-        start, count = wanted.start[some], length[some]
-        before = np.cumsum(count) - count
-        pieces.append(np.arange(count.sum()) + np.repeat(start - before, count))
-    return pieces
+    return [
+        ranges(wanted.start[group == number], wanted.stop[group == number])
+        for number in np.unique(group)
+    ]
