@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from common import cone_task, medians, say, table
 from place_rings.coverage.occlusion.first_return import Beam, capsule_in_beam
-from place_rings.coverage.occlusion.shadow_bitmask import free_of_shadows
+from place_rings.coverage.occlusion.shadows import CapsuleShadows
 from place_rings.coverage.ring_views.beam_membership import in_beam
 from place_rings.coverage.ring_views.line_of_sight import LinkOccluders
 from place_rings.coverage.ring_views.sightlines import first_returns
@@ -51,6 +51,7 @@ def bitmask_paths(rng: np.random.Generator, count: int) -> list[Paths]:
     centres = points + VOXEL * (CORNER[:, None] - 1.5)
     body = rng.uniform(-0.3, 0.3, (2, blocks, 3))
     shadow = capsule_shadow(body[0] + [0, 0, 1.0], *body, np.full(blocks, 0.08))
+    number = np.arange(blocks)
     return [
         (
             *("`words` of cones", "`Cones.part`", count),
@@ -58,8 +59,8 @@ def bitmask_paths(rng: np.random.Generator, count: int) -> list[Paths]:
             lambda: parts.part(centres, index) <= 0,
         ),
         (
-            *("`free_of_shadows`", "`behind`", count),
-            lambda: free_of_shadows(grid, points, shadow),
+            *("`CapsuleShadows.free`", "`behind`", count),
+            lambda: CapsuleShadows(number, shadow).free(grid, points, number),
             lambda: behind(centres, shadow) > 0,
         ),
     ]

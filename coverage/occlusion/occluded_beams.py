@@ -15,14 +15,12 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, Index, dot, root, rows
 from ..pytrees import mapped
 from ..solids.base import CubePairs, Parts
-from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..solids.cones import Cones
-from ..solids.polyhedra import largest, planes_share
 from ..solids.tangent_bounds import distance_tangent, union_bounds
 from ..solids.volume_fraction import VolumeFraction
 from ..voxels.solid_bitmask import words
 from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within
-from .shadow_bitmask import free_of_planes, free_of_shadows
+from .shadows import Shadows
 
 
 @dataclass(frozen=True)
@@ -37,16 +35,8 @@ class Beams(Parts):
     bound if bracketed."""
     late: Float[np.ndarray, " K"]
     """Upper bound of ``stop`` if bracketed, else the same array, m."""
-    shadows: Shadow
-    """Shadows (S) of capsules, in order of their sensors."""
-    first_shadow: Int[np.ndarray, " K1"]
-    """Sensor k has the shadows first_shadow[k] up to, but not including, first_shadow[k + 1]."""
-    normal: Float[np.ndarray, "T M 3"]
-    """Face normals of the obstacles' shadows, in order of their sensors."""
-    offset: Float[np.ndarray, "T M"]
-    """Face offsets of the obstacles' shadows, m."""
-    first_planes: Int[np.ndarray, " K1"]
-    """As ``first_shadow``, for the obstacles' shadows."""
+    shadows: tuple[Shadows, ...]
+    """The shadows of each kind of occluder; without any, beams are cones or cut by balls only."""
 
     def __len__(self) -> int:
         return len(self.cones)
@@ -67,36 +57,21 @@ class Beams(Parts):
         Values above ``limit`` are not evaluated any further.
         """
         if np.ndim(index) == 0:
-            return self._past_one(points, int(index), value)
+            for shadows in self.shadows:
+                for entry in range(shadows.first[index], shadows.first[int(index) + 1]):
+                    value = np.maximum(value, -shadows.behind(points, entry))
+            return value
         assert not isinstance(index, int)
         value = value.copy()
-        for first, behind_of in (
-            (self.first_shadow, self._behind),
-            (self.first_planes, self._behind_planes),
-        ):
-            count = (first[1:] - first[:-1])[index]
-            for rank in range(int(count.max(initial=0))):
-                some = count > rank
-                if limit < np.inf:
-                    some &= (value <= limit).reshape(-1, len(index)).any(axis=0)
-                todo = np.flatnonzero(some)
-                if len(todo):
-                    deep = behind_of(rows(points, todo), first[index[todo]] + rank)
-                    value[..., todo] = np.maximum(value[..., todo], -deep)
+
+        def live() -> Any:
+            return limit == np.inf or (value <= limit).reshape(-1, len(index)).any(axis=0)
+
+        for shadows in self.shadows:
+            for pairs, entry in shadows.ranks(index, live):
+                deep = shadows.behind(rows(points, pairs), entry)
+                value[..., pairs] = np.maximum(value[..., pairs], -deep)
         return value
-
-    def _past_one(self, points: Array, index: int, value: Array) -> Any:
-        for entry in range(self.first_shadow[index], self.first_shadow[index + 1]):
-            value = np.maximum(value, -self._behind(points, entry))
-        for entry in range(self.first_planes[index], self.first_planes[index + 1]):
-            value = np.maximum(value, -self._behind_planes(points, entry))
-        return value
-
-    def _behind(self, points: Array, entry: Index) -> Any:
-        return behind(points, self.shadows.rows(entry))
-
-    def _behind_planes(self, points: Array, entry: Index) -> Any:
-        return largest(points, self.normal[entry], self.offset[entry])
 
     def decide(
         self,
@@ -117,12 +92,7 @@ class Beams(Parts):
         return value <= reach, sure < -reach
 
     def shares(self, pairs: CubePairs) -> VolumeFraction:
-        """See ``Parts.shares``.
-
-        A shadow is convex. Its share is bounded like that of any convex body, and the visible share
-        is the rest. At every point, the ball nearest to the cube's centre gives an upper bound of
-        the shadow's signed distance.
-        """
+        """See ``Parts.shares``: the share of the cone, inside the ball and outside the shadows."""
         each, value, normal = self.cones.each_share(pairs)
         points, _, index, _, side, slack = pairs
         if np.isfinite(self.late).any():
@@ -132,38 +102,11 @@ class Beams(Parts):
                 ball = distance_tangent(v[cut], stop[cut], side).share(side, slack)
                 both = each.only(cut) & ball
                 getattr(each, keep)[cut] = getattr(both, keep)
-        reach = 3**0.5 / 2 * side + slack
-        for first, share_of in (
-            (self.first_shadow, self._share),
-            (self.first_planes, self._planes_share),
-        ):
-            count = (first[1:] - first[:-1])[index]
-            for rank in range(int(count.max(initial=0))):
-                todo = np.flatnonzero(count > rank)
-                entry = first[index[todo]] + rank
-                near, hidden = share_of(rows(points, todo), entry, side, slack, reach)
-                todo = todo[near]
-                each.cut(todo, -hidden)
+        for shadows in self.shadows:
+            for of_rank, entry in shadows.ranks(index):
+                near, hidden = shadows.share(rows(points, of_rank), entry, side, slack)
+                each.cut(of_rank[near], -hidden)
         return union_bounds(pairs, each, value, normal)
-
-    def _share(
-        self, points: Array, entry: Index, side: float, slack: float, reach: float
-    ) -> tuple[Any, VolumeFraction]:
-        """Return the indices of cubes that a shadow may reach, and the shadow's share of these."""
-        shadow = self.shadows.rows(entry)
-        ball = nearest_ball(points, shadow)
-        near = np.flatnonzero(ball.distance() <= reach)
-        return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(
-            side, slack
-        )
-
-    def _planes_share(
-        self, points: np.ndarray, entry: np.ndarray, side: float, slack: float, reach: float
-    ) -> tuple[Any, VolumeFraction]:
-        near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
-        return near, planes_share(
-            points[near], self.normal[entry[near]], self.offset[entry[near]], side, slack
-        )
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the bounding box of the cones of sensors that see anything."""
@@ -188,18 +131,9 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
         )
         mask.sure[cut] &= ball.sure
         mask.maybe[cut] &= ball.maybe
-    for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
-        count = (first[1:] - first[:-1])[index]
-        for rank in range(int(count.max(initial=0))):
-            todo = np.flatnonzero((count > rank) & (mask.maybe != 0))
-            if len(todo):
-                entry = first[index[todo]] + rank
-                if planes:
-                    free = free_of_planes(
-                        grid.only(todo), points[todo], parts.normal[entry], parts.offset[entry]
-                    )
-                else:
-                    free = free_of_shadows(grid.only(todo), points[todo], parts.shadows.rows(entry))
-                mask.sure[todo] &= free.sure
-                mask.maybe[todo] &= free.maybe
+    for shadows in parts.shadows:
+        for pairs, entry in shadows.ranks(index, lambda: mask.maybe != 0):
+            free = shadows.free(grid.only(pairs), points[pairs], entry)
+            mask.sure[pairs] &= free.sure
+            mask.maybe[pairs] &= free.maybe
     return mask

@@ -15,17 +15,16 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, dot
 from ..solids.base import Parts
-from ..solids.capsule_shadows import Shadow, capsule_shadow
+from ..solids.capsule_shadows import capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
-from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
+from ..solids.polyhedra import Polyhedron, polyhedron_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap
 from .occluded_beams import Beams
 from .occlusion_mode import Occlusion
 from .polyhedron_return import polyhedron_in_beam
+from .shadows import CapsuleShadows, PolyhedronShadows, Shadows, first_of_sensors
 
-# the shadow of an obstacle in a beam: sensor index, normals (F, 3) and offsets (F,) m
-Plane = tuple[int, np.ndarray, np.ndarray]
 _BALL_MARGIN = 1e-5  # m, more than the margins of the tests that follow
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as inside
 
@@ -84,7 +83,7 @@ def beams(
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
     stops = live & ~cones.is_zoned() & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
-    return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
+    return Beams(cones, stop, late, _shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
 
 def _looks(cones: Cones, k: Index) -> Beam:
@@ -135,17 +134,10 @@ def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -
     return stops[0], stops[-1]
 
 
-def _shadows(
-    cones: Cones, k: np.ndarray, occluders: Occluders
-) -> tuple[Shadow | None, list[int], list[Plane]]:
-    """Return the shadows in beams ``k``.
-
-    Returns:
-        the shadows of bodies, the sensor of each, and the shadows of obstacles as (sensor, normal,
-            offset).
-    """
+def _shadows(cones: Cones, k: np.ndarray, occluders: Occluders) -> tuple[Shadows, ...]:
+    """Return the shadows in beams ``k``."""
     if len(k) == 0:
-        return None, [], []
+        return ()
     looks, bodies, wide = _looks(cones, k), occluders.bodies, 10 * MARGIN
     apex = np.asarray(looks.apex)
     meets = _in_capsules(capsule_gap, looks, bodies, wide) <= 0
@@ -153,39 +145,14 @@ def _shadows(
     # no cone holds the beams of these: they take the shadows of everything
     every = np.asarray(cones.is_wide())[k]
     meets[every], met[every] = True, True
-    sensor, body = np.nonzero(meets)
-    shadows = None
+    shadows: list[Shadows] = []
     if bodies is not None:
-        shadows = capsule_shadow(
-            apex[sensor], bodies.start[body], bodies.end[body], bodies.radius[body]
-        )
-    planes = [polyhedron_shadow(apex, body) for body in occluders.obstacles]
-    entries = [
-        (k[s], planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)
-    ]
-    return shadows, list(k[sensor]), entries
-
-
-def _beams(
-    cones: Cones,
-    stop: np.ndarray,
-    late: np.ndarray,
-    shadows: Shadow | None,
-    sensor: list[int],
-    planes: list[Plane],
-) -> Beams:
-    """Return beams with the shadows of ``sensor`` (S,) and the planes in order of their sensors."""
-    count = len(cones)
-    if shadows is None:
-        none = np.zeros((0, 3))
-        shadows = capsule_shadow(none, none, none, np.zeros(0))
-    most = max((int((offset < NOWHERE / 10).sum()) for _, _, offset in planes), default=1)
-    normal, offset = np.zeros((len(planes), most, 3)), np.full((len(planes), most), NOWHERE)
-    for i, (_, n, o) in enumerate(planes):
-        real = o < NOWHERE / 10
-        normal[i, : real.sum()], offset[i, : real.sum()] = n[real], o[real]
-    first = [
-        np.searchsorted(np.array(of, int), np.arange(count + 1))
-        for of in (sensor, [s for s, _, _ in planes])
-    ]
-    return Beams(cones, stop, late, shadows, first[0], normal, offset, first[1])
+        sensor, body = np.nonzero(meets)
+        ends = bodies.start[body], bodies.end[body], bodies.radius[body]
+        first = first_of_sensors(k[sensor], len(cones))
+        shadows.append(CapsuleShadows(first, capsule_shadow(apex[sensor], *ends)))
+    if occluders.obstacles:
+        planes = [polyhedron_shadow(apex, body) for body in occluders.obstacles]
+        first = first_of_sensors(k[np.nonzero(met)[0]], len(cones))
+        shadows.append(PolyhedronShadows.of(met, first, planes))
+    return tuple(shadows)
