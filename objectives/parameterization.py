@@ -58,7 +58,7 @@ SetupArrays = tuple[RingArrays, Interval]
 
 
 def stretch(
-    found: list[Segment],
+    segments: list[Segment],
     which: Int[np.ndarray, " R"],
     shared: Float[np.ndarray, " R"] | None = None,
 ) -> Interval:
@@ -67,18 +67,18 @@ def stretch(
     Segments that hold rings are kept apart by the spacing: rings on them keep it for any values.
 
     Args:
-        found: the available segments.
+        segments: the available segments.
         which: index (R,) of each ring's segment; -1 for a slot without a ring.
         shared: sign (R,) of the tilt that all rings share; None if each ring has its own tilt.
     """
     by_tilt, least = np.zeros((len(which), 4, len(TILTS))), np.zeros(len(which))
-    for i, (low, high) in occupied(found, which).items():
-        table, here = found[i].by_tilt.copy(), which == i
-        if low > found[i].low:
+    for i, (low, high) in occupied(segments, which).items():
+        table, here = segments[i].by_tilt.copy(), which == i
+        if low > segments[i].low:
             table[LOW] = np.maximum(table[LOW], low)
-        if high < found[i].high:
+        if high < segments[i].high:
             table[HIGH] = np.minimum(table[HIGH], high)
-        by_tilt[here], least[here] = table, found[i].least
+        by_tilt[here], least[here] = table, segments[i].least
     number = np.where(which >= 0, which, -1 - np.arange(len(which)))
     tilt_of = np.arange(len(which)) if shared is None else np.zeros(len(which), int)
     sign = np.ones(len(which)) if shared is None else np.asarray(shared, float)

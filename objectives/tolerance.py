@@ -99,15 +99,15 @@ def exact_zetas(
         for piece, region in verifier.pieces(target, pose):
             layers = verifier.layers(target, pose, piece, region)
             total += sum(weight * len(wanted) for weight, wanted in layers)
-            for i, one in enumerate(sets):
+            for i, beams in enumerate(sets):
                 for weight, wanted in layers:
                     if seen == 1:
                         memory = verifier.memory / 2
-                        found = count(one, voxel, verifier.points, wanted, region, memory)
+                        number = count(beams, voxel, verifier.points, wanted, region, memory)
                     else:
                         sampled = verifier.points == "sampled"
-                        found = count_k_covered(one, wanted, seen, region, sampled)
-                    covered[i] += weight * found
+                        number = count_k_covered(beams, wanted, seen, region, sampled)
+                    covered[i] += weight * number
                 tell()
         each.append(covered / total)
     return np.array(

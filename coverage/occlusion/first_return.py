@@ -230,9 +230,9 @@ def capsule_places(
     def distance(place: Array) -> Any:
         point = axes.at(place)
         gap = _of(shape, *point).gap - radius
-        found = ball_in_sector(*point, *shape, radius)[0]
+        reach = ball_in_sector(*point, *shape, radius)[0]
         beyond = range_m / cosine + xp.maximum(gap, 0.0)
-        return xp.where((gap <= 0) & (found < xp.inf), found, beyond)
+        return xp.where((gap <= 0) & (reach < xp.inf), reach, beyond)
 
     return best, _lowest(distance, xp.zeros_like(best), rounds)
 
@@ -250,6 +250,6 @@ def capsule_return(
         _in_half_plane(beam, start + place[..., None] * (end - start)) for place in places
     )
     shape = _angles(beam)
-    at, found = _of(shape, *nearest), ball_in_sector(*first, *shape, radius)[0]
+    at, reach = _of(shape, *nearest), ball_in_sector(*first, *shape, radius)[0]
     gap = at.gap - radius
-    return xp.where((gap <= 0) & (found < xp.inf), found, at.touched), gap
+    return xp.where((gap <= 0) & (reach < xp.inf), reach, at.touched), gap

@@ -192,13 +192,13 @@ def first_returns(
         best = distance.argmin(axis=1)
         return best, distance[np.arange(len(best)), best]
 
-    best, found = nearest(slice(None), _FIRST[None], _STEP)
-    some = np.flatnonzero(np.isfinite(found))  # (S,), those that may meet
-    at = np.clip(_FIRST[best[some], None] + _ABOUT, 0, 1)  # (S, next)
-    best, found[some] = nearest(some, at, 2 * _STEP / (len(_ABOUT) - 1))
+    best, distance = nearest(slice(None), _FIRST[None], _STEP)
+    meeting = np.flatnonzero(np.isfinite(distance))  # (S,), those that may meet
+    at = np.clip(_FIRST[best[meeting], None] + _ABOUT, 0, 1)  # (S, next)
+    best, distance[meeting] = nearest(meeting, at, 2 * _STEP / (len(_ABOUT) - 1))
     place = at[np.arange(len(best)), best]
     cut = ((best == 0) & (place > 0)) | ((best == len(_ABOUT) - 1) & (place < 1))
-    graze = some[cut | ~np.isfinite(found[some])]
+    graze = meeting[cut | ~np.isfinite(distance[meeting])]
     if len(graze):
-        found[graze] = nearest(graze, _CLOSE[None], 1 / (len(_CLOSE) - 1))[1]
-    return found
+        distance[graze] = nearest(graze, _CLOSE[None], 1 / (len(_CLOSE) - 1))[1]
+    return distance

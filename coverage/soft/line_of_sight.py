@@ -127,8 +127,8 @@ def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passin
 
     nothing = jnp.zeros(jnp.broadcast_shapes(apex[0].shape, points[0].shape), apex[0].dtype)
     start = nothing - jnp.inf, Passing(nothing, (nothing, nothing, nothing), nothing)
-    found: Passing = jax.lax.fori_loop(0, len(bodies.radius), deeper, start)[1]
-    return found
+    passing: Passing = jax.lax.fori_loop(0, len(bodies.radius), deeper, start)[1]
+    return passing
 
 
 def _nearest(

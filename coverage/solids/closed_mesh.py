@@ -91,10 +91,8 @@ class ClosedMesh(Parts):
             for some in np.array_split(todo, max(len(todo) * k // _CHUNK, 1)):
                 away, index = self._tree.query(points[some], k=k)
                 away, index = away.reshape(len(some), k), index.reshape(len(some), k)
-                found = _to_triangles(
-                    np.repeat(points[some], k, axis=0), self._pieces[index.ravel()]
-                )
-                best[some] = found.reshape(len(some), k).min(axis=1)
+                each, pieces = np.repeat(points[some], k, axis=0), self._pieces[index.ravel()]
+                best[some] = _to_triangles(each, pieces).reshape(len(some), k).min(axis=1)
                 left.append(some[(best[some] > away[:, -1] - self._radius) & (k < most)])
             todo, k = np.concatenate(left), 4 * k
         return best

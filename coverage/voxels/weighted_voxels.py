@@ -34,18 +34,18 @@ def layers(field: WeightField, wanted: VoxelSet, sampled: bool) -> list[tuple[in
     values = np.unique(np.append(field.level, field.outside))
     few = len(values) <= _DISTINCT
     weights = [int(v) for v in values if v] if few else [1 << bit for bit in range(16)]
-    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in weights]
+    runs: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in weights]
     for key in _keys(wanted):
         level = field.levels_at(_points(key, wanted.voxel, sampled))
-        for weight, each in zip(weights, found, strict=True):
-            each.append(runs_of(key[level == weight if few else (level & weight) > 0]))
+        for weight, of_weight in zip(weights, runs, strict=True):
+            of_weight.append(runs_of(key[level == weight if few else (level & weight) > 0]))
     sets = []
-    for weight, each in zip(weights, found, strict=True):
-        if not each:
+    for weight, of_weight in zip(weights, runs, strict=True):
+        if not of_weight:
             continue
-        start, length = (np.concatenate(ends) for ends in zip(*each, strict=True))
+        start, length = (np.concatenate(ends) for ends in zip(*of_weight, strict=True))
         sets.append((weight, VoxelSet.of_cells(wanted.voxel, start, length)))
-    return [(weight, some) for weight, some in sets if len(some)]
+    return [(weight, layer) for weight, layer in sets if len(layer)]
 
 
 def _points(key: np.ndarray, voxel: float, sampled: bool) -> np.ndarray:

@@ -137,9 +137,11 @@ def mount_faults(
     return of_mount(scene, faults(scene, setup.rings, clear)) if scene.real else []
 
 
-def of_mount(scene: CoreScene, found: Sequence[Fault]) -> list[Fault]:
+def of_mount(scene: CoreScene, violations: Sequence[Fault]) -> list[Fault]:
     """Return the violations of the mount among all violations of a setup's rings."""
-    return [f for f in found if scene.real and f.rule in (*REAL, *_BUILT)]
+    return [
+        violation for violation in violations if scene.real and violation.rule in (*REAL, *_BUILT)
+    ]
 
 
 def _deg(angle: float) -> str:
