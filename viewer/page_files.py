@@ -9,7 +9,7 @@ import viser
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..formats.writing import output_files, write_bytes
-from ..objectives.feasibility.violations import Fault
+from ..objectives.feasibility.mounting import Fault
 from ..objectives.scene import CoreScene
 from ..reporting.text import with_error
 from .controls import Controls

@@ -10,7 +10,8 @@ from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import output_files, to_toml, write_text
-from ..objectives.feasibility.violations import Fault, of_mount
+from ..objectives.feasibility.mounting import Fault
+from ..objectives.feasibility.violations import of_mount
 from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
 from .html import UNBUILDABLE

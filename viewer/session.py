@@ -14,7 +14,8 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..objectives.feasibility.clearance import MountClearance
-from ..objectives.feasibility.violations import Fault, faults
+from ..objectives.feasibility.mounting import Fault
+from ..objectives.feasibility.violations import faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import CoreScene

@@ -14,7 +14,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import named
 from ...coverage.robots.kinematics import Chain
 from ...objectives.calibration_effect import CalibrationEffect
-from ...objectives.feasibility.violations import Fault
+from ...objectives.feasibility.mounting import Fault
 from ...objectives.occlusion import Unseeing
 from ...objectives.reach import Beyond
 from ...objectives.scene import CoreScene

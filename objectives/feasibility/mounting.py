@@ -25,24 +25,24 @@ _SPACINGS = (0.016, 0.004)
 
 
 @dataclass(frozen=True)
-class Standing:
-    """A violation of a real mount."""
+class Fault:
+    """A violated rule."""
 
     rings: tuple[int, ...]
-    """Indices of the rings concerned."""
+    """Indices of the rings concerned, from 0."""
     rule: str
     """Key of the rule in a scene file."""
     text: str
     """One-line message."""
 
 
-def standing(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
+def standing(clear: MountClearance, rings: Sequence[Ring]) -> list[Fault]:
     """Return all mount violations of ``rings`` except their spacing on one link."""
     violations = [f for i, ring in enumerate(rings) for f in alone(clear, i, ring)]
     return violations + meeting(clear, rings)
 
 
-def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
+def alone(clear: MountClearance, i: int, ring: Ring) -> list[Fault]:
     """Return the mount violations of ring ``i`` by itself."""
     name, least, violations = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
     if ring.radius < least - _ROUNDING:
@@ -50,10 +50,10 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
             f"{name} has a radius of {1000 * ring.radius:.1f} mm, allowed: {1000 * least:.1f} mm"
             " or more"
         )
-        violations.append(Standing((i,), "standoff", text))
+        violations.append(Fault((i,), "standoff", text))
     low, high = clear.closed(ring)
     if low > high:
-        violations.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
+        violations.append(Fault((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
     elif (
         not low - _PLACE <= ring.position <= high + _PLACE
         and clear.scene.robot.mount(ring.link).length > 0
@@ -61,14 +61,14 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
         text = (
             f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
         )
-        violations.append(Standing((i,), "mount", text))
+        violations.append(Fault((i,), "mount", text))
     if within := clear.within(ring):
         text = f"{name} at {ring.position:.3f} lies in or too near to {', '.join(within)}"
-        violations.append(Standing((i,), "mount", text))
+        violations.append(Fault((i,), "mount", text))
     return violations
 
 
-def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
+def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Fault]:
     """Return the violations of rings on different links that come too near to each other at some
     pose.
 
@@ -84,7 +84,7 @@ def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
                 f"ring {i} ({rings[i].link}) lies in or too near to ring {j} ({rings[j].link}) at"
                 f" pose {poses[0]}"
             )
-            violations.append(Standing((i, j), "mount", text))
+            violations.append(Fault((i, j), "mount", text))
     return violations
 
 

@@ -4,14 +4,13 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_envelope import Envelope
 from ..scene import CoreScene
 from .board_fit import unfit, unwired
 from .clearance import MountClearance
-from .mounting import REAL, standing
+from .mounting import REAL, Fault, standing
 from .ring_envelopes import envelope, spacing
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
@@ -21,18 +20,6 @@ _BUILT = ("spacing", "printing")  # keys of the rules that this module checks of
 ELECTRONICS = "electronics"
 """Rule of a ring whose sensors its bus, controller or regulator does not carry."""
 _SAME_PLACE = 2e-6  # of a link: tolerance for a file's ring to match a ring of a scene
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A violated rule."""
-
-    rings: tuple[int, ...]
-    """Indices of the rings concerned, from 0."""
-    rule: str
-    """Key of the rule in a scene file."""
-    text: str
-    """One-line message."""
 
 
 def _same(a: Ring, b: Ring) -> bool:
@@ -101,7 +88,7 @@ def faults(
             broken.append(Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {text}"))
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
-        broken += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
+        broken += [fault for fault in real if not set(fault.rings) <= fixed]
     for link in scene.robot.links:
         there = [i for i, ring in enumerate(rings) if ring.link == link]
         if len(there) > scene.rules.max_rings_per_link and not set(there) <= fixed:
@@ -109,16 +96,10 @@ def faults(
             broken.append(Fault(tuple(i for i in there if i in own), "max_rings_per_link", text))
     if scene.rules.shared_tilt and own:
         tilt = commonest_tilt([rings[i] for i in own])
-        broken += [
-            Fault(
-                (i,),
-                "shared_tilt",
-                f"ring {i} ({rings[i].link}) is tilted by {_deg(rings[i].tilt)}, most by"
-                f" {_deg(tilt)}",
-            )
-            for i in own
-            if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE
-        ]
+        for i in own:
+            if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE:
+                leans = f"is tilted by {_deg(rings[i].tilt)}, most by {_deg(tilt)}"
+                broken.append(Fault((i,), "shared_tilt", f"ring {i} ({rings[i].link}) {leans}"))
     broken += [
         Fault((), "fixed", f"the fixed ring at {r.position:.3f} of {r.link} is not mounted")
         for r in missing
@@ -191,20 +172,10 @@ def _alone(scene: CoreScene, i: int, ring: Ring) -> list[Fault]:
     margin = scene.rules.from_joints / length
     low, high = max(limits.position[0], margin), min(limits.position[1], 1 - margin)
     if not low - _PLACE <= ring.position <= high + _PLACE:
-        broken.append(
-            Fault(
-                (i,),
-                "position",
-                f"{name} sits at {ring.position:.3f}, allowed: {low:.3f} to {high:.3f}",
-            )
-        )
+        text = f"{name} sits at {ring.position:.3f}, allowed: {low:.3f} to {high:.3f}"
+        broken.append(Fault((i,), "position", text))
     for a, b in limits.keep_out:
         if a + _PLACE < ring.position < b - _PLACE:
-            broken.append(
-                Fault(
-                    (i,),
-                    "keep_out",
-                    f"{name} sits at {ring.position:.3f}, in the keep-out {a:g} to {b:g}",
-                )
-            )
+            text = f"{name} sits at {ring.position:.3f}, in the keep-out {a:g} to {b:g}"
+            broken.append(Fault((i,), "keep_out", text))
     return broken

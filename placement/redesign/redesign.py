@@ -13,7 +13,8 @@ import numpy as np
 
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
-from ...objectives.feasibility.violations import Fault, faults
+from ...objectives.feasibility.mounting import Fault
+from ...objectives.feasibility.violations import faults
 from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.target_points import TargetPoints
 from ..search.context import SearchContext

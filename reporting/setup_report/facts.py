@@ -12,7 +12,8 @@ from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
 from ...formats.schema.robustness_models import RobustnessResult
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
-from ...objectives.feasibility.violations import Fault, faults
+from ...objectives.feasibility.mounting import Fault
+from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, RobustnessSettings, robustness
 from ...objectives.scene import CoreScene
