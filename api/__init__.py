@@ -17,21 +17,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._catalogue import robots, sensors
-    from ._combined_targets import DifferenceOf, IntersectionOf, UnionOf
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
     from ._improve import improve
     from ._improvement import Improvement
     from ._lift import lift_to_surface
-    from ._own_targets import (
-        Box,
-        Cylinder,
-        HalfSpace,
-        Implicit,
-        Mesh,
-        Sphere,
-    )
+    from ._mesh import Mesh
     from ._proposal import Proposal
     from ._report import report
     from ._robustness import RobustnessReport, robustness
@@ -41,15 +33,6 @@ if TYPE_CHECKING:
     from ._soft import coverage_fraction, sample_points
     from ._solids import attached, obstacle
     from ._study import StudyReport, study
-    from ._targets import (
-        Near,
-        ProtectiveVolume,
-        ReachAndToolSpheres,
-        ReachSphere,
-        RobotVolume,
-        Shell,
-        ToolSphere,
-    )
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
     from ._views import view
@@ -61,6 +44,17 @@ if TYPE_CHECKING:
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
     from .coverage.sensors.sensor import Sensor
+    from .coverage.targets.combined import DifferenceOf, IntersectionOf, UnionOf
+    from .coverage.targets.named import (
+        Near,
+        ProtectiveVolume,
+        ReachAndToolSpheres,
+        ReachSphere,
+        RobotVolume,
+        Shell,
+        ToolSphere,
+    )
+    from .coverage.targets.own import Box, Cylinder, HalfSpace, Implicit, Sphere
     from .objectives.mount_rules import Limits, Rules
     from .objectives.poses import Pose
     from .objectives.prices import Prices
@@ -148,17 +142,11 @@ _MODULES = {
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
-    "_own_targets": (
-        "Box",
-        "Cylinder",
-        "HalfSpace",
-        "Implicit",
-        "Mesh",
-        "Sphere",
-    ),
-    "_combined_targets": ("DifferenceOf", "IntersectionOf", "UnionOf"),
+    "_mesh": ("Mesh",),
+    "coverage.targets.own": ("Box", "Cylinder", "HalfSpace", "Implicit", "Sphere"),
+    "coverage.targets.combined": ("DifferenceOf", "IntersectionOf", "UnionOf"),
     "_weight_field": ("weight_field",),
-    "_targets": (
+    "coverage.targets.named": (
         "Near",
         "ProtectiveVolume",
         "ReachAndToolSpheres",

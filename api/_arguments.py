@@ -8,7 +8,6 @@ from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from ._errors import InputError
-from .coverage.volumes import Coordinates
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -71,7 +70,7 @@ def number(name: str, value: Any, allowed: str = "a number") -> None:
         raise InputError(f"found {value!r}, allowed: {allowed}", name)
 
 
-def three(name: str, values: Any) -> Coordinates:
+def three(name: str, values: Any) -> tuple[float, float, float]:
     """Return three finite numbers; raise InputError that names the argument otherwise."""
     try:
         x, y, z = (float(value) for value in values)
@@ -80,17 +79,3 @@ def three(name: str, values: Any) -> Coordinates:
     if not all(math.isfinite(value) for value in (x, y, z)):
         raise InputError(f"found {values!r}, allowed: finite numbers", name)
     return x, y, z
-
-
-def turn(rpy_deg: Any) -> Coordinates:
-    """Return three angles in rad; raise InputError for other than three numbers of degrees."""
-    x, y, z = (math.radians(angle) for angle in three("rpy_deg", rpy_deg))
-    return x, y, z
-
-
-def metres(name: str, value: Any) -> float:
-    """Return a positive length; raise InputError that names the argument otherwise."""
-    number(name, value, "m, above 0")
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"found {value:g}, allowed: m, above 0", name)
-    return float(value)

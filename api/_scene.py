@@ -7,11 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ._combined_targets import volume_of
 from ._errors import InputError, input_errors
 from ._scene_arguments import changed, checked, robot_named, with_robot
 from ._scene_poses import Poses, with_poses
-from ._targets import TargetVolume
 from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.person_reach import Person
@@ -22,6 +20,7 @@ from .coverage.robots.base_frame import BaseFrame, base_frame
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
+from .coverage.targets.target import Target
 from .objectives.mount_rules import Limits, Rules
 from .objectives.poses import Pose
 from .objectives.prices import Prices
@@ -101,7 +100,7 @@ class Scene:
         self,
         robot: Robot | str = "ur10",
         *,
-        targets: Sequence[TargetVolume] | TargetVolume | None = None,
+        targets: Sequence[Target] | Target | None = None,
         poses: Poses = None,
         sensor: Sensor | None = None,
         occlusion: Occlusion | None = None,
@@ -176,9 +175,9 @@ class Scene:
         return self._core.robot
 
     @property
-    def targets(self) -> tuple[TargetVolume, ...]:
+    def targets(self) -> tuple[Target, ...]:
         """The target volumes."""
-        return tuple(volume_of(goal) for goal in self._core.goals)
+        return self._core.goals
 
     @property
     def poses(self) -> tuple[Pose, ...]:
@@ -342,8 +341,7 @@ class Scene:
         core = self._core
         poses = f"{len(core.poses)} pose{'s' * (len(core.poses) != 1)}"
         goals = ", ".join(
-            str(g.target) + (f" (weight {g.weight:g})" if len(core.goals) > 1 else "")
-            for g in core.goals
+            str(g) + (f" (weight {g.weight:g})" if len(core.goals) > 1 else "") for g in core.goals
         )
         parts = [core.robot.name, poses, goals, f"occlusion {core.occlusion}"]
         if not core.real:

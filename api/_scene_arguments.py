@@ -9,7 +9,6 @@ from pydantic import ValidationError
 from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._model_errors import model_error
-from ._targets import TargetVolume
 from .coverage.electronics.electronics import Electronics
 from .coverage.occlusion.occlusion_mode import OCCLUSIONS
 from .coverage.person_reach import Person
@@ -19,12 +18,12 @@ from .coverage.robots.base_frame import BASE_FRAMES, must_turn
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
+from .coverage.targets.target import Target, standalone
 from .formats.schema.scene_models import SceneModel
-from .formats.schema.target_models import boxed
 from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Obstacle
-from .objectives.turned_cell import turned_attached, turned_goal, turned_obstacle, turned_single
+from .objectives.turned_cell import turned_attached, turned_obstacle, turned_single
 
 _KINDS: dict[str, type] = {
     "sensor": Sensor,
@@ -96,7 +95,7 @@ def _turned(fields: Mapping[str, Any]) -> dict[str, Any]:
     turns: dict[str, Callable[[Any], Any]] = {
         "obstacles": turned_obstacle,
         "cell_sensors": turned_single,
-        "goals": turned_goal,
+        "goals": Target.turned,
     }
     new: dict[str, Any] = {
         name: tuple(map(turn, fields[name])) for name, turn in turns.items() if name in fields
@@ -180,16 +179,17 @@ def _goals(targets: Any) -> tuple[Any, ...]:
         "Near, Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume"
         " of your own such as Box"
     )
-    each = _each(targets, TargetVolume, "targets", kinds)
+    each = _each(targets, Target, "targets", kinds)
     if not each:
         raise InputError("found none, allowed: one or more", "targets")
-    return tuple(target.goal for target in each)
+    with input_errors("targets"):
+        return tuple(map(standalone, each))
 
 
 def checked(core: CoreScene) -> CoreScene:
     """Return the scene if its file would be valid; raise InputError otherwise."""
     try:
-        SceneModel.from_domain(boxed(core))
+        SceneModel.record_of(core)
     except ValidationError as error:
         raise model_error("scene", error, SceneModel) from error
     return core

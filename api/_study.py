@@ -14,14 +14,14 @@ from typing import Any, Literal, get_args
 from ._arguments import number, renamed, whole
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
-from ._targets import TargetVolume
 from ._validation import check_scene, check_search_sight
-from .coverage.targets import Target
+from .coverage.targets.named import Shell
+from .coverage.targets.target import Target
 from .formats.errors import UserError
 from .formats.layouts.layout import PublishedLayout
 from .formats.optional_dependencies import require
 from .formats.writing import output_files, write_text
-from .objectives.scene import CoreScene, Goal
+from .objectives.scene import CoreScene
 from .placement.space.design import Space
 from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.estimate import Estimate, calibration, rehearsed
@@ -89,7 +89,7 @@ def study(
     *,
     folder: str | Path | None = None,
     seed: int = 0,
-    targets: tuple[TargetVolume, TargetVolume] | None = None,
+    targets: tuple[Target, Target] | None = None,
     sensors: int | None = None,
     scene: Scene | CoreScene | None = None,
     layouts: Sequence[str | Path] = (),
@@ -227,7 +227,7 @@ def read_layouts(name: str, own: Sequence[Path]) -> tuple[PublishedLayout, ...]:
 def _target_pair(targets: Any) -> tuple[Target, Target]:
     """Return the two targets of a front; raise InputError for anything else."""
     if targets is None:
-        return Target("V_S", 0.5), Target("V_S", 1.5)
+        return Shell(0.5), Shell(1.5)
     try:
         first, second = (volume.target for volume in targets)
     except (AttributeError, TypeError, ValueError) as error:
@@ -286,8 +286,7 @@ def _check_use(folder: Path, options: StudyOptions) -> None:
             that is written.
     """
     if options.name == "pareto":
-        goals = tuple(Goal(target) for target in options.targets)
-        check_scene(replace(options.scene, goals=goals), _module("pareto", "study").VOXEL)
+        check_scene(replace(options.scene, goals=options.targets), _module("pareto", "study").VOXEL)
         check_search_sight(options.scene)
         Space(options.scene, sensors=options.sensors or SENSORS)
     if options.name == "layouts":

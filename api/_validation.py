@@ -15,7 +15,6 @@ from .formats.loader import resolve
 from .formats.schema.mounted_sensor_models import links_text
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
-from .formats.schema.target_models import boxed
 from .objectives.occlusion import own_link_fault
 from .objectives.scene import CoreScene
 from .objectives.separation_summary import separations
@@ -60,7 +59,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
     with input_errors():
         check_beams(scene.sensors, voxel)
     try:
-        SceneModel.from_domain(boxed(scene))
+        SceneModel.record_of(scene)
     except ValidationError as error:
         raise model_error("scene", error, SceneModel) from error
     for goal in scene.goals:

@@ -47,7 +47,7 @@ def weight_field(
     """
     corner, sides = three("origin", origin), three("cell", cell)
     if isinstance(weights, str | Path):
-        from .formats.schema.importance_models import weights_of
+        from .coverage.weight_field import weights_of
         from .formats.weight_grids import weight_rows
 
         try:

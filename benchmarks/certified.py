@@ -14,7 +14,8 @@ from meshes import mesh_share
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.objectives.scene import paper_scene
 
@@ -63,7 +64,7 @@ def cost_of_width(full: bool) -> str:
     q = scene.poses[0].q
     cones = sensor_cones(scene.robot, named_setup(SETUP), q)
     for radius, width in FULL if full else INTERVALS:
-        solid = target_solid(Target("V_S", radius), scene.robot, q, scene.shape)
+        solid = target_solid(Shell(radius), scene.robot, q, scene.shape)
         start = time.perf_counter()
         b = bracket(solid, cones, width / 100)
         seconds = time.perf_counter() - start

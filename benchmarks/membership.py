@@ -20,7 +20,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.base import Parts
 from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
 from place_rings.coverage.solids.sensor_beams import BeamShapes, beam_function
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.solid_bitmask import words
 from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
 from place_rings.objectives.scene import paper_scene
@@ -97,7 +97,7 @@ def body_paths(rng: np.random.Generator, count: int) -> list[Paths]:
 def tube_paths(rng: np.random.Generator, count: int) -> Paths:
     """Return the points inside a tube by the signs of its planes."""
     scene = paper_scene()
-    tube: Any = scene.solid(Target("V_S", 0.5), 0).a
+    tube: Any = scene.solid(Shell(0.5), 0).a
     points = rng.uniform(-1, 1, (count // 16, 3))
     return (
         *("`Tube.holds`", "`Parts.holds`", len(points)),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.targets import robot_curve
+from place_rings.coverage.targets.posed_robot import robot_curve
 from place_rings.objectives.scene import CoreScene
 
 _TRIED = 4_000  # points drawn at once

@@ -23,7 +23,7 @@ from common import say, table
 from jaxtyping import Bool
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.solids.polyhedra import box, half_space
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.rig.mount.as_built import AsBuilt, truth_of
@@ -39,7 +39,7 @@ from place_rings.rig.simulated_cell.simulated_time import mount_check
 from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 
-TARGET = Target("V_S", 0.5)
+TARGET = Shell(0.5)
 _POSES = (0, -45, 60, -105, -90, 0), (40, -70, 90, -110, -90, 0), (-60, -60, 50, -80, -90, 0)
 SCENE = paper_scene(
     poses=tuple(Pose(np.radians(q)) for q in _POSES),

@@ -2,17 +2,24 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Int
+from pydantic import Field
+from pydantic_core import core_schema
 
 from .arrays import Vector
+from .definitions.definition import definition, refuse
+from .definitions.field_types import Items, Metres, Point, Triple
 from .solids.volume_fraction import VolumeFraction
 
 LEVELS = 65_535  # weights are whole multiples of the largest over this
 MOST_CELLS = 200_000  # of a field
+_Row = Annotated[str, Field(max_length=4_000_000)]
 _SPAN = 4  # cells along an axis up to which the mean over a cube is computed
 
 
@@ -108,6 +115,23 @@ class WeightField:
     def __hash__(self) -> int:
         return hash(self._key)
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        """A file states a field as a ``WeightTable``."""
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, table: value if isinstance(value, cls) else table(value).field(),
+            handler.generate_schema(WeightTable),
+            serialization=core_schema.wrap_serializer_function_ser_schema(
+                lambda value, table: table(WeightTable.of(value))
+            ),
+        )
+
+    def turned(self) -> "WeightField":
+        """Return the field turned by 180° about z of the base."""
+        far = [o + n * c for o, n, c in zip(self.origin, self.level.shape, self.cell, strict=True)]
+        level = np.ascontiguousarray(self.level[::-1, ::-1])
+        return replace(self, level=level, origin=(-far[0], -far[1], self.origin[2]))
+
     @property
     def weights(self) -> Float[np.ndarray, "X Y Z"]:
         """Weights of the cells, relative to the largest weight."""
@@ -182,3 +206,80 @@ class WeightField:
             lowest = np.where(met, np.minimum(lowest, weight), lowest)
             highest = np.where(met, np.maximum(highest, weight), highest)
         return total, lowest, highest
+
+
+@definition
+class WeightTable:
+    """A weight field on a grid along the axes of the base frame, as files state it.
+
+    The weights stand in a ``file``, or in ``rows``: each row holds the weights along x, the rows
+    follow each other along y, and then layer by layer along z. Only their ratios count; they are
+    rounded to 1/65535 of the largest.
+    """
+
+    origin: Point
+    """Lower corner of the grid in the base frame, m."""
+    cell: Triple[Metres]
+    """Sides of a cell along x, y, z, m."""
+    outside: Annotated[float, Field(ge=0, le=1e9)] = 0.0
+    """Weight outside the grid."""
+    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
+    """CSV or NumPy file (.csv, .npy, .npz) with the weights, in the file's folder."""
+    layers: Annotated[int, Field(ge=1, le=MOST_CELLS)] = 1
+    """Number of layers along z in the rows."""
+    rows: Annotated[Items[_Row], Field(min_length=1, max_length=MOST_CELLS)] | None = None
+    """Weights, row by row."""
+
+    def __post_init__(self) -> None:
+        if (self.file is None) == (self.rows is None):
+            both = None if self.file is None else ["file", "rows"]
+            refuse([((), both, "either a file or rows")])
+        if self.rows is not None:
+            try:
+                self.field()
+            except ValueError as error:
+                refuse([(("rows",), self.rows, f"other rows: {error}")])
+
+    def field(self) -> WeightField:
+        """Return the weight field.
+
+        Raises:
+            ValueError: if the rows form no grid of weights.
+        """
+        if self.rows is None:
+            refuse([(("file",), self.file, "rows, where no file is read")])
+        weights = weights_of(self.rows or (), self.layers)
+        return WeightField.of(weights, self.origin, self.cell, self.outside)
+
+    @classmethod
+    def of(cls, field: WeightField) -> "WeightTable":
+        """Return the table of a weight field."""
+        x, _, z = field.level.shape
+        flat = field.weights.transpose(2, 1, 0).reshape(-1, x)  # (Z Y, X)
+        rows = tuple(" ".join(f"{weight:.6g}" for weight in row) for row in flat)
+        outside = float(f"{field.outside_weight:.6g}")
+        return cls(field.origin, field.cell, outside, None, z, rows)
+
+
+def weights_of(rows: Sequence[str], layers: int) -> Float[np.ndarray, "X Y Z"]:
+    """Return the weights (X, Y, Z) of rows along x, which follow each other along y, then z.
+
+    Raises:
+        ValueError: if they form no grid of numbers.
+    """
+    if not rows:
+        raise ValueError("no rows")
+    numbers = []
+    for i, row in enumerate(rows):
+        words = row.replace(",", " ").replace(";", " ").split()
+        try:
+            numbers.append([float(word) for word in words])
+        except ValueError as error:
+            raise ValueError(f"row {i} holds a word that is no number") from error
+        if not words or len(words) != len(numbers[0]):
+            raise ValueError(f"row {i} has {len(words)} weights, the first {len(numbers[0])}")
+        if not all(math.isfinite(weight) and weight >= 0 for weight in numbers[-1]):
+            raise ValueError(f"row {i} holds a weight that is not a finite number of 0 or more")
+    if len(rows) % layers:
+        raise ValueError(f"{len(rows)} rows do not divide into {layers} layers")
+    return np.array(numbers).reshape(layers, -1, len(numbers[0])).transpose(2, 1, 0)

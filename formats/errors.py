@@ -1,5 +1,13 @@
 """Errors for the user, which every room may raise; see ``coverage.definitions.errors``."""
 
-from ..coverage.definitions.errors import IN_LINE, NAMED, UserError, explain, key_path, shown
+from ..coverage.definitions.errors import (
+    IN_LINE,
+    NAMED,
+    InputError,
+    UserError,
+    explain,
+    key_path,
+    shown,
+)
 
-__all__ = ["IN_LINE", "NAMED", "UserError", "explain", "key_path", "shown"]
+__all__ = ["IN_LINE", "NAMED", "InputError", "UserError", "explain", "key_path", "shown"]

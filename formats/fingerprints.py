@@ -5,7 +5,6 @@ from pathlib import Path
 
 from ..objectives.scene import CoreScene
 from .schema.scene_models import SceneModel
-from .schema.target_models import boxed
 
 
 def file_sha256(name: str) -> str:
@@ -18,5 +17,5 @@ def file_sha256(name: str) -> str:
 
 def scene_sha256(scene: CoreScene) -> str:
     """Return the SHA-256 of a scene's record as JSON, in hexadecimal."""
-    text = SceneModel.from_domain(boxed(scene)).model_dump_json()
+    text = SceneModel.record_of(scene).model_dump_json()
     return hashlib.sha256(text.encode()).hexdigest()

@@ -1,7 +1,6 @@
 """Readers of the files and names that a user passes."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,13 +9,15 @@ from pydantic import ValidationError
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.base_frame import must_turn
+from ..coverage.robots.built_in import UR10
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.sensors.sensor_model import Model
+from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
-from ..objectives.scene import CoreScene, Goal
+from ..objectives.scene import CoreScene
 from .errors import UserError, explain, shown
-from .model_reader import file_and_table, read_model
+from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
@@ -26,8 +27,7 @@ from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
-from .target_files import with_contents
-from .user_files import beside, read_bytes, read_text
+from .user_files import beside, read_text
 
 if TYPE_CHECKING:
     from .sensors.urdf_frames import FramePattern
@@ -71,18 +71,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
     below ``key``."""
 
-    read = _reader(path)
-    if any(target.files for target in file.targets):
-        targets = [
-            with_contents(target, f"{path}: {key}targets[{i}]", read)
-            for i, target in enumerate(file.targets)
-        ]
-        try:  # rules of a scene also hold for the contents of its files
-            stated = file.model_fields_set & set(SceneModel.model_fields)
-            keys = {name: getattr(file, name) for name in stated}
-            file = SceneModel(**{**keys, "targets": targets})
-        except ValidationError as error:
-            raise explain(str(path), error, SceneModel) from error
+    read = beside_of(path)
     scene, trajectory = file.to_domain(), file.trajectory
     turn = must_turn(scene.robot, file.base)
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read, turn)
@@ -93,24 +82,17 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
     return with_record(scene, record, trajectory, trajectory.unit == "deg")
 
 
-def read_target(path: Path) -> Goal:
-    """Return the target in a TOML file, with its weight and floor.
+def read_target(path: Path, robot: Robot = UR10) -> Target:
+    """Return the target in a TOML file, with its weight and minimum coverage, in a robot's base.
 
     Raises:
         UserError: if it, or a file that it names, cannot be read or is not valid.
     """
-    model = read_model(path, TargetFile)
-    return with_contents(model, str(path), _reader(path)).to_domain()
-
-
-def _reader(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
-    """Return a function that reads a file beside ``path``, from the key and the name."""
-
-    def read(where: str, name: str) -> tuple[Path, bytes]:
-        at = beside(path, where.removeprefix(f"{path}: "), name)
-        return at, read_bytes(at, "mesh or NumPy")
-
-    return read
+    file = read_model(path, TargetFile)
+    try:
+        return file.on(robot)
+    except ValueError as error:
+        raise UserError(f"{path}: base: found {file.base}, allowed: {error}") from error
 
 
 def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:

@@ -2,12 +2,14 @@
 
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
+from ..coverage.definitions.definition import adapter
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from .errors import UserError, explain, shown
@@ -16,11 +18,13 @@ from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import ProposalFile
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile
+from .schema.target_models import TargetFile
 from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
+from .target_files import with_contents
 from .toml_text import toml_keys
-from .user_files import beside, read_text
+from .user_files import beside, read_bytes, read_text
 
-_Model = TypeVar("_Model", bound=BaseModel)
+_Model = TypeVar("_Model")
 _CALIBRATION = 256 * 2**10  # bytes, largest calibration of an arm; real ones have about 1,000
 _TABLE = re.compile(r"(.+?\.toml):(.*)", re.IGNORECASE | re.DOTALL)
 _RINGS = {"rings", "sensors"}  # a proposal has a list of at least one of them
@@ -55,13 +59,16 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         raw = toml_keys(text)
         if proposal:
             raw = _one_proposal(path, raw, table)
-        if issubclass(model, VersionedFile):
+        if issubclass(model, VersionedFile | TargetFile):
             refuse_newer(raw)
         raw = _with_robot(path, raw, model)
         raw = _with_sensors(path, raw, model)
         raw = raw if robot is None else _on_robot(raw, robot)
         raw = _with_calibration(path, raw, model)
-        return model.model_validate(raw, context=FROM_FILE)
+        raw = _with_target_files(path, raw, model)
+        if issubclass(model, BaseModel):
+            return model.model_validate(raw, context=FROM_FILE)
+        return adapter(model).validate_python(raw)
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -144,6 +151,33 @@ def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> di
         return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
 
     return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
+
+
+def _with_target_files(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
+    """Return the keys of a file, in which the meshes and weights that its targets name are read."""
+    read = beside_of(path)
+    if model is TargetFile:
+        keys: dict[str, Any] = with_contents(raw, str(path), read)
+        return keys
+    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    if not isinstance(targets := scene.get("targets"), list):
+        return raw
+    where = f"{path}: {key}targets"
+    new = [with_contents(table, f"{where}[{i}]", read) for i, table in enumerate(targets)]
+    inside = {**scene, "targets": new}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def beside_of(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:
+    """Return a function that reads a file beside ``path``, from the key and the name."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = beside(path, where.removeprefix(f"{path}: "), name)
+        return at, read_bytes(at, "mesh or NumPy")
+
+    return read
 
 
 def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:

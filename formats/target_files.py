@@ -1,16 +1,18 @@
 """Contents of the files that a target names: its weight field and its meshes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from ..coverage.definitions.definition import adapter
 from ..coverage.robots.kinematics import transform
-from .errors import UserError, explain
-from .schema.importance_models import ImportanceModel
-from .schema.target_models import TargetModel
-from .schema.volume_models import VolumeModel
+from ..coverage.targets.own import MeshFile
+from ..coverage.weight_field import WeightTable
+from .errors import InputError, UserError, explain
 from .target_meshes import closed_mesh
 from .weight_grids import weight_rows
 
@@ -18,52 +20,59 @@ Read = Callable[[str, str], tuple[Path, bytes]]
 """Returns path and content of a file, from the key and the name."""
 
 
-def with_contents(target: TargetModel, where: str, read: Read) -> TargetModel:
+def with_contents(table: Any, where: str, read: Read) -> Any:
     """Return a target's table with the contents of the files that it names.
 
     Args:
-        target: the table.
+        table: the table; what is none, or names no file, is returned unchanged.
         where: file and key of the target, for messages.
         read: reads a file.
 
     Raises:
         UserError: if a file cannot be used.
     """
-    stem = f"{where}{'.' if ': ' in where else ': '}"
-    if target.volume is not None and target.volume.files:
-        volume = _with_meshes(target.volume, f"{stem}volume", read)
-        if not volume.volume().bounded:
-            raise UserError(f"{stem}volume: found no end, allowed: a volume with an end")
-        target = target.model_copy(update={"volume": volume})
-    importance = target.importance
-    if importance is not None and importance.file is not None:
-        filled = _filled(importance, importance.file, f"{stem}importance", read)
-        target = target.model_copy(update={"importance": filled})
-    return target
+    if not isinstance(table, dict):
+        return table
+    stem, new = f"{where}{'.' if ': ' in where else ': '}", dict(table)
+    if "volume" in table:
+        new["volume"] = _with_meshes(table["volume"], f"{stem}volume", read)
+    match table.get("importance"):
+        case {"file": _} as weights:
+            new["importance"] = _weights(weights, f"{stem}importance", read)
+    return new
 
 
-def _with_meshes(volume: VolumeModel, key: str, read: Read) -> VolumeModel:
-    if volume.of is not None:
-        of = [_with_meshes(v, f"{key}.of[{i}]", read) for i, v in enumerate(volume.of)]
-        return volume.model_copy(update={"of": of})
-    if volume.file is None:
-        return volume
-    path, data = read(f"{key}.file", volume.file)
-    T = transform(volume.centre or [0.0] * 3, np.radians(volume.rpy_deg or [0.0] * 3))
-    return VolumeModel.of_volume(closed_mesh(f"{key}.file", path, data, volume.scale or 1.0, T))
+def _with_meshes(volume: Any, key: str, read: Read) -> Any:
+    match volume:
+        case {"kind": "mesh", "file": _, **keys} if not {"vertices", "faces"} & keys.keys():
+            table = _checked(MeshFile, {"file": volume["file"], **keys}, key)
+            path, data = read(f"{key}.file", table.file)
+            T = transform(table.centre, np.radians(table.rpy_deg))
+            return closed_mesh(f"{key}.file", path, data, table.scale, T)
+        case {"of": [*parts]}:
+            of = [_with_meshes(part, f"{key}.of[{i}]", read) for i, part in enumerate(parts)]
+            return volume | {"of": of}
+    return volume
 
 
-def _filled(model: ImportanceModel, file: str, key: str, read: Read) -> ImportanceModel:
-    path, data = read(f"{key}.file", file)
+def _weights(weights: dict[str, Any], key: str, read: Read) -> Any:
+    table = _checked(WeightTable, weights, key)
+    path, data = read(f"{key}.file", table.file)
     rows, layers = weight_rows(f"{key}.file", path, data)
-    layers = model.layers if layers is None else layers
     try:
-        model.field_of(rows, layers)
-    except ValueError as error:
-        raise UserError(f"{key}.file: {path}: {error}; allowed: a grid of weights") from error
-    keys = {"rows": rows, "layers": layers, "file": None}
+        filled = replace(table, file=None, rows=rows, layers=layers or table.layers)
+        return filled.field()
+    except InputError as error:
+        line = str(error).partition(": ")[2]
+        raise UserError(f"{key}.file: {path}: {line}; allowed: a grid of weights") from error
+
+
+def _checked(cls: Any, table: dict[str, Any], key: str) -> Any:
+    """Return a table as a definition; errors begin with its file and key."""
     try:
-        return ImportanceModel(**{**dict(model), **keys})
+        return adapter(cls).validate_python(table)
     except ValidationError as error:
-        line = str(explain(key, error, ImportanceModel))
-        raise UserError(f"{line} (in {path})") from error
+        file, _, path = key.rpartition(": ")
+        line = str(explain("", error, cls)).removeprefix(": ")
+        at = line.partition(": ")[0] in cls.__dataclass_fields__
+        raise UserError(f"{file}: {path}{'.' if at else ': '}{line}") from error

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.volumes import MOST_FACES, MeshVolume
-from .errors import UserError, shown
+from ..coverage.targets.own import MOST_FACES, Mesh
+from .errors import InputError, UserError, shown
 from .mesh_readers.mesh_numbers import MeshError
 from .mesh_readers.scene_mesh import read_scene_mesh
 from .obstacle_meshes import MESHES
@@ -19,7 +19,7 @@ _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 def closed_mesh(
     where: str, path: Path, data: bytes, scale: float, T: Float[np.ndarray, "4 4"]
-) -> MeshVolume:
+) -> Mesh:
     """Return the closed mesh in a file.
 
     Args:
@@ -49,9 +49,10 @@ def closed_mesh(
             f"{where}: {shown(path.name)} lies beyond {FARTHEST:g} m; check its scale and centre"
         )
     try:
-        return MeshVolume(corners, _whole(corners, faces))
-    except ValueError as error:
-        raise UserError(f"{where}: {shown(path.name)}: {error}") from error
+        return Mesh(corners, _whole(corners, faces))
+    except InputError as error:
+        line = str(error).removeprefix("Mesh: ")
+        raise UserError(f"{where}: {shown(path.name)}: {line}") from error
 
 
 def _whole(corners: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "T 3"]) -> Any:

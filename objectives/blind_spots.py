@@ -14,7 +14,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Body, Robot
 from ..coverage.solids.segments import from_segment
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.inscribed_balls import InscribedBall, largest_balls
 from ..coverage.voxels.octree import voxels
 from ..coverage.voxels.voxel_set import OFFSET, VoxelSet, encode

@@ -11,7 +11,7 @@ from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Setup
 from ..coverage.sensors.effective_range import effective
 from ..coverage.sensors.sensor import Sensor
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from .verified import Verified
 from .verify import Verifier
 

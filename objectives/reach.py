@@ -33,7 +33,7 @@ from ..coverage.sensors.sensor import Sensor
 from ..coverage.solids.capsule_shadows import behind, capsule_shadow
 from ..coverage.solids.polyhedra import largest, polyhedron_shadow
 from ..coverage.solids.segments import point_to_segment, segment_to_segment
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from .feasibility.clearance import MountClearance
 from .link_segments import TILTS
 from .occlusion import occluders, setup_sight

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.rings.ring import Setup
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.k_coverage import CoverageCounts, tally
 from .occlusion import setup_sight
 from .verified import weighted_mean

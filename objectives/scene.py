@@ -12,7 +12,6 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Setup
-from ..coverage.robots.base_frame import BaseFrame
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
@@ -23,7 +22,10 @@ from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
 from ..coverage.solids.polyhedra import Polyhedron
-from ..coverage.targets import Shape, Target, target_solid
+from ..coverage.targets.named import Shell, named_target
+from ..coverage.targets.posed_robot import Shape
+from ..coverage.targets.solid import target_solid
+from ..coverage.targets.target import Target
 from .link_limits import LinkLimits
 from .motion_limits import Motion
 from .mount_rules import Limits, Rules
@@ -36,20 +38,6 @@ _REFERENCE_POSE.setflags(write=False)  # the default of every scene
 
 
 OverPoses = Literal["mean", "worst"]
-
-
-@dataclass(frozen=True)
-class Goal:
-    """A target volume with its weight and its floor."""
-
-    target: Target
-    """The target volume."""
-    weight: float = 1.0
-    """Weight in the objective; 0: none."""
-    at_least: float = 0.0
-    """Minimum zeta, in [0, 1]."""
-    base: BaseFrame | None = None
-    """Frame in which a target file states it; None: the robot's own, as in every scene."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +67,7 @@ class CoreScene:
     """The robot arm."""
     poses: tuple[Pose, ...] = (Pose(_REFERENCE_POSE),)
     """The weighted poses."""
-    goals: tuple[Goal, ...] = (Goal(Target("V_S", 0.5)),)
+    goals: tuple[Target, ...] = (Shell(0.5),)
     """The weighted target volumes."""
     sensor: Sensor = PAPER_SENSOR
     """The sensor of new rings."""
@@ -184,9 +172,9 @@ class CoreScene:
             ValueError: if there is neither.
         """
         for goal in self.goals:
-            if goal.target.key == (name, radius):
+            if goal.key == (name, radius):
                 return goal.target
-        return Target(name, radius)
+        return named_target(name, radius)
 
     def limits_of(self, link: str) -> Limits:
         """Return the limits of ``link``."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.separation_distance import Terms, separation
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from .scene import CoreScene
 
 

@@ -63,7 +63,7 @@ class SoftTerms:
     """
 
     goal: Int[Array, " T"]
-    """Goal of each term."""
+    """Target of each term."""
     pose: Int[Array, " T"]
     """Pose of each term."""
     mounting: Int[Array, " T"]

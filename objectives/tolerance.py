@@ -15,7 +15,7 @@ from jaxtyping import Float
 from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors, misplaced_cones
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Parts
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.k_coverage import count_k_covered
 from ..coverage.voxels.octree import count
 from .occlusion import setup_sight, sight

@@ -1,12 +1,8 @@
 """The cell of a scene turned by 180° about z of the base: how coordinates of a UR arm's pendant
 become those of ``base_link``, exactly."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
-
-import numpy as np
-from jaxtyping import Float
 
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
@@ -14,28 +10,7 @@ from ..coverage.robots.attached import Attached
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
-from ..coverage.volumes import (
-    BallVolume,
-    BoxVolume,
-    CombinedVolume,
-    CylinderVolume,
-    FunctionVolume,
-    HalfSpaceVolume,
-    MeshVolume,
-    Volume,
-)
-from ..coverage.weight_field import WeightField
-from .scene import CoreScene, Goal, Obstacle
-
-
-@dataclass(frozen=True)
-class TurnedFunction:
-    """A function of points that are turned first."""
-
-    function: Callable[[Float[np.ndarray, "N 3"]], Float[np.ndarray, " N"]]
-
-    def __call__(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        return self.function(points * HALF_TURN)
+from .scene import CoreScene, Obstacle
 
 
 def states_coordinates(scene: CoreScene) -> bool:
@@ -45,7 +20,7 @@ def states_coordinates(scene: CoreScene) -> bool:
         any(len(one.body.edges) for one in scene.obstacles)
         or BASE_LINK in {*(one.link for one in singles), *(one.link for one in attached)}
         or bool(scene.person and scene.person.areas)
-        or any(goal.target.volume or goal.target.importance for goal in scene.goals)
+        or any(not goal.named or goal.importance for goal in scene.goals)
     )
 
 
@@ -56,7 +31,7 @@ def turned_scene(scene: CoreScene) -> CoreScene:
     return replace(
         scene,
         robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
-        goals=tuple(map(turned_goal, scene.goals)),
+        goals=tuple(goal.turned() for goal in scene.goals),
         obstacles=tuple(map(turned_obstacle, scene.obstacles)),
         cell_sensors=tuple(map(turned_single, scene.cell_sensors)),
         person=None if scene.person is None else turned_person(scene.person),
@@ -92,33 +67,6 @@ def turned_attached(one: Attached) -> Attached:
     return replace(one, solid=_turned_solid(one.solid), keys=_turned_keys(one.keys))
 
 
-def turned_goal(goal: Goal) -> Goal:
-    """Return a goal with its own volume and its weights turned."""
-    target = goal.target
-    own = None if target.volume is None else turned_volume(target.volume)
-    weights = None if target.importance is None else _turned_weights(target.importance)
-    return replace(goal, target=replace(target, volume=own, importance=weights))
-
-
-def turned_volume(volume: Volume) -> Volume:
-    """Return a volume turned; the named ones move with the robot."""
-    match volume:
-        case BoxVolume() | CylinderVolume():
-            return replace(volume, centre=turned(volume.centre), rpy=turned_rpy(volume.rpy))
-        case BallVolume():
-            return replace(volume, centre=turned(volume.centre))
-        case HalfSpaceVolume():
-            return replace(volume, normal=turned(volume.normal), point=turned(volume.point))
-        case MeshVolume():
-            return replace(volume, vertices=volume.vertices * HALF_TURN + 0.0)
-        case CombinedVolume():
-            return replace(volume, of=tuple(map(turned_volume, volume.of)))
-        case FunctionVolume(function, (low, high)):
-            a, b = turned(high), turned(low)
-            return FunctionVolume(TurnedFunction(function), ((*a[:2], low[2]), (*b[:2], high[2])))
-    return volume
-
-
 def _turned_solid(solid: Any) -> Any:
     if isinstance(solid, Capsules):
         return replace(solid, start=solid.start * HALF_TURN, end=solid.end * HALF_TURN)
@@ -138,9 +86,3 @@ def _turned_keys(keys: dict[str, Any]) -> dict[str, Any]:
         roll, pitch, yaw = keys["rpy_deg"]
         new["rpy_deg"] = list(turned_rpy((roll, pitch, yaw)))
     return new
-
-
-def _turned_weights(field: WeightField) -> WeightField:
-    far = [o + n * c for o, n, c in zip(field.origin, field.level.shape, field.cell, strict=True)]
-    origin = (-far[0], -far[1], field.origin[2])
-    return replace(field, level=np.ascontiguousarray(field.level[::-1, ::-1]), origin=origin)

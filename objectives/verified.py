@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..coverage.choices import Rule
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.volume_tally import Bracket
 
 

@@ -12,7 +12,7 @@ from ..coverage.choices import Rule
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference, Parts
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.certified_bounds import bracket
 from ..coverage.voxels.octree import count_each, regions
 from ..coverage.voxels.octree_cells import Region

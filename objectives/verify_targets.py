@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 
 from ..coverage.rings.ring import Setup
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.octree import MOST_SETS, count_each
 from .sampling_error import PointCount
 from .verified import PoseZeta, Verified

@@ -7,7 +7,8 @@ from copy import copy
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
-from ..coverage.targets import Target
+from ..coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
+from ..coverage.targets.target import Target
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.criterion import Criterion, judge
 from ..objectives.dark_clothing import verify_dark
@@ -24,11 +25,11 @@ from ..objectives.verify_targets import verify_targets
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 PAPER_TARGETS = (
-    Target("V_O"),
-    Target("V_T"),
-    Target("V_OT"),
-    Target("V_S", 0.5),
-    Target("V_S", 1.5),
+    ReachSphere(),
+    ToolSphere(),
+    ReachAndToolSpheres(),
+    Shell(0.5),
+    Shell(1.5),
 )
 # at most this many poses: compare by all of the paper's targets, else by the goals
 _FEW_POSES = 4

@@ -13,7 +13,7 @@ from ..coverage.robots.joint_values import joint_text
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
-from ..coverage.targets import Shape, robot_curve
+from ..coverage.targets.posed_robot import Shape, robot_curve
 from ..formats.robots.robot_fit import FittedLink
 from .plots import GREY, INK
 from .rendering.canvas import Canvas

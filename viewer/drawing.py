@@ -13,7 +13,8 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import attached_at, carried_at
 from ..coverage.robots.robot import BASE
 from ..coverage.solids.cones import Cones
-from ..coverage.targets import Target, robot_curve
+from ..coverage.targets.posed_robot import robot_curve
+from ..coverage.targets.target import Target
 from ..formats.sensors.sensor_frames import sensor_frames
 from ..reporting.rendering.meshes import (
     band,

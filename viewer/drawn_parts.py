@@ -5,7 +5,7 @@ from typing import Literal
 
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from .colours import KINDS
 from .cut import Cut
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from html import escape
 
 from ..coverage.definitions.escaping import printable
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import CoreScene
-from ..reporting.lines.targets import described
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
 from .colours import KINDS, WARNING, on_page
@@ -74,6 +73,7 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
 
 def meaning(target: Target, scene: CoreScene) -> str:
     """Return what a target is."""
+    radius = getattr(target, "radius", 0)
     named = {
         "V_O": f"all points within {scene.robot.reach:g} m of the base",
         "V_T": f"all points within {scene.shape.tcp_range:g} m of the tool",
@@ -81,14 +81,11 @@ def meaning(target: Target, scene: CoreScene) -> str:
             f"all points within {scene.robot.reach:g} m of the base or {scene.shape.tcp_range:g} m"
             " of the tool"
         ),
-        "V_S": (
-            f"the discs of {target.radius or 0:g} m across the arm's centre line, cut flat at the"
-            " tool"
-        ),
-        "V_N": f"all points within {target.radius or 0:g} m of the robot's bodies",
+        "V_S": (f"the discs of {radius:g} m across the arm's centre line, cut flat at the tool"),
+        "V_N": f"all points within {radius:g} m of the robot's bodies",
         "V_P": "the protective volume of ISO/TS 15066",
     }
-    what = named[target.name] if target.volume is None else described(target)
+    what = named[target.name] if target.named else target.described()
     return f"{target} is {what}, less the robot itself"
 
 

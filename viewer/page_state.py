@@ -6,7 +6,7 @@ from typing import Any
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..objectives.scene import CoreScene
 from .cut import BEHIND
 from .drawn_parts import DrawnParts

@@ -17,7 +17,7 @@ from ..coverage.rings.ring import Group, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..objectives.occlusion import sight
 from ..objectives.pose_subset import representative
 from ..objectives.scene import CoreScene

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..coverage.occlusion.occluders import Occluders, beams
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..objectives.occlusion import occluders
 from .quick_estimate import QuickEstimate
 

@@ -12,7 +12,8 @@ from jaxtyping import Float
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
-from ..coverage.targets import Target
+from ..coverage.targets.named import ReachAndToolSpheres, Shell
+from ..coverage.targets.target import Target
 from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.mounting import Fault
 from ..objectives.feasibility.violations import faults
@@ -31,7 +32,7 @@ _GAP = 0.5  # m, gap between two setups
 # of it; of two setups, so that they do not hide each other.
 _TURNED, _RAISED, _EYE_OF_TWO = 0.3, 0.3, np.array([1.0, -0.35, 0.45])
 _PRESETS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-_BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+_BESIDE = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 
 
 def shown_targets(scene: CoreScene) -> tuple[Target, ...]:

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
-from ..coverage.targets import Target
+from ..coverage.targets.target import Target
 from ..coverage.voxels.volume_tally import Bracket
 from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
-from ..objectives.scene import CoreScene, Goal
+from ..objectives.scene import CoreScene
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
 from ..placement.search.context import SearchContext
@@ -125,7 +125,7 @@ def search_from(
         InfeasibleError: if the scene's rules leave no place for such rings.
         ValueError: for an empty target or a setup without rings.
     """
-    asked = scene if target is None else replace(scene, goals=(Goal(target),), over_poses="mean")
+    asked = scene if target is None else replace(scene, goals=(target,), over_poses="mean")
     present = rounded(setup, scene.sensor)
     if not present.rings:
         raise ValueError("the setup has no ring to search from; add one")

@@ -92,7 +92,8 @@ def check(
             "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
         )
     setup, given = resolve(subject, resolve_scene(scene, None))
-    where = with_goals(with_calibration(given, calibration), parse_goals(target, radius))
+    where = with_calibration(given, calibration)
+    where = with_goals(where, parse_goals(target, radius, where.robot))
     if files.joints is not None:
         sys.exit(check_files(subject, setup, where, files, options, out, as_json))
     if rig.dry_run:

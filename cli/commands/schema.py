@@ -1,12 +1,9 @@
 """The command schema."""
 
 import json
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 
 def schema(
@@ -43,13 +40,14 @@ def schema(
 
     ``place-rings --help`` explains the terms.
     """
+    from ...coverage.definitions.errors import schema_of
     from ...formats.schema.files import model_named
     from ...reporting.terminal import say_json
 
     if name == "check":  # the rig's models are its own
         from ...rig.check.models import CheckResult
 
-        model: type[BaseModel] = CheckResult
+        model: Any = CheckResult
     else:
         model = model_named(name)
-    say_json(json.dumps(model.model_json_schema(), indent=2))
+    say_json(json.dumps(schema_of(model), indent=2))

@@ -69,7 +69,7 @@ class SceneOptions:
         from .scenes import with_calibration, with_occlusion
         from .targets import parse_goals, with_goals
 
-        scene = with_goals(scene, parse_goals(self.target, self.radius))
+        scene = with_goals(scene, parse_goals(self.target, self.radius, scene.robot))
         scene = with_calibration(scene, self.calibration)
         return with_occlusion(scene, self.occlusion, self.paper, rings_stay)
 

@@ -37,7 +37,6 @@ def resolve_scene(
         UserError: for an unknown robot or target, or a shell that lies within the robot's own
             volume.
     """
-    goals = parse_goals(targets, radius)
     arm = None if robot is None else given_robot(robot, reading)
     if scene is not None:
         stated = read_scene(scene, arm)
@@ -45,7 +44,7 @@ def resolve_scene(
         stated = CoreScene(robot=arm, poses=(Pose(arm.rest),))
     else:
         return None
-    return with_goals(stated, goals)
+    return with_goals(stated, parse_goals(targets, radius, stated.robot))
 
 
 def urdf_of(robot: str | None) -> Path | None:

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...coverage.robots.base_frame import must_turn
 from ...coverage.robots.robot import Robot
-from ...coverage.targets import WITH_RADIUS, Target
+from ...coverage.targets.named import Shell, named_target
+from ...coverage.targets.target import WITH_RADIUS, Target
 from ...formats.errors import UserError, shown
 from ...formats.loader import read_target
-from ...objectives.scene import CoreScene, Goal
-from ...objectives.turned_cell import turned_goal
+from ...objectives.scene import CoreScene
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -31,12 +30,13 @@ def positive(option: str, text: str) -> float:
     return value
 
 
-def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
+def parse_goal(text: str, radius: float | None, robot: Robot, option: str = "--target") -> Target:
     """Return the goal of a text NAME[:RADIUS][=WEIGHT] or FILE[=WEIGHT], such as ``V_S:0.5=0.6``.
 
     Args:
         text: the text.
         radius: radius of a V_S or V_N that states none, m.
+        robot: the robot, in whose base the target of a file is.
         option: the option that errors name.
 
     Raises:
@@ -44,7 +44,7 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
     """
     path, _, stated = text.partition("=")
     if path.lower().endswith(".toml"):
-        goal = read_target(Path(path))
+        goal = read_target(Path(path), robot)
         weight = positive(f"{option} {text}, weight", stated) if stated else goal.weight
         return replace(goal, weight=weight)
     match = _TARGET.fullmatch(text)
@@ -58,21 +58,20 @@ def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goa
     if own is None and match["name"] in WITH_RADIUS:
         own = radius
     try:
-        return Goal(Target(match["name"], own), weight)
+        return named_target(match["name"], own, weight=weight)
     except ValueError as error:
         name = text.partition("=")[0]
         hint = f"; write {name}:0.5, or add {_RADIUS}" if name in WITH_RADIUS else ""
         raise UserError(f"{option} {text}: {error}{hint}") from error
 
 
-def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...]:
+def parse_goals(targets: Sequence[str], radius: float | None, robot: Robot) -> tuple[Target, ...]:
     """Return the goals of ``--target`` and ``--radius``; empty if no target was given."""
     if radius is not None and not (math.isfinite(radius) and radius > 0):
         raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
-    goals = tuple(parse_goal(text, radius) for text in targets)
+    goals = tuple(parse_goal(text, radius, robot) for text in targets)
     used = any(
-        g.target.name in WITH_RADIUS and ":" not in text
-        for g, text in zip(goals, targets, strict=True)
+        g.name in WITH_RADIUS and ":" not in text for g, text in zip(goals, targets, strict=True)
     )
     if radius is not None and not used:
         raise UserError(
@@ -82,11 +81,10 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
     return goals
 
 
-def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radius") -> CoreScene:
+def with_goals(scene: CoreScene, goals: tuple[Target, ...], option: str = "--radius") -> CoreScene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
-    goals = tuple(_in_own_base(goal, scene.robot) for goal in goals)
     inner = scene.shape.robot_radius
-    for radius in (radius for goal in goals for radius in goal.target.radii):
+    for radius in (radius for goal in goals for radius in goal.radii):
         if radius <= inner:
             raise UserError(
                 f"{option}: found {radius:g}, allowed: above {inner:g} m, the radius of the robot's"
@@ -97,16 +95,6 @@ def with_goals(scene: CoreScene, goals: tuple[Goal, ...], option: str = "--radiu
         if first[target.key] != target:
             raise UserError(f"--target: found two different targets called {target}; rename one")
     return replace(scene, goals=goals) if goals else scene
-
-
-def _in_own_base(goal: Goal, robot: Robot) -> Goal:
-    """Return a goal of a target file with coordinates in the robot's own base."""
-    try:
-        turn = must_turn(robot, goal.base)
-    except ValueError as error:
-        found = f"--target {goal.target}: base: found {goal.base}"
-        raise UserError(f"{found}, allowed: {error}") from error
-    return replace(turned_goal(goal) if turn else goal, base=None)
 
 
 def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-least") -> CoreScene:
@@ -131,8 +119,10 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
                 f"{option}: found {shown(text)}, allowed: a {match['name']} with its radius, like"
                 f" {match['name']}:0.5={match['weight']}"
             )
-        target = _floored(text.rpartition("=")[0], scene, option)
-        with_goals(scene, (Goal(target),), f"{option} {text}, radius")
+        name = text.rpartition("=")[0]
+        own = (goal.target for goal in scene.goals if goal.name == name)
+        target = next(own, None) or parse_goal(name, None, scene.robot, option).target
+        with_goals(scene, (target,), f"{option} {text}, radius")
         if target in floored:
             raise UserError(
                 f"{option} {text}: {target} has a minimum already; state one for each target"
@@ -140,21 +130,15 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
         floored.append(target)
         place = next((i for i, g in enumerate(goals) if g.target == target), None)
         if place is None:
-            goals.append(Goal(target, 0.0, percent / 100))
+            goals.append(replace(target, weight=0.0, at_least_percent=percent))
         else:
-            goals[place] = replace(goals[place], at_least=percent / 100)
+            goals[place] = replace(goals[place], at_least_percent=percent)
     return replace(scene, goals=tuple(goals))
-
-
-def _floored(text: str, scene: CoreScene, option: str) -> Target:
-    """Return the target that a minimum names: one of the scene's own, or a named one."""
-    own = (goal.target for goal in scene.goals if goal.target.name == text)
-    return next(own, None) or _in_own_base(parse_goal(text, None, option), scene.robot).target
 
 
 def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:
     """Return the two targets of a front; by default the near and the far shell."""
-    goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    goals = parse_goals(targets, None, scene.robot) or (Shell(0.5), Shell(1.5))
     if weighted := [text for text in targets if "=" in text]:
         raise UserError(
             f"--target: found {shown(weighted[0])}, allowed: no weight, because a front covers all"

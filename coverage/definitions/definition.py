@@ -26,7 +26,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from .docstrings import docstrings
-from .errors import InputError, explain_argument, shown
+from .errors import InputError, explain_argument, explained, schema_of, shown
 from .field_types import as_python
 from .units import in_file, with_keys
 
@@ -105,7 +105,18 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
         if key in table.get("properties", {}):
             text = text.replace(", rad", ", degrees") if key.endswith("_deg") else text
             table["properties"][key]["description"] = text
+            _count_items(table["properties"][key])
     return whole
+
+
+def _count_items(node: dict[str, Any]) -> None:
+    """State limits on the length of a list as JSON Schema does; pydantic takes those of a list that
+    is converted first for limits of a text."""
+    for option in (node, *node.get("anyOf", ())):
+        if option.get("type") == "array":
+            for end in ("min", "max"):
+                if (length := option.pop(f"{end}Length", None)) is not None:
+                    option[f"{end}Items"] = length
 
 
 def field_docs(cls: type) -> dict[str, str]:
@@ -150,6 +161,26 @@ def adapter(cls: Any) -> TypeAdapter[Any]:
     return TypeAdapter(cls)
 
 
+def read_as(cls: type[C], table: Any) -> C:
+    """Return a table of a file as a definition, for a validator of a value that is of several
+    kinds: faults are put in words here, as the schema of the whole does not tell the kind.
+
+    Raises:
+        ValidationError: if it is not valid.
+    """
+    try:
+        value: C = adapter(cls).validate_python(table)
+        return value
+    except ValidationError as error:
+        details = [
+            InitErrorDetails(
+                type=PydanticCustomError("rule", "{line}", {"line": line}), loc=loc, input=None
+            )
+            for loc, line in explained(error, schema_of(cls))
+        ]
+        raise ValidationError.from_exception_data("file", details) from error
+
+
 def table_of(value: Any) -> dict[str, Any]:
     """Return the keys of a definition that differ from their defaults, as a file states them."""
     keys: dict[str, Any] = adapter(value.__class__).dump_python(
@@ -164,6 +195,7 @@ __all__ = [
     "adapter",
     "definition",
     "fault",
+    "read_as",
     "refuse",
     "table_of",
 ]

@@ -133,19 +133,28 @@ def explain(file: str, error: "ValidationError", model: Any) -> UserError:
     return UserError(f"{file}: {where + ': ' if where else ''}{text}{more}")
 
 
+def explained(
+    error: "ValidationError", schema: Mapping[str, Any]
+) -> list[tuple[tuple[int | str, ...], str]]:
+    """Return the place of each error, and what was found and is allowed there."""
+    faults = error.errors(include_url=False)
+    return [(_place(fault), _line(fault, schema)) for fault in faults]
+
+
 def explain_argument(error: "ValidationError", definition: type) -> InputError:
     """Return the first error of the arguments of a definition, with the names of its fields."""
     fault = error.errors(include_url=False)[0]
     fields: Any = definition.__pydantic_fields__  # type: ignore[attr-defined]
-    names, loc = list(fields), _place(fault)
+    loc = _place(fault)
     if loc and isinstance(loc[0], int):  # by position
-        loc = (names[loc[0]], *loc[1:])
+        loc = (definition.__match_args__[loc[0]], *loc[1:])  # type: ignore[attr-defined]
     keys = {name: field.alias or name for name, field in fields.items()}
     own = {key: name for name, key in keys.items()}
     path = [own.get(str(part), part) if i == 0 else part for i, part in enumerate(loc)]
-    known = tuple(keys.get(str(part), part) if i == 0 else part for i, part in enumerate(loc))
-    line = _line({**fault, "loc": known}, schema_of(definition))
-    if any(isinstance(key, str) and key.endswith("_deg") for key in set(known) - set(path)):
+    schema = schema_of(definition)
+    named = {own.get(key, key): node for key, node in schema.get("properties", {}).items()}
+    line = _line({**fault, "loc": tuple(path)}, {**schema, "properties": named})
+    if path and str(path[0]) not in own and keys.get(str(path[0]), "").endswith("_deg"):
         line = f"in degrees, {line}{_hint(fault)}"
     return InputError(line, f"{definition.__name__}: {key_path(tuple(path))}".removesuffix(": "))
 
@@ -259,6 +268,7 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         "integer": "an integer",
         "string": "text",
         "boolean": "true or false",
+        "function": "a function",
     }
     limits = [
         f"{word} {node[key]}"

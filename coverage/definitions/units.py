@@ -107,6 +107,11 @@ def Decimals(digits: int, **limits: float) -> FileUnit:
     return FileUnit("", float, lambda value: round(float(value), digits) + 0.0, limits)
 
 
+def UnderKey(key: str, **limits: float) -> FileUnit:
+    """Return the annotation of a number that files state in Python's unit, under another name."""
+    return FileUnit(key, float, float, limits)
+
+
 def units_of(annotation: Any) -> Iterator[FileUnit]:
     """Yield the units in an annotation: of the value, of its items, or of one of its kinds."""
     if get_origin(annotation) is Annotated:

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.base_frame import must_turn
+from ...coverage.targets.combined import stated_keys
 from ...objectives.robustness import RingSensitivity
 from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import turned_single
@@ -24,7 +25,6 @@ from .robot_models import robot_of
 from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
 from .sensor_records import SensorRecord
-from .target_models import TargetModel
 from .versions import VersionedFile
 
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
@@ -207,8 +207,8 @@ class ProposalFile(VersionedFile):
             for key, value in keys["scene"].items()
             if key in _ALWAYS or value != scene[key]
         }
-        for key, model in (("poses", PoseModel), ("targets", TargetModel)):
-            keys["scene"][key] = [_lean(one, model) for one in keys["scene"][key]]
+        keys["scene"]["poses"] = [_lean(pose, PoseModel) for pose in keys["scene"]["poses"]]
+        keys["scene"]["targets"] = list(map(stated_keys, keys["scene"]["targets"]))
         return keys
 
     @model_validator(mode="before")

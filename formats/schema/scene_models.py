@@ -25,7 +25,9 @@ from ...coverage.robots.robot import Robot
 from ...coverage.robots.separation_distance import Safety
 from ...coverage.sensors.board_packing import Printing
 from ...coverage.sensors.lids import lid_fault
-from ...coverage.targets import Shape, Target
+from ...coverage.targets.combined import TargetInFiles
+from ...coverage.targets.posed_robot import Shape
+from ...coverage.targets.target import Target
 from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.poses import Pose, Recorded
@@ -33,7 +35,7 @@ from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
-from ..errors import IN_LINE, NAMED
+from ..errors import IN_LINE, NAMED, UserError
 from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
@@ -52,7 +54,6 @@ from .obstacle_models import ObstacleModel, obstacles_of
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
-from .target_models import TargetModel
 from .versions import FILE_VERSION, VersionedFile
 
 
@@ -118,8 +119,8 @@ class SceneModel(MappedModel[CoreScene]):
         default="mean",
         description="coverage over several poses: their weighted mean or the worst pose",
     )
-    targets: Annotated[list[TargetModel], Of("goals")] = Field(
-        default=[TargetModel(name="V_S", radius=0.5)],
+    targets: Annotated[list[TargetInFiles], Of("goals")] = Field(
+        default=list(CoreScene.goals),
         min_length=1,
         max_length=100,
         description="target volumes",
@@ -225,22 +226,20 @@ class SceneModel(MappedModel[CoreScene]):
         floors = (one.floor for one in self.obstacles)
         if self.person is not None and all(f is None for f in (self.person.floor, *floors)):
             yield ("person", "floor"), None, "a height, m, or an obstacle with a floor"
-        for i, model in enumerate(self.targets):
-            if model.reachable == "person" and self.person is None:
+        for i, target in enumerate(self.targets):
+            if target.reachable == "person" and self.person is None:
                 yield ("targets", i, "reachable"), "person", "true or false without a [person]"
-            if model.files:
-                continue  # the loader reads them first
-            target, where = model.target, "radius" if model.volume is None else "volume"
+            target, where = target.target, "radius" if target.named else "volume"
             for radius in target.radii:
                 if radius <= inner:
                     allowed = f"above {inner:g} m, the radius of V_R, which is no part of V_S"
                     yield ("targets", i, where), radius, allowed
             if "V_N" in target.names and not robot.bodies:
                 allowed = f"none with V_N, because robot {robot.name} has no bodies"
-                yield ("targets", i, "name"), model.name, allowed
+                yield ("targets", i, "name"), target.name, allowed
             if first.setdefault(target.key, target) != target:
                 allowed = f"another name, because a different target is called {target}"
-                yield ("targets", i, "name"), model.name, allowed
+                yield ("targets", i, "name"), target.name, allowed
 
     def _choice_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield keys that exclude each other, weights that are all 0, mounts of no link, and lids
@@ -283,7 +282,18 @@ class SceneModel(MappedModel[CoreScene]):
 
     @classmethod
     def from_domain(cls, value: CoreScene, **given: Any) -> Self:
-        """Return the table of a scene."""
+        """Return the table of a scene.
+
+        Raises:
+            UserError: if no file can hold a target, as a function.
+        """
+        if not all(part.in_files for goal in value.goals for part in goal.parts()):
+            raise UserError("a target by a function of Python's cannot be written to a file")
+        return cls.record_of(value, **given)
+
+    @classmethod
+    def record_of(cls, value: CoreScene, **given: Any) -> Self:
+        """Return the record of a scene, of which files may be unable to hold the targets."""
         stated = value.radius_stated or value.ring_radius != RING_RADIUS
         return super().from_domain(
             value,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field
 
 from ...coverage.robots.separation_distance import Terms
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...objectives.scene import CoreScene
 from ...objectives.separation_summary import separations
 from .base_model import StrictModel

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_gradient_magnitude, map_coordinates
 
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import OFFSET, decode
 from ...coverage.weight_field import LEVELS

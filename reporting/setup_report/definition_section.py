@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from ...objectives.scene import CoreScene
 from ..lines.occlusion import ASSUMPTIONS
-from ..lines.targets import described
 from ..tables import percent, target_label
 from ..text import listed
 from .facts import Facts
@@ -48,8 +47,8 @@ def _meaning(scene: CoreScene) -> str:
         "V_P": "V_P is the space within the separation distance of a part of the robot",
     }
     names = [
-        words.get(g.target.name) or f"{g.target} is {described(g.target)}"
-        for g in {g.target.name: g for g in scene.goals}.values()
+        (words.get(g.name) if g.named else None) or f"{g} is {g.described()}"
+        for g in {g.name: g for g in scene.goals}.values()
     ]
     names += [
         f"places in {g.target} count by its weight field"

@@ -50,8 +50,9 @@ def reproduction_section(
     yield "To prove a ζ, as a guaranteed interval:\n"
     target, say = f.scene.goals[0].target, ["place-rings", "verify"]
     if target.plain:
-        radius = "" if target.radius is None else f":{target.radius:g}"
-        say += [*_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
+        name, r = target.key
+        stated = name if r is None else f"{name}:{r:g}"
+        say += [*_without(words[1:], _ASKED), "--target", stated]
     else:
         say += _without(words[1:], _ASKED[2:])
     yield command([*say, "--rule", "certified"])

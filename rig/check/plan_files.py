@@ -9,7 +9,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...coverage.targets import NAMES, check_named
+from ...coverage.targets.named import named_kinds, named_target
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import LONGEST_NAME, Metres, Percent
 from ...formats.schema.versions import VersionedFile
@@ -110,8 +110,8 @@ class RodPlanFile(VersionedFile):
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
         try:
-            if self.target in NAMES:
-                check_named(self.target, self.target_radius)
+            if self.target in named_kinds():
+                named_target(self.target, self.target_radius)
         except ValueError as error:
             refuse([(("target_radius",), self.target_radius, f"another: {error}")])
         poses, strata = len(self.poses), len(self.strata)

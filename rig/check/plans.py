@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...formats.errors import UserError
 from ...formats.model_reader import read_model
 from ...formats.writing import output_files

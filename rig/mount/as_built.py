@@ -14,7 +14,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import to_toml

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial import KDTree
 
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...objectives.scene import CoreScene
 from .rod import Rod, placeable
 

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...coverage.voxels.octree import voxels
 from ...coverage.weight_field import WeightField
 from ...objectives.scene import CoreScene

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...objectives.scene import CoreScene
 from ..engine.runner import register
 from ..engine.scenes import Rings, scene_from, setup_from

@@ -8,13 +8,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres, Shell
+from ...coverage.targets.target import Target
 from ..engine.scenes import Rings, goal_keys
 from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 from . import ring_grid  # noqa: F401  (its tasks are registered)
 
-TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+TARGETS = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 BUDGETS = (48, 80, 112)
 POINTS = 1500
 SECONDS = 240.0  # wall time for each programme

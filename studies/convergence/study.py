@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from ...coverage.robots.built_in import PAPER_ROBOTS
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres, Shell
+from ...coverage.targets.target import Target
 from ...objectives.verify import RULES
 from ..engine.store import Cell
 from ..engine.tasks import zeta_cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
-TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+TARGETS = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 VOXELS = (0.2, 0.1, 0.05, 0.025, 0.0125)  # m
 TOUCH_FROM = 0.025  # m, rule ``touch`` is slow below this
 TRUTH_WIDTH = 5e-4  # width of the guaranteed interval used as reference, as a share

@@ -5,7 +5,7 @@ from typing import Any
 
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.sensor import Sensor
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...formats.schema.mounted_sensor_models import MountedSensorModel, single_models, singles_of
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.scene_models import SceneModel
@@ -20,7 +20,8 @@ Sensors = Mapping[str, list[dict[str, Any]]]
 
 def goal_keys(target: Target) -> dict[str, Any]:
     """Return the keys of a target in a scene."""
-    return {"name": target.name} | ({} if target.radius is None else {"radius": target.radius})
+    name, radius = target.key
+    return {"name": name} | ({} if radius is None else {"radius": radius})
 
 
 def ring_keys(setup: Setup, sensor: Sensor) -> Rings:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from ...coverage.choices import Rule
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from ...objectives.criterion import Criterion
 from ...objectives.named_layouts import ring_layout
 from ...objectives.occlusion import unseeing

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres, Shell
 from ...objectives.criterion import Criterion
 from ...placement.bound.upper_bound import upper_bound
 from ...placement.space.design import Space
@@ -15,9 +15,9 @@ from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 
 CASES = (
-    *((Target("V_S", 0.5), n) for n in (12, 24, 48)),
-    *((Target("V_S", 1.5), n) for n in (48, 80)),
-    *((Target("V_OT"), n) for n in (48, 80)),
+    *((Shell(0.5), n) for n in (12, 24, 48)),
+    *((Shell(1.5), n) for n in (48, 80)),
+    *((ReachAndToolSpheres(), n) for n in (48, 80)),
 )
 KNOWN = {
     ("V_S(0.5)", 12): 50.42,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...coverage.sensors.sensor import Sensor
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres, Shell
 from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...placement.space.design import Space
@@ -21,7 +21,7 @@ from ..engine.scenes import goal_keys, keys_of, setup_keys
 from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 
-TARGETS = (Target("V_S", 0.25), Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+TARGETS = (Shell(0.25), Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 VOXEL = 0.01  # m
 WIDTH = 0.005  # width of the guaranteed intervals, as a share
 SECONDS = 40.0  # processor time of each search

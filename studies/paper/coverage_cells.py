@@ -15,7 +15,8 @@ from jaxtyping import Float
 
 from ...coverage.choices import Rule
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
+from ...coverage.targets.target import Target
 from ...simulation.pick_and_place import TaskMotion, fastest, pick_and_place
 from ..engine.scenes import Rings
 from ..engine.store import Cell
@@ -24,9 +25,9 @@ from ..engine.tasks import zeta_cell
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 THETAS = tuple(range(0, 61, 5))  # degrees, theta of n2_16_theta
 RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, radii of the shell
-SHELLS = tuple(Target("V_S", r) for r in RADII)
+SHELLS = tuple(Shell(r) for r in RADII)
 NEAR, FAR = SHELLS[0], SHELLS[-1]
-TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
+TARGETS = (ReachSphere(), ToolSphere(), ReachAndToolSpheres(), NEAR, FAR)
 PUBLISHED = {str(NEAR): 96.73, str(FAR): 69.80}  # percent, of n3_16_55
 COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
 # sensors, and rings on each link, of 16 sensors each, that make them

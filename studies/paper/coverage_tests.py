@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import spearmanr
 
-from ...coverage.targets import Target
+from ...coverage.targets.target import Target
 from .coverage_cells import FAR, NEAR, TARGETS, THETAS, CoverageRow
 from .figures import value
 from .statements import Measurement, Reading, Test

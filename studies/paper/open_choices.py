@@ -7,12 +7,12 @@ import numpy as np
 
 from ...coverage.rings.ring import RING_RADIUS, named_setup
 from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...coverage.targets import Target
+from ...coverage.targets.named import ReachAndToolSpheres
 from ..engine.scenes import Rings, ring_keys
 from .coverage_cells import COUNTS, FAR, NEAR, CoverageRow, Question, question, scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-TARGETS = (NEAR, FAR, Target("V_OT"))
+TARGETS = (NEAR, FAR, ReachAndToolSpheres())
 AS_CHOSEN = "as chosen"
 POSES_DEG = {
     "reference scene": (0.0, -45.0, 60.0, -105.0, -90.0, 0.0),

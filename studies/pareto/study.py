@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 from ...coverage.rings.ring import named_setup
-from ...coverage.targets import Target
-from ...formats.schema.target_models import own_keys
+from ...coverage.targets.combined import TargetTable, own_keys
+from ...coverage.targets.target import Target
 from ...objectives.named_layouts import layout_in
 from ..engine.scenes import Rings, ring_keys, scene_from
 from ..engine.store import Cell, Measure
@@ -109,7 +109,8 @@ def _place(
 
 
 def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, object]:
-    goal = {"name": target.name, "radius": target.radius, "weight": weight, "at_least": at_least}
+    radius = TargetTable.of(target).radius
+    goal = {"name": target.name, "radius": radius, "weight": weight, "at_least": at_least}
     return goal | own_keys(target)
 
 

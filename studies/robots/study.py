@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
-from ...coverage.targets import Target
+from ...coverage.targets.named import Shell
 from ..engine.scenes import Rings, goal_keys, ring_keys, scene_from, setup_from
 from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
-TARGET = Target("V_S", 0.5)
+TARGET = Shell(0.5)
 SENSORS = 40  # 80 in real rings have no room on a Panda and on an iiwa
 VOXEL = 0.01  # m
 SECONDS, PROCESSORS = 60.0, 2  # processor time of each search

@@ -41,7 +41,7 @@ def test_a_reach_that_is_none_is_refused_under_its_own_key(found):
 def test_a_near_volume_without_a_radius_is_refused(found):
     with pytest.raises(pr.InputError) as error:
         pr.Near(found)
-    assert error.value.argument == "radius"
+    assert error.value.argument == "Near: radius"
 
 
 @given(st.lists(st.lists(st.floats(-9, 9), max_size=4), min_size=3, max_size=5))

@@ -8,7 +8,7 @@ from multiprocessing.reduction import ForkingPickler
 import numpy as np
 import place_rings as pr
 import pytest
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
@@ -59,7 +59,7 @@ def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
     (step,) = better.steps
     assert step.setup == better.setup != pr.Setup.named("n1_8_0")
     assert better.before < better.coverage == step.coverage
-    counted = Verifier(PAPER.core, 0.05).verify(better.setup, Target("V_S", 0.5))
+    counted = Verifier(PAPER.core, 0.05).verify(better.setup, Shell(0.5))
     assert better.coverage == counted.zeta
     assert better.name.startswith("n1_8_0")
     assert len(better.instructions) == 1

@@ -25,12 +25,12 @@ from place_rings.cli.app import app, main
 from place_rings.coverage.definitions.escaping import printable, printable_json, printable_lines
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.figures import write_png
@@ -369,7 +369,7 @@ def hostile_scene():
     mounts = tuple(replace(m, link=named[m.link]) for m in SCENE.robot.mounts)
     robot = replace(SCENE.robot, name=f"arm{NASTY}", mounts=mounts)
     obstacles = tuple(replace(o, name=o.name + NASTY) for o in SCENE.obstacles)
-    scene = replace(SCENE, robot=robot, obstacles=obstacles, goals=(Goal(Target("V_S", 0.25)),))
+    scene = replace(SCENE, robot=robot, obstacles=obstacles, goals=(Shell(0.25),))
     return scene, replace(SETUP, rings=tuple(replace(r, link=named[r.link]) for r in SETUP.rings))
 
 

@@ -20,7 +20,7 @@ from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.solids.swept_tube import Tube
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import FURTHEST
@@ -120,7 +120,7 @@ def test_a_beam_is_refused_for_its_own_width_before_the_voxels_are_blamed(fov, r
         return
     assert re.match(r"sensor: found fov [\d.]+°( by [\d.]+°)? at range", refused)
     with pytest.raises(ValueError, match="found fov"):
-        Verifier(scene, voxel).verify(Setup((ring,)), Target("V_S", 0.5))
+        Verifier(scene, voxel).verify(Setup((ring,)), Shell(0.5))
     allowed = float(re.search(r"up to ([\d.]+)°", refused)[1])
     assert allowed < max(fov, up or 0)
     half = math.radians(allowed)

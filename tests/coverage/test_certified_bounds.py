@@ -17,7 +17,8 @@ from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.pyramids import Pyramids
 from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.solids.volume_fraction import VolumeFraction
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels import certified_bounds as certified
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
@@ -65,7 +66,7 @@ def test_holds_the_share_of_points_and_voxels_of_the_reference_scene(reference_p
     """Every point is evaluated against every cone and slab; the voxels are finer than the
     interval.
     """
-    target = target_solid(Target("V_S", 0.5), UR10, reference_pose)
+    target = target_solid(Shell(0.5), UR10, reference_pose)
     cones = sensor_cones(UR10, named_setup("n3_16_55"), reference_pose)
     low, high = target.bounds()
     points = np.random.default_rng(0).uniform(low, high, (30_000, 3))
@@ -211,7 +212,7 @@ def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
     whole = Bracket(1 - 1e-12, 1.0, 1.0, 1.0, 1, 1, 1.0, True)
     monkeypatch.setattr(exact, "bracket", lambda *args: whole)
     verified = Verifier(scene, rule="certified", width=1e-3).verify(
-        named_setup("n1_1_0"), Target("V_S", 0.5)
+        named_setup("n1_1_0"), Shell(0.5)
     )
     assert verified.low <= whole.low
     assert verified.high == 1

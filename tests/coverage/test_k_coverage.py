@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.pytrees import mapped
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.cones import Cones
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
@@ -77,7 +78,7 @@ def test_regions_add_up(scene):
 
 
 def test_nothing_is_seen_where_nothing_is(reference_pose):
-    target = voxels(target_solid(Target("V_S", 0.5), UR10, reference_pose), 0.1)
+    target = voxels(target_solid(Shell(0.5), UR10, reference_pose), 0.1)
     away = Cones(np.array([[9.0, 9, 9]]), np.array([[0.0, 0, 1]]), np.array([0.2]), np.array([1.0]))
     nothing = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     for cones, wanted in ((away, target), (nothing, target), (away, VoxelSet.empty(0.1))):

@@ -11,17 +11,17 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
 from place_rings.coverage.solids.closed_mesh import ClosedMesh
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.targets import Target, target_solid
-from place_rings.coverage.volumes import BoxVolume, MeshVolume
+from place_rings.coverage.targets.own import Box, Mesh
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.loader import read_target
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import CoreScene
 
 from ..strategies.solids import MESHES
 from ..strategies.units import GENERATORS, failures
-from ..strategies.volumes import BOXES
+from ..strategies.volumes import ANYWHERE, BOXES
 from ..support.refusals import refused
 
 
@@ -55,10 +55,10 @@ def mesh_winding(mesh, points):
 @given(BOXES)
 def test_a_mesh_of_a_box_is_the_box(volume):
     mesh = trimesh.creation.box(
-        volume.size, transform(np.array(volume.centre), np.array(volume.rpy))
+        volume.size, transform(np.array(volume.centre), np.radians(volume.rpy_deg))
     )
-    same = MeshVolume(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
-    one, other = (v.solid(lambda *_: None) for v in (volume, same))
+    same = Mesh(mesh.vertices, mesh.faces)
+    one, other = (v.solid(ANYWHERE) for v in (volume, same))
     assert abs(count(one, 0.0431) - count(other, 0.0431)) <= 2  # centres on a face
 
 
@@ -91,18 +91,18 @@ def test_files_hold_meshes(tmp_path):
         "name = 'zone'\n[volume]\nkind = 'mesh'\nfile = 'zone.stl'\nscale = 0.001\n"
         "centre = [0.5, 0.0, 0.5]\nrpy_deg = [0.0, 0.0, 90.0]\n"
     )
-    target = read_target(tmp_path / "zone.toml").target
-    box = Target("box", None, BoxVolume((0.4, 0.2, 0.6), (0.5, 0.0, 0.5)))
+    target = read_target(tmp_path / "zone.toml")
+    box = Box((0.4, 0.2, 0.6), (0.5, 0.0, 0.5))
     one, other = (target_solid(t, UR10, CoreScene.poses[0].q) for t in (target, box))
     assert abs(count(one, 0.0217) - count(other, 0.0217)) <= 2
-    keys = SceneModel.from_domain(CoreScene(goals=(Goal(target),)))
-    assert keys.to_domain().goals[0].target == target
+    keys = SceneModel.from_domain(CoreScene(goals=(target,)))
+    assert keys.to_domain().goals[0] == target
     again = pr.Mesh.load(
         tmp_path / "zone.stl", scale=0.001, centre=(0.5, 0, 0.5), rpy_deg=(0, 0, 90), name="zone"
     )
-    assert again.target == target
+    assert again == target
     scene = pr.Scene(targets=pr.UnionOf([again, pr.Shell(0.5)], name="both"))
-    assert scene.targets[0].goal == pr.UnionOf([again, pr.Shell(0.5)], name="both").goal
+    assert scene.targets[0] == pr.UnionOf([again, pr.Shell(0.5)], name="both")
 
 
 def test_open_meshes_are_refused(tmp_path):
@@ -119,12 +119,12 @@ def test_open_meshes_are_refused(tmp_path):
 
 
 BAD = {
-    "{kind = 'mesh'}": "volume file vertices faces",
+    "{kind = 'mesh'}": "volume.vertices",
     "{kind = 'mesh', file = 'none.stl'}": "volume.file none.stl",
     "{kind = 'mesh', file = '../a.stl'}": "volume.file ../a.stl",
     "{kind = 'mesh', file = 'a.txt'}": "volume.file a.txt .stl",
     "{kind = 'mesh', file = 'text.stl'}": "volume.file text.stl",
-    "{kind = 'mesh', file = 'text.stl', vertices = [[0.0,0.0,0.0]]}": "volume.vertices",
+    "{kind = 'mesh', file = 'text.stl', vertices = [[0.0,0.0,0.0]]}": "volume vertices",
 }
 
 

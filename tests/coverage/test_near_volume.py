@@ -19,7 +19,8 @@ from place_rings.coverage.robots.link_bodies import carried_polyhedra
 from place_rings.coverage.robots.robot import BASE, Body
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space, hull, polyhedra
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Near, named_target
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.schema.scene_models import SceneModel
@@ -104,7 +105,7 @@ def test_a_point_belongs_to_it_if_it_is_within_the_distance_of_a_body_but_not_in
     name, pose, radius, tools, rng
 ):
     robot, q = drawn(name, pose, tools)
-    solid = target_solid(Target("V_N", radius), robot, q)
+    solid = target_solid(Near(radius), robot, q)
     low, high = solid.bounds()
     p = rng.uniform(low - 0.05, high + 0.05, (1500, 3))
     distance = from_bodies(robot, q, p)
@@ -126,7 +127,7 @@ def test_the_space_ahead_of_the_flange_belongs_to_it_and_mostly_not_to_the_shell
     away = away[away @ ahead >= math.cos(math.radians(45))]
     p = flange + rng.uniform(0.15, 0.3, (len(away), 1)) * away
     p = p[from_bodies(robot, q, p) > 0]
-    assert failures(p, target_solid(Target("V_N", 0.3), robot, q)(p) <= 0) == []
+    assert failures(p, target_solid(Near(0.3), robot, q)(p) <= 0) == []
 
 
 def test_the_shell_leaves_out_most_of_the_space_ahead_of_the_flange():
@@ -137,7 +138,7 @@ def test_the_shell_leaves_out_most_of_the_space_ahead_of_the_flange():
     away = away[away @ (flange - before) >= math.cos(math.radians(45)) * math.dist(flange, before)]
     p = flange + 0.3 * rng.uniform(0.5**3, 1, (len(away), 1)) ** (1 / 3) * away
     shares = [
-        np.mean(target_solid(Target(name, 0.3), robot, robot.rest)(p) <= 0)
+        np.mean(target_solid(named_target(name, 0.3), robot, robot.rest)(p) <= 0)
         for name in ("V_S", "V_N")
     ]
     assert shares == pytest.approx([0.187, 1.0], abs=0.01)
@@ -149,7 +150,7 @@ def test_the_volume_about_one_capsule_is_the_closed_form(length, own, radius):
     middle."""
     end = np.array([length, 0.0, 0.0])
     rod = Body("rod", BASE, Capsules(np.zeros(3), end, own))
-    solid = target_solid(Target("V_N", radius), replace(UR10, bodies=(rod,)), UR10.rest)
+    solid = target_solid(Near(radius), replace(UR10, bodies=(rod,)), UR10.rest)
 
     def capsule(r):
         return math.pi * r**2 * (length + 4 / 3 * r)
@@ -166,7 +167,7 @@ def test_the_volume_about_one_capsule_is_the_closed_form(length, own, radius):
 @given(ROBOT_NAMES, poses(LONGEST), RADII, TOOLS, GENERATORS)
 def test_the_guaranteed_interval_holds_the_share_of_random_points(name, pose, radius, tools, rng):
     robot, q = drawn(name, pose, tools)
-    solid = target_solid(Target("V_N", radius), robot, q)
+    solid = target_solid(Near(radius), robot, q)
     cones = sensor_cones(robot, named_setup("n2_16_25"), q)
     found = bracket(solid, cones, 0.1)
     low, high = solid.bounds()
@@ -179,13 +180,13 @@ def test_the_guaranteed_interval_holds_the_share_of_random_points(name, pose, ra
 
 
 def test_parts_of_it_exclude_the_bodies_in_place_of_the_robots_own_volume():
-    near, every = Target("V_N", 0.3), pr.HalfSpace((0, 0, 1), point=(0, 0, 9))
+    near, every = Near(0.3), pr.HalfSpace((0, 0, 1), point=(0, 0, 9))
     whole = pr.IntersectionOf([pr.Near(0.3), every], name="all of it").target
     a, b = (target_solid(t, UR10, UR10.rest) for t in (near, whole))
     p = np.random.default_rng(0).uniform(*a.bounds(), (5000, 3))
     assert failures(p, (a(p) <= 0) == (b(p) <= 0)) == []
     tube = UR10.with_links(True)
-    own = target_solid(Target("V_N", 0.02), tube, UR10.rest)
+    own = target_solid(Near(0.02), tube, UR10.rest)
     assert count(own, 0.02) > 0  # nothing would be left beyond V_R
 
 

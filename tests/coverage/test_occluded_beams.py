@@ -21,7 +21,8 @@ from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, voxels
@@ -179,7 +180,7 @@ def test_each_model_sees_less(reference_pose):
     """
     cones = sensor_cones(UR10, named_setup("n1_8_0"), reference_pose)
     bodies = robot_capsules(UR10, forward(UR10.chain, reference_pose))
-    target = voxels(target_solid(Target("V_S", 0.5), UR10, reference_pose), 0.03)
+    target = voxels(target_solid(Shell(0.5), UR10, reference_pose), 0.03)
     free, shadowed, blinded = (
         count(beams(cones, Occluders(bodies), how), 0.03, within=target)
         for how in ("ignore", "shadow", "blind")

@@ -11,7 +11,8 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import (
     MOST_SETS,
     PROBES,
@@ -149,7 +150,7 @@ def test_sphere_and_cone_converge_to_their_volumes():
 
 def test_nothing_is_found_where_nothing_is(reference_pose):
     nothing = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    target = voxels(target_solid(Target("V_S", 0.5), UR10, reference_pose), 0.1)
+    target = voxels(target_solid(Shell(0.5), UR10, reference_pose), 0.1)
     away = Cones(np.array([[9.0, 9, 9]]), np.array([[0.0, 0, 1]]), np.array([0.2]), np.array([1.0]))
     assert count(away, 0.1, within=target) == 0
     assert count(away, 0.1, within=VoxelSet.empty(0.1)) == 0

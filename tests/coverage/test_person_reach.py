@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.person_reach import LONGER, SHOULDER, SIDE, STEP, Person, person_region
 from place_rings.coverage.solids.polyhedra import box, box_of, half_space
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Near, Shell
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import where_people_are
 from scipy.spatial import ConvexHull
@@ -149,11 +149,11 @@ def test_no_path_is_longer_along_steps_than_stated():
 
 
 def scene_of(*obstacles, person=None):
-    return CoreScene(goals=(Goal(Target("V_S", 0.4)),), obstacles=obstacles, person=person)
+    return CoreScene(goals=(Shell(0.4),), obstacles=obstacles, person=person)
 
 
 def test_nothing_changes_without_obstacles_over_a_low_floor():
-    target = Target("V_S", 0.4)
+    target = Shell(0.4)
     scene = scene_of(person=Person(floor=-0.75))
     counts = [
         Verifier(scene, 0.04).verify(pr.Setup.named("n2_16_25"), t).target_voxels
@@ -165,7 +165,7 @@ def test_nothing_changes_without_obstacles_over_a_low_floor():
 def test_blind_spots_are_sought_where_a_person_can_be():
     wall = Obstacle("wall", box([0, 0.35, 1.0], [9, 0.02, 6]))
     front = Person(floor=-0.75, areas=[[(-3, -3), (3, -3), (3, 0.3), (-3, 0.3)]])
-    setup, target = pr.Setup.named("n1_8_0"), Target("V_S", 0.6)
+    setup, target = pr.Setup.named("n1_8_0"), Shell(0.6)
     each = [
         blind_spots(Verifier(scene_of(wall, person=p), 0.04), setup, target, [0])
         for p in (None, front)
@@ -195,13 +195,13 @@ def test_faults_name_file_and_key(run, tmp_path, text, where):
 
 def test_a_part_at_one_pose_only_is_weighted_with_that_pose():
     """A person at one side; the arm turns away from it."""
-    target, setup = Target("V_N", 0.1), pr.Setup.named("n1_8_0")
+    target, setup = Near(0.1), pr.Setup.named("n1_8_0")
     there, away = (Pose(np.radians([turn, -20, 20, -90, -90, 0]), 3.0) for turn in (0, 180))
     area = [(0.9, -0.6), (2, -0.6), (2, 0.6), (0.9, 0.6)]
     person = Person(floor=-0.7, areas=[area], reach=0.3)
 
     def part(*poses):
-        scene = CoreScene(poses=poses, goals=(Goal(target),), person=person)
+        scene = CoreScene(poses=poses, goals=(target,), person=person)
         verifier = Verifier(scene, 0.04)
         return where_people_are(verifier, setup, verifier.verify(setup, target))
 

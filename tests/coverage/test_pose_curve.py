@@ -11,7 +11,9 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.solids.base import Parts
-from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.coverage.targets.named import Shell, named_target
+from place_rings.coverage.targets.posed_robot import Shape, robot_curve
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
 
 from ..strategies.solids import curve_points, some_tubes
@@ -105,7 +107,7 @@ def test_the_shell_is_continuous_where_the_elbow_folds(reference_pose):
     for elbow in (180.0, 179.9999):
         q = reference_pose.copy()
         q[2] = math.radians(elbow)
-        counts.append(count(target_solid(Target("V_S", 0.5), ROBOTS["ur10_dh"], q), 0.05))
+        counts.append(count(target_solid(Shell(0.5), ROBOTS["ur10_dh"], q), 0.05))
     assert counts[0] == pytest.approx(counts[1], rel=1e-3)
 
 
@@ -121,6 +123,6 @@ def test_impossible_curves_and_targets_are_refused(reference_pose):
         ("V_S", math.nan),
     ):
         with pytest.raises(ValueError, match=name):
-            Target(name, radius)
+            named_target(name, radius)
     with pytest.raises(ValueError, match="V_R"):
-        target_solid(Target("V_S", 0.15), ROBOTS["ur10"], reference_pose)
+        target_solid(Shell(0.15), ROBOTS["ur10"], reference_pose)

@@ -13,10 +13,11 @@ from place_rings.coverage.robots.joint_values import in_file_units, named, order
 from place_rings.coverage.robots.kinematics import arm_base, forward, joint_origins
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.protective_volume import moving
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
@@ -84,7 +85,7 @@ def test_the_carriage_carries_frames_curve_and_bodies(name, q, place, axis):
 
 
 @given(
-    st.sampled_from([Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT")]),
+    st.sampled_from([Shell(0.5), ReachSphere(), ToolSphere(), ReachAndToolSpheres()]),
     poses(),
     PLACES,
     AXES,
@@ -109,7 +110,7 @@ def test_a_carriage_alone_moves_every_part_at_its_speed():
 def test_coverage_on_a_rail_is_that_of_the_arm_alone():
     """With self-occlusion and real rings, at a place of the carriage on the lattice."""
     arm, voxel = ROBOTS["ur10"].with_links(True), 0.05
-    rules, goals = Rules(mount="real"), (Goal(Target("V_S", 0.5)), Goal(Target("V_O")))
+    rules, goals = Rules(mount="real"), (Shell(0.5), ReachSphere())
     alone = CoreScene(arm, (Pose(arm.rest),), goals, rules=rules, occlusion="shadow")
     rail = carried(arm)
     at = (Pose(np.append(12 * voxel, arm.rest)),)

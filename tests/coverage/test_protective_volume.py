@@ -15,7 +15,8 @@ from place_rings.coverage.robots.protective_volume import distances, moving, pro
 from place_rings.coverage.robots.robot import BASE
 from place_rings.coverage.robots.separation_distance import Safety, separation, stopping_time
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.named import ProtectiveVolume, ReachSphere
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.poses import Pose
@@ -116,7 +117,7 @@ def test_a_robot_at_rest_has_its_bodies_thicker_by_one_distance():
 def test_the_target_is_less_the_robot_itself_and_grows_with_speed():
     q = np.radians([0, -45, 60, -105, -90, 0])
     slow, fast = (
-        target_solid(Target("V_P"), UR10, q, rate=v * np.array([1.0, 0, 0, 0, 0, 0]))
+        target_solid(ProtectiveVolume(), UR10, q, rate=v * np.array([1.0, 0, 0, 0, 0, 0]))
         for v in (0.1, 1.0)
     )
     bodies = robot_capsules(UR10, forward(UR10.chain, q))
@@ -128,8 +129,8 @@ def test_distances_of_a_scene():
     q = np.radians([0, -45, 60, -105, -90, 0])
     poses = (Pose(q, 1.0, None, np.array([1.0, 0, 0, 0, 0, 0])), Pose(q, 3.0, None, np.zeros(6)))
     scene = paper_scene(poses=poses)
-    assert separations(scene, Target("V_O")) is None
-    found = separations(scene, Target("V_P"))
+    assert separations(scene, ReachSphere()) is None
+    found = separations(scene, ProtectiveVolume())
     parts = moving(UR10, q, poses[0].rate)
     assert found.fastest == parts.speed.max()
     assert found.largest.total == pytest.approx(distances(UR10, parts, Safety()).total.max())

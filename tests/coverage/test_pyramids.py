@@ -24,7 +24,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from pydantic import ValidationError
 
@@ -148,7 +148,7 @@ def test_ups_of_a_ring_are_across_its_tangent():
 
 
 def test_exact_counts_of_a_mixed_setup_agree():
-    scene = paper_scene(goals=(Goal(paper_scene().goals[0].target),))
+    scene = paper_scene(goals=(paper_scene().goals[0].target,))
     target = scene.goals[0].target
     verifier = Verifier(scene, 0.04)
     zeta = verifier.verify(MIXED, target).zeta

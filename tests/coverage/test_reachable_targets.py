@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from place_rings.coverage.reachable import SIDE, reachable
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.solids.polyhedra import box, half_space, polyhedra
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BoxVolume
+from place_rings.coverage.targets.named import ReachSphere, Shell
+from place_rings.coverage.targets.own import Box
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.verify import Verifier
 from scipy.ndimage import label
 
@@ -25,7 +25,7 @@ from ..strategies.units import GENERATORS, failures, uniform_directions
 from .test_octree import dense, lattice
 
 SETUP = named_setup("n2_16_25")
-PLAIN, CUT = Target("V_S", 0.3), Target("V_S", 0.3, reachable=True)
+PLAIN, CUT = Shell(0.3), Shell(0.3, reachable=True)
 FLOOR = Obstacle("floor", half_space(0.0))
 TABLE = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.1]))
 WALL = Obstacle("wall", box([0, 0.3, 0], [9, 0.1, 9]))
@@ -33,7 +33,7 @@ WALL = Obstacle("wall", box([0, 0.3, 0], [9, 0.1, 9]))
 
 def scene_of(target, *obstacles):
     return CoreScene(
-        goals=(Goal(target),),
+        goals=(target,),
         occlusion="ignore",
         rules=Rules(mount="free"),
         obstacles=obstacles,
@@ -145,7 +145,7 @@ def test_certified_interval_holds_the_exact_count():
 
 def test_a_target_of_ones_own_behind_the_wall_is_empty():
     def zone(y):
-        return Target("zone", None, BoxVolume((0.5, 0.2, 0.5), (0.3, y, 0.5)), None, True)
+        return Box((0.5, 0.2, 0.5), (0.3, y, 0.5), name="zone", reachable=True)
 
     with pytest.raises(ValueError, match="zone"):
         counted(zone(0.6), WALL)
@@ -173,4 +173,4 @@ def test_there_and_back(tmp_path):
     (tmp_path / "scene.toml").write_text(
         "[[targets]]\nname = 'V_O'\nreachable = true\n[[obstacles]]\nfloor = 0.0\n"
     )
-    assert read_scene(tmp_path / "scene.toml").goals[0].target == Target("V_O", reachable=True)
+    assert read_scene(tmp_path / "scene.toml").goals[0].target == ReachSphere(reachable=True)

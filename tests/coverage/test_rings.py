@@ -13,7 +13,7 @@ from place_rings.coverage.rings.ring_kinematics import (
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 
@@ -31,7 +31,7 @@ REFERENCE = {
     "n3_16_55": (89.0, 52.4, 53.9),
 }
 REFERENCE_DH = {"n3_16_55": (88.1, 57.3, 53.8)}
-TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+TARGETS = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 
 
 @pytest.mark.parametrize(("robot", "table"), [("ur10", REFERENCE), ("ur10_dh", REFERENCE_DH)])

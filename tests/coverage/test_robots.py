@@ -16,7 +16,9 @@ from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
-from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.posed_robot import Shape, robot_curve
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.formats.errors import UserError
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf import read_urdf
@@ -354,7 +356,7 @@ def test_targets_of_every_robot(name):
     ends = curve.pieces[0].control[0], curve.pieces[-1].control[-1]
     assert np.allclose(ends[0], 0)
     assert np.allclose(ends[1], forward(robot.chain, robot.rest)[-1, :3, 3])
-    solid = target_solid(Target("V_S", 0.5), robot, robot.rest)
+    solid = target_solid(Shell(0.5), robot, robot.rest)
     p = np.random.default_rng(0).uniform(-1.5, 1.5, (2000, 3))
     assert (solid(p) <= 0).any()
 

@@ -21,7 +21,7 @@ from place_rings.coverage.solids.base import (
 from place_rings.coverage.solids.closed_mesh import ClosedMesh
 from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.solids.spheres import Spheres, sphere
-from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.scene import CoreScene
 
@@ -34,7 +34,7 @@ from ..strategies.solids import (
     some_solids,
 )
 from ..strategies.units import GENERATORS, failures, uniform_directions
-from ..strategies.volumes import BOXES, CYLINDERS, VOLUMES
+from ..strategies.volumes import ANYWHERE, BOXES, CYLINDERS, VOLUMES
 from .test_octree import dense, lattice
 from .test_volume_fraction import shares
 
@@ -42,10 +42,8 @@ KINDS = {
     "cones, balls and tubes": some_solids(),
     "capsules": some_capsules(1, 4, 400, (50, 300)),
     "beams": some_beams(2, 2),
-    "boxes and cylinders": (BOXES | CYLINDERS).map(lambda v: v.solid(lambda *_: None)),
-    "volumes": VOLUMES.map(
-        lambda v: target_solid(Target("own", None, v), UR10, CoreScene.poses[0].q)
-    ),
+    "boxes and cylinders": (BOXES | CYLINDERS).map(lambda v: v.solid(ANYWHERE)),
+    "volumes": VOLUMES.map(lambda v: target_solid(v, UR10, CoreScene.poses[0].q)),
     "meshes": MESHES.map(
         lambda m: ClosedMesh(np.array(m.vertices, float), np.array(m.faces, np.int64))
     ),

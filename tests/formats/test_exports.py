@@ -30,7 +30,7 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.sensor_beams import MixedBeams
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.export import link_contacts
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.ring_bodies import ring_bodies
@@ -40,7 +40,7 @@ from place_rings.formats.sensors.sensor_frames import looking_along, looking_alo
 from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
@@ -224,7 +224,7 @@ def in_base(made: trimesh.Scene, name: str) -> trimesh.Trimesh:
 def test_a_glb_has_all_that_is_there(tmp_path):
     """All points seen or not, robot and beams by their size."""
     scene, setup = drawn(11, "iiwa14")
-    scene = replace(scene, goals=(Goal(Target("V_S", 0.5)),), obstacles=(BOX, FLOOR))
+    scene = replace(scene, goals=(Shell(0.5),), obstacles=(BOX, FLOOR))
     written(tmp_path, scene, setup, "glb", points=300)
     made = trimesh.load(io.BytesIO((tmp_path / "scene.glb").read_bytes()), file_type="glb")
     T_world_base = made.graph["base_link"][0]

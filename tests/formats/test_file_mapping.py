@@ -20,7 +20,8 @@ from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.boards import Board
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.coverage.targets import Shape, Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
+from place_rings.coverage.targets.posed_robot import Shape
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.schema.mapping import DEGREES, MappedModel, Of
 from place_rings.formats.schema.proposal_models import ProposalFile
@@ -33,7 +34,7 @@ from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose, Recorded
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -128,13 +129,8 @@ POSES = drawn(
     time_s=st.none() | SHARES,
     rate=st.none() | st.lists(angles(-90, 90), min_size=6, max_size=6).map(np.array),
 )
-GOALS = drawn(
-    Goal,
-    target=drawn(Target, name=st.just("V_S"), radius=numbers(0.6, 2))
-    | drawn(Target, name=st.just("V_OT")),
-    weight=LENGTHS,
-    at_least=numbers(0, 100).map(lambda percent: percent / 100),
-)
+_TERMS = {"weight": LENGTHS, "at_least_percent": numbers(0, 100)}
+GOALS = drawn(Shell, radius=numbers(0.6, 2), **_TERMS) | drawn(ReachAndToolSpheres, **_TERMS)
 LIMITS = drawn(
     Limits,
     position=pairs(SHARES),

@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.posed_robot import Shape, robot_curve
+from place_rings.coverage.targets.solid import target_solid
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.robot_fit import FittedLink, outlines
 from place_rings.formats.robots.urdf import read_urdf
@@ -247,9 +249,7 @@ def test_targets_of_drawn_chains(seed):
     curve = robot_curve(robot, q, Shape())
     assert np.allclose(curve.pieces[-1].control[-1], forward(chain, q)[-1, :3, 3])
     assert math.isfinite(curve.arc_length())
-    assert np.isfinite(
-        target_solid(Target("V_S", 0.4), robot, q)(rng.uniform(-1, 1, (50, 3)))
-    ).all()
+    assert np.isfinite(target_solid(Shell(0.4), robot, q)(rng.uniform(-1, 1, (50, 3)))).all()
 
 
 def test_a_missing_mesh_is_left_out_only_where_the_user_says_so(run, tmp_path):

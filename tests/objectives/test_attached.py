@@ -19,12 +19,12 @@ from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_cap
 from place_rings.coverage.robots.robot import Robot
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import Polyhedron, box, placed
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ProtectiveVolume, ReachSphere, Shell
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
 from place_rings.rig.sensing.expected import expected
@@ -36,7 +36,7 @@ from ..strategies.rings import LONGEST, ROBOT_NAMES, setups
 from ..strategies.solids import boxes, capsule, pointed_bodies
 from ..strategies.units import metres, points_mm
 
-NEAR = Target("V_S", 0.5)
+NEAR = Shell(0.5)
 TOOL = pr.attached("tool", centre=[0, 0.1, 0], size=[0.1, 0.2, 0.06])
 ANGLES = st.tuples(*[st.integers(-180, 180)] * LONGEST)
 LINKS = st.sampled_from(["tcp", "forearm", "upper_arm", "base"])
@@ -52,7 +52,7 @@ def attached(name: str, link: str, solid: Polyhedron | Capsules) -> Attached:
 
 def scene_of(robot: Robot, deg: tuple[int, ...], **fields: object) -> CoreScene:
     pose = Pose(np.radians(deg[: len(robot.chain)]))
-    return CoreScene(robot=robot, poses=(pose,), goals=(Goal(NEAR),), **fields)
+    return CoreScene(robot=robot, poses=(pose,), goals=(NEAR,), **fields)
 
 
 def link_pose(robot: Robot, link: str, q: np.ndarray) -> np.ndarray:
@@ -107,7 +107,7 @@ def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
     sides.append(box([1.8, 0, 0.2], [thick, wide, wide]))
     cell = tuple(Obstacle(f"side {i}", one) for i, one in enumerate(sides))
     lid = attached("lid", "tcp", placed(box([1.2, 0, 0.2], [thick, wide, wide]), to_tool))
-    deg, target = tuple(np.degrees(robot.rest)), Target("V_O", reachable=True)
+    deg, target = tuple(np.degrees(robot.rest)), ReachSphere(reachable=True)
     inside = np.array([[1.4, 0.0, 0.2]])
     for carrier, reached in ((robot, True), (robot.with_attached((lid,)), False)):
         scene = scene_of(carrier, deg, obstacles=cell)
@@ -246,8 +246,8 @@ def test_the_protective_volume_reaches_about_a_tool():
     T = link_pose(scene.core.robot, "tcp", q)
     beyond = (T[:3, :3] @ [0, 3.1, 0] + T[:3, 3])[None]
     bare = pr.Scene(targets=[pr.ProtectiveVolume()]).core
-    assert scene.core.solid(Target("V_P"), 0)(beyond)[0] <= 0
-    assert bare.solid(Target("V_P"), 0)(beyond)[0] > 0
+    assert scene.core.solid(ProtectiveVolume(), 0)(beyond)[0] <= 0
+    assert bare.solid(ProtectiveVolume(), 0)(beyond)[0] > 0
 
 
 FILE = """

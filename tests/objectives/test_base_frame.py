@@ -125,8 +125,11 @@ def test_python_and_target_files_turn_likewise(tmp_path):
     with refused("base", "pendant", error=pr.InputError):
         pr.Scene("panda", obstacles=wall, base="pendant")
     file = tmp_path / "door.toml"
-    file.write_text('base = "pendant"\nname = "door"\n[volume]\nkind = "sphere"\nradius = 0.2\n')
-    assert read_target(file).base == "pendant"
+    file.write_text(
+        'base = "pendant"\nname = "door"\n[volume]\nkind = "sphere"\nradius = 0.2\n'
+        "centre = [0.5, 0.2, 0.0]\n"
+    )
+    assert read_target(file, ROBOTS["ur5e"]) == pr.Sphere(0.2, (-0.5, -0.2, 0), name="door")
 
 
 def test_a_robot_of_another_maker_has_no_pendants_base(tmp_path):

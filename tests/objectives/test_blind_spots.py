@@ -15,8 +15,8 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BoxVolume
+from place_rings.coverage.targets.named import ReachSphere, Shell
+from place_rings.coverage.targets.own import Box
 from place_rings.coverage.voxels import inscribed_balls
 from place_rings.coverage.voxels.inscribed_balls import largest_balls
 from place_rings.coverage.voxels.octree import voxels
@@ -27,7 +27,7 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 
-VOXEL, NEAR = 0.04, Target("V_S", 0.5)
+VOXEL, NEAR = 0.04, Shell(0.5)
 
 
 def made(grid, corner, voxel=0.1):
@@ -77,7 +77,7 @@ def verifier():
     return Verifier(replace(paper_scene(), poses=poses, occlusion="shadow"), VOXEL, "centre")
 
 
-@pytest.mark.parametrize("target", [NEAR, Target("V_O")], ids=str)
+@pytest.mark.parametrize("target", [NEAR, ReachSphere()], ids=str)
 def test_what_is_unseen_adds_up_to_what_zeta_leaves(verifier, target):
     setup = named_setup("n2_16_55")
     counted = verifier.verify(setup, target)
@@ -147,7 +147,7 @@ def test_a_spot_of_two_poses_is_listed_once(verifier):
     bodies is no obstacle.
     """
     setup = named_setup("n1_8_0")
-    blind = blind_spots(verifier, setup, Target("V_O"), (0, 1), most=8)
+    blind = blind_spots(verifier, setup, ReachSphere(), (0, 1), most=8)
     assert blind.spots[0].poses == (0, 1)
     for a, b in itertools.combinations(blind.spots, 2):
         apart = np.linalg.norm(a.centre - b.centre)
@@ -158,7 +158,7 @@ def test_a_spot_of_two_poses_is_listed_once(verifier):
 
 
 def test_a_sheet_between_the_centres_of_voxels_has_the_blind_spots_that_are_counted():
-    sheet = Target("sheet", None, BoxVolume((1.0, 1.0, 0.8 * VOXEL), (1.2, 0.5, 15 * VOXEL)))
+    sheet = Box((1.0, 1.0, 0.8 * VOXEL), (1.2, 0.5, 15 * VOXEL), name="sheet")
     verifier, setup = Verifier(paper_scene(), VOXEL), named_setup("n1_8_0")
     counted = verifier.verify(setup, sheet)
     left = counted.target_voxels - counted.covered_voxels

@@ -12,11 +12,12 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BallVolume, BoxVolume
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.own import Box, Sphere
+from place_rings.coverage.targets.target import Target
 from place_rings.coverage.weight_field import WeightField
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle, paper_scene
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.objectives.verify import Verifier
 
 VOXEL = 0.04
@@ -42,7 +43,7 @@ def some_cell(kind, rng) -> tuple[CoreScene, Setup, Target]:
         np.radians(rng.uniform([-180, -120, 20, -150, -120, 0], [180, -40, 110, -60, -60, 1]))
     )
     scene = paper_scene(poses=(pose,), occlusion=str(rng.choice(["ignore", "shadow", "blind"])))
-    target = Target("V_S", float(rng.choice([0.3, 0.5])))
+    target = Shell(float(rng.choice([0.3, 0.5])))
     table = slab("table", (-1, -1, -0.5), (1, 1, at_half_voxels(rng, -0.1, 0.1)))
     if kind == "table":
         scene = replace(scene, obstacles=(table,))
@@ -61,14 +62,13 @@ def some_cell(kind, rng) -> tuple[CoreScene, Setup, Target]:
         setup = Setup(tuple(Ring(link, where, 8, sensor=sensor) for link in links))
         scene = paper_scene(sensor=sensor, poses=(UPRIGHT,))
     elif kind == "ball":
-        ball = BallVolume(
+        target = Sphere(
             rng.uniform(0.05, 0.2), tuple(at_half_voxels(rng, -0.5, 0.5, 3) + np.array([0, 0, 0.6]))
         )
-        target = Target("ball", None, ball)
     else:
         low = at_half_voxels(rng, -0.6, 0.1, 3) + np.array([0, 0, 0.3])
         size = at_half_voxels(rng, 0.08, 0.8, 3)
-        target = Target("box", None, BoxVolume(tuple(size), tuple(low + size / 2)))
+        target = Box(size, low + size / 2)
         if kind == "weights":
             weights = rng.integers(0, rng.choice([2, 5, 1000]), (4, 4, 4)) + (
                 rng.random((4, 4, 4)) < 0.1
@@ -76,7 +76,7 @@ def some_cell(kind, rng) -> tuple[CoreScene, Setup, Target]:
             weights.flat[0] += 1
             field = WeightField.of(weights.astype(float), low, size / 4)
             target = replace(target, importance=field)
-    return replace(scene, goals=(Goal(target),)), setup, target
+    return replace(scene, goals=(target,)), setup, target
 
 
 def outside(kind, seed) -> float | None:

@@ -14,15 +14,15 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BallVolume
+from place_rings.coverage.targets.named import Shell
+from place_rings.coverage.targets.own import Sphere
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.reach import beyond, beyond_sensors
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 
 from ..strategies.units import GENERATORS
 
@@ -32,7 +32,7 @@ SENSORS = [
     Sensor(math.radians(150), 0.3, shape="dome"),
     Sensor(math.radians(270), 0.7, shape="fan", thickness=0.02),
 ]
-TARGET = Target("V_S", 0.7)
+TARGET = Shell(0.7)
 
 
 def drawn_scene(rng, sensor, occlusion, real):
@@ -48,7 +48,7 @@ def drawn_scene(rng, sensor, occlusion, real):
     return CoreScene(
         robot=robot,
         poses=(Pose(q),),
-        goals=(Goal(TARGET),),
+        goals=(TARGET,),
         sensor=sensor,
         occlusion=occlusion,
         limits=dict.fromkeys(robot.links, limits) if rng.random() < 0.5 else {},
@@ -98,7 +98,7 @@ def test_no_point_that_a_layout_covers_is_beyond_any_sensor(rng, sensor, occlusi
 def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
     """Also under one of a millimetre, which no ball about an apex would stand for."""
     table = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.001]))
-    scene = CoreScene(goals=(Goal(TARGET),), obstacles=(table,))
+    scene = CoreScene(goals=(TARGET,), obstacles=(table,))
     points = scene.sample(TARGET, 0, 2000, 0)
     under, left = points[:, 2] < -0.05, beyond(scene, points, 0)
     assert left[under].mean() > 0.98
@@ -129,12 +129,10 @@ def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
 def test_every_pose_counts_among_many():
     """Poses that alternate between two, of which one reaches the target; in both orders."""
     there, away = (Pose(np.radians([turn, -20, 20, -90, -90, 0])) for turn in (180, 0))
-    ball = Target("ball", None, BallVolume(0.2, (1.8, 0.0, 0.5)))
+    ball = Sphere(0.2, (1.8, 0.0, 0.5), name="ball")
 
     def share(*poses):
-        scene = CoreScene(
-            poses=poses, goals=(Goal(ball),), occlusion="ignore", rules=Rules(mount="free")
-        )
+        scene = CoreScene(poses=poses, goals=(ball,), occlusion="ignore", rules=Rules(mount="free"))
         return beyond_sensors(scene, ball)
 
     mean = (share(there).share + share(away).share) / 2
@@ -150,7 +148,7 @@ def test_what_is_counted_is_never_above_what_is_said_to_be_possible():
     short, long = Sensor(math.radians(20), 0.15), Sensor(math.radians(60), 1.5)
     ring = Ring("forearm", 0.5, 8, sensor=long)
     single = MountedSensor("base", (0.0, 0.0, 1.2), (1.0, 0.0, -0.3), long)
-    scene = CoreScene(goals=(Goal(TARGET),), sensor=short, rules=Rules(mount="free"))
+    scene = CoreScene(goals=(TARGET,), sensor=short, rules=Rules(mount="free"))
     for setup in (Setup((ring,)), Setup((), (single,))):
         record = pr.verify(setup, scene, voxel=0.04).records[0]
         most = 100 * (1 - record.beyond.share + record.beyond.error)

@@ -28,13 +28,13 @@ from place_rings.coverage.rings.ring_kinematics import (
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
@@ -43,7 +43,7 @@ from place_rings.placement.space.design import Space
 from ..strategies.rings import poses, setups
 from ..support.searching import search
 
-NEAR = Target("V_S", 0.5)
+NEAR = Shell(0.5)
 ERRORS = MountingErrors()
 
 
@@ -54,7 +54,7 @@ def verifier():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return Verifier(paper_scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
+    return Verifier(paper_scene(poses=poses, goals=(NEAR,)), 0.05)
 
 
 SETUPS = setups(most_sensors=4)
@@ -143,7 +143,7 @@ def test_errors_are_common_seeded_and_within_their_limits(seed, law):
 
 def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     """Weights that sum to one but for rounding."""
-    goals = tuple(Goal(Target("V_S", r), w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
+    goals = tuple(Shell(r, weight=w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
     scene = paper_scene(goals=goals, sensor=Sensor(math.radians(175), 1.5))
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
@@ -236,7 +236,7 @@ def test_a_search_is_judged_by_its_own_aim(one_pose):
 
 
 def test_floors_are_of_what_is_aimed_at(one_pose):
-    floor = replace(one_pose.scene, goals=(Goal(NEAR, at_least=0.5),))
+    floor = replace(one_pose.scene, goals=(replace(NEAR, at_least_percent=50),))
     setup, verifier = named_setup("n2_16_55"), Verifier(floor, 0.05)
     for aim in (Criterion(), Criterion(2), Criterion(3)):
         short, value = judge(verifier, setup, aim)

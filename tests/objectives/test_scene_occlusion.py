@@ -13,7 +13,7 @@ import trimesh
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
@@ -31,7 +31,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_occlusion
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
-NEAR = Target("V_S", 0.5)
+NEAR = Shell(0.5)
 TABLE = Obstacle(
     "table",
     box((0.6, 0, 0.2), (0.8, 1.2, 0.05)),
@@ -160,7 +160,7 @@ def test_the_papers_world_is_one_option(run, tmp_path):
     """``--paper`` puts the named rings where the paper has them, but moves none of a proposal."""
     words = ("--target", "V_S:0.5", "--voxel", 0.1, "--json")
     code, out, _ = run("verify", "n2_16_25", "--paper", *words)
-    counted = Verifier(paper_scene(), 0.1).verify(named_setup("n2_16_25"), Target("V_S", 0.5))
+    counted = Verifier(paper_scene(), 0.1).verify(named_setup("n2_16_25"), Shell(0.5))
     assert (code, json.loads(out)["covered_voxels"]) == (0, counted.covered_voxels)
     mine = layout_in(CoreScene(), "n2_16_25")
     (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, CoreScene())))
@@ -174,7 +174,7 @@ def test_the_papers_world_is_one_option(run, tmp_path):
     assert run("cones", "mine.toml", "--paper")[0] == 2
     (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, paper_scene())))
     code, out, _ = run("verify", "mine.toml", "--paper", *words)
-    again = Verifier(paper_scene(), 0.1).verify(mine, Target("V_S", 0.5))
+    again = Verifier(paper_scene(), 0.1).verify(mine, Shell(0.5))
     assert (code, json.loads(out)["covered_voxels"]) == (0, again.covered_voxels)
 
 

@@ -18,14 +18,14 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.target_voxels import target_voxels
@@ -101,7 +101,7 @@ def test_a_single_sensor_stands_where_its_frame_says(one, facing, roll):
 
 
 CAMERA = MountedSensor("base", (0.4, 0.0, 1.8), (0, 0, -1), SQUARE, (0, 1, 0), "camera")
-TARGET = Target("V_S", 0.5)
+TARGET = Shell(0.5)
 
 
 @pytest.mark.parametrize("occlusion", MODELS)
@@ -172,7 +172,7 @@ LAMP = MountedSensor(
 )
 HELD = Ring("forearm", 0.5, 4)
 SCENE = CoreScene(
-    goals=(Goal(TARGET),),
+    goals=(TARGET,),
     occlusion="ignore",
     rules=Rules(mount="free", fixed=(HELD,), fixed_sensors=(SKIN,)),
     cell_sensors=(LAMP,),

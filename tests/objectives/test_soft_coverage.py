@@ -16,14 +16,14 @@ from place_rings.coverage.rings.ring_kinematics import ring_arrays, sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.soft.estimator import SHARP
 from place_rings.coverage.solids.polyhedra import hull
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachSphere, Shell
 from place_rings.objectives import soft_coverage
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.floors import TEMPERATURE, floors, worth
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle
+from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 
@@ -53,7 +53,7 @@ def scene_of(number: int, **fields) -> CoreScene:
     given = {
         "robot": robot.with_attached((tool,)) if fields.get("occlusion") != "ignore" else robot,
         "poses": (Pose(poses[0], 1.0), Pose(poses[1], 3.0)),
-        "goals": (Goal(Target("V_S", 0.5), 2.0), Goal(Target("V_O"))),
+        "goals": (Shell(0.5, weight=2.0), ReachSphere()),
         "obstacles": (Obstacle("corner", hull(place)),),
         "cell_sensors": (eye,),
         "rules": FREE,
@@ -158,7 +158,7 @@ def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) ->
     return float(worth(goals, scene.goal_weights, floors(scene)))
 
 
-FLOORS = (Goal(Target("V_S", 0.5), 2.0, 0.3), Goal(Target("V_O"), 1.0, 0.6))
+FLOORS = (Shell(0.5, weight=2.0, at_least_percent=30), ReachSphere(at_least_percent=60))
 CASES = {
     "floors": (Criterion(), {"occlusion": "ignore", "obstacles": (), "goals": FLOORS}),
     "seen by two, an obstacle": (Criterion(seen=2), {"occlusion": "ignore"}),
@@ -246,7 +246,7 @@ THREE_NEEDLES = st.lists(NEEDLES, min_size=3, max_size=3)
 @pytest.fixture(scope="module")
 def bare() -> tuple[CoreScene, SoftCoverage, np.ndarray]:
     """A scene in which nothing occludes, its soft coverage, and the points of two poses."""
-    scene = scene_of(1, **BARE, goals=(Goal(Target("V_S", 0.5)),))
+    scene = scene_of(1, **BARE, goals=(Shell(0.5),))
     points = np.random.default_rng(0).uniform(-0.8, 0.8, (2, 1000, 3))
     return scene, SoftCoverage(scene, [(0, 0), (0, 1)], list(points)), points
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
 from place_rings.objectives import verify_targets as module
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import paper_scene
@@ -21,22 +21,22 @@ from ..support import drawing
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
     with pytest.raises(TooFineError):
-        Verifier(paper_scene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
+        Verifier(paper_scene(), 1e-5).verify(named_setup("n1_8_0"), Shell(0.5))
 
 
 def test_mean_over_poses_is_weighted():
     poses = Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0), Pose(np.full(6, -0.9), 1.0)
     scene, setup = paper_scene(poses=poses), named_setup("n2_16_25")
-    verified = Verifier(scene, 0.1).verify(setup, Target("V_O"))
+    verified = Verifier(scene, 0.1).verify(setup, ReachSphere())
     assert [p.weight for p in verified.poses] == pytest.approx([2 / 3, 1 / 3])
     mean = 2 / 3 * verified.poses[0].zeta + 1 / 3 * verified.poses[1].zeta
     assert verified.zeta == pytest.approx(mean)
-    certified = Verifier(scene, 0.1, "certified").verify(setup, Target("V_O"))
+    certified = Verifier(scene, 0.1, "certified").verify(setup, ReachSphere())
     assert certified.low < verified.zeta < certified.high
     assert certified.target_voxels is None
 
 
-TARGETS = (Target("V_S", 0.5), Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 1.5))
+TARGETS = (Shell(0.5), ReachSphere(), ToolSphere(), ReachAndToolSpheres(), Shell(1.5))
 
 
 @pytest.mark.slow
@@ -69,4 +69,4 @@ def test_a_descent_counts_at_most_so_many_targets(monkeypatch, most, descents):
 def test_an_empty_target_among_others_is_refused():
     setup = drawing.setup(np.random.default_rng(0))
     with pytest.raises(ValueError, match=r"V_S\(0.1501\)"):
-        verify_targets(Verifier(paper_scene(), 1.0), setup, (Target("V_O"), Target("V_S", 0.1501)))
+        verify_targets(Verifier(paper_scene(), 1.0), setup, (ReachSphere(), Shell(0.1501)))

@@ -9,22 +9,23 @@ import place_rings as pr
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BoxVolume, CombinedVolume, NamedVolume
+from place_rings.coverage.targets.combined import IntersectionOf
+from place_rings.coverage.targets.named import Shell, ToolSphere
+from place_rings.coverage.targets.own import Box
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import voxels
 from place_rings.coverage.voxels.sample_points import samples_of
 from place_rings.coverage.voxels.weighted_voxels import important
-from place_rings.coverage.weight_field import LEVELS, WeightField
+from place_rings.coverage.weight_field import LEVELS, WeightField, weights_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene, read_target
-from place_rings.formats.schema.importance_models import ImportanceModel, weights_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier
@@ -35,6 +36,7 @@ from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places
 
 from ..strategies.units import GENERATORS, failures
+from ..strategies.volumes import ANYWHERE
 from ..support.searching import search
 
 SETUP = named_setup("n2_16_25")
@@ -60,13 +62,11 @@ FIELDS = st.builds(
 
 
 def scene_of(*targets):
-    return CoreScene(
-        goals=tuple(Goal(t) for t in targets), occlusion="ignore", rules=Rules(mount="free")
-    )
+    return CoreScene(goals=tuple(t for t in targets), occlusion="ignore", rules=Rules(mount="free"))
 
 
 def near(field):
-    return Target("V_S", 0.5, importance=field)
+    return Shell(0.5, importance=field)
 
 
 def samples(scene, target, voxel):
@@ -114,15 +114,14 @@ def test_count_by_regions_is_the_same():
 
 
 def test_a_constant_field_is_no_field():
-    scene = scene_of(Target("V_S", 0.5))
+    scene = scene_of(Shell(0.5))
     for field in (
         WeightField.of(np.ones((1, 1, 1)), (0, 0, 0), (1, 1, 1), 1.0),
         WeightField.of(np.full((3, 4, 5), 0.7), (-2, -2, -2), (2, 1, 1)),
     ):
         for rule in ("centre", "touch"):
             plain, same = (
-                Verifier(scene, 0.04, rule).verify(SETUP, t)
-                for t in (Target("V_S", 0.5), near(field))
+                Verifier(scene, 0.04, rule).verify(SETUP, t) for t in (Shell(0.5), near(field))
             )
             assert (same.zeta, same.target_voxels, same.covered_voxels) == (
                 plain.zeta,
@@ -138,8 +137,8 @@ def test_a_field_of_0_and_1_cuts_the_target(corner, cells):
     low = np.array(corner) * 0.1
     size = np.array(cells) * 0.1
     field = WeightField.of(np.ones(cells), low, (0.1, 0.1, 0.1))
-    box = BoxVolume(tuple(size), tuple(low + size / 2))
-    cut = Target("cut", None, CombinedVolume("intersection", (NamedVolume("V_S", 0.5), box)))
+    box = Box(size, low + size / 2)
+    cut = IntersectionOf((Shell(0.5), box), name="cut")
     scene = scene_of(cut, near(field))
     if len(voxels(scene.solid(cut, 0), 0.05)) == 0:
         with pytest.raises(ValueError, match=r"V_S\(0.5\)"):
@@ -172,9 +171,7 @@ def test_certified_weight_of_a_box_is_the_closed_form():
     covers 0.5 + 2 + 1.5 of 6.
     """
     field = WeightField.of(np.array([1.0, 2, 3]).reshape(3, 1, 1), (5, 0, 0), (1, 1, 1))
-    whole, part = (
-        BoxVolume((w, 1.0, 1.0), (6.5, 0.5, 0.5)).solid(lambda *_: None) for w in (3.0, 2.0)
-    )
+    whole, part = (Box((w, 1.0, 1.0), (6.5, 0.5, 0.5)).solid(ANYWHERE) for w in (3.0, 2.0))
     found = bracket(whole, part, 0.01, weights=field)
     true = 4 / 6
     assert found.low <= true <= found.high
@@ -234,7 +231,7 @@ def test_k_coverage_and_losses_are_weighted():
 
 def test_weighted_targets_count_among_others():
     field = WeightField.of(np.random.default_rng(1).random((3, 3, 3)), (-1, -1, 0), (0.7, 0.7, 0.7))
-    scene = scene_of(near(field), Target("V_S", 0.5), Target("V_T"))
+    scene = scene_of(near(field), Shell(0.5), ToolSphere())
     verifier, targets = Verifier(scene, VOXEL), [g.target for g in scene.goals]
     together = verify_targets(verifier, SETUP, targets)
     assert [v.zeta for v in together] == [verifier.verify(SETUP, t).zeta for t in targets]
@@ -254,8 +251,8 @@ def test_points_of_the_rod_follow_the_weights():
 @settings(max_examples=10)
 @given(FIELDS)
 def test_there_and_back_through_files(field):
-    model = ImportanceModel.of_field(field)
-    back = ImportanceModel.model_validate(model.model_dump()).field()
+    codec = adapter(WeightField)
+    back = codec.validate_python(codec.dump_python(field, mode="json"))
     assert np.array_equal(back.level, field.level)
     assert (back.outside, back.origin, back.cell) == (field.outside, field.origin, field.cell)
     scene = SceneModel.from_domain(scene_of(near(field))).to_domain()
@@ -366,7 +363,7 @@ def test_a_search_covers_where_the_weight_is():
     """All weight on one side: the layout found for it covers more of it than the one found for the
     whole."""
     field = WeightField.of(np.ones((1, 1, 1)), (0.2, -2, -2), (2, 4, 6))
-    whole, side = scene_of(Target("V_S", 0.5)), scene_of(near(field))
+    whole, side = scene_of(Shell(0.5)), scene_of(near(field))
     rounds = Round(512, 4, 1, 8, 0.2, 8, 1), Round(1024, 2, 2, 8, 0.05, 6, 3)
     found = [search(s, Space(s, sensors=12), schedule=rounds, voxel=0.05) for s in (whole, side)]
     verifier = Verifier(side, 0.05)

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.feasibility.mounting import meeting
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal
+from place_rings.objectives.scene import CoreScene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
 from place_rings.placement.search.schedule import Round
@@ -37,7 +37,7 @@ def folded(seed):
     scene = CoreScene(
         robot=robot,
         poses=tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in bends),
-        goals=(Goal(Target("V_S", 0.3)),),
+        goals=(Shell(0.3),),
     )
     links, counts = ("upper_arm", "forearm"), rng.integers(4, 9, 2).tolist()
     rings = [Ring(link, 0.5, n) for link, n in zip(links, counts, strict=True)]
@@ -134,9 +134,7 @@ def test_balls_that_are_apart_hold_rings_that_are(sensors, seed):
 def test_a_search_whose_rings_may_all_collide_beats_random_layouts_by_far():
     robot = ROBOTS["ur3"]
     pose = Pose(np.radians([0.0, -60.0, 130.0, -90.0, -90.0, 0.0]))
-    scene = CoreScene(
-        robot=robot, poses=(pose,), goals=(Goal(Target("V_S", 0.3)),), ring_radius=0.09
-    )
+    scene = CoreScene(robot=robot, poses=(pose,), goals=(Shell(0.3),), ring_radius=0.09)
     space = Space(scene, sensors=24)
     found = search(space, voxel=0.05)
     assert faults(scene, found.setup.rings) == []

@@ -17,13 +17,13 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange, TrialReach
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
@@ -44,13 +44,13 @@ from place_rings.placement.stop_token import StopToken
 from ..strategies.units import GENERATORS
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
-PLAIN = paper_scene(poses=(Pose(Q),), goals=(Goal(Target("V_S", 1.0)),))
+PLAIN = paper_scene(poses=(Pose(Q),), goals=(Shell(1.0),))
 TWO = paper_scene(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
-    goals=(Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_OT"), 0.3)),
+    goals=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
 FIXED = replace(PLAIN, rules=Rules(fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)))
-REAL = CoreScene(poses=(Pose(Q),), goals=(Goal(Target("V_S", 1.0)),))
+REAL = CoreScene(poses=(Pose(Q),), goals=(Shell(1.0),))
 SCENES = {"plain": PLAIN, "two goals": TWO, "fixed rings": FIXED, "real mounts": REAL}
 KINDS = ["free", "six rings", "equal"]
 NEVER = StopToken(math.inf)
@@ -243,7 +243,7 @@ def test_a_stop_ends_the_tests_of_a_library():
     assert not faults(REAL, space.setup(library.candidate(best.chosen)).rings)
 
 
-TARGETS = {"near": Target("V_S", 0.5), "far": Target("V_S", 1.5), "tool": Target("V_OT")}
+TARGETS = {"near": Shell(0.5), "far": Shell(1.5), "tool": ReachAndToolSpheres()}
 
 
 AIMS = {
@@ -259,7 +259,7 @@ AIMS = {
 def fields(name, aim=None, **options):
     """Return fields of a scene in which the robot hides points: of 48 sensors in any rings, or with
     a criterion of given rings."""
-    scene = CoreScene(goals=(Goal(TARGETS[name]),), **options)
+    scene = CoreScene(goals=(TARGETS[name],), **options)
     criterion = AIMS[aim or "mean"]
     space = Space(scene, ring_layout(scene, 2, 8)) if aim else Space(scene, sensors=48)
     return Fields(space, TargetPoints(scene, 256, 0, criterion.mountings), criterion)

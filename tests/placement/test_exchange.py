@@ -28,7 +28,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
@@ -36,7 +36,7 @@ from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, Obstacle, paper_scene
+from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange, TrialReach, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
@@ -52,13 +52,13 @@ from ..strategies.units import GENERATORS, uniform_directions
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 TWO = paper_scene(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
-    goals=(Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_OT"), 0.3)),
+    goals=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
 FIXED = replace(
     TWO,
     rules=Rules(spacing=0.1, fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)),
 )
-FLOOR = replace(TWO, goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_OT"), 0.0, 0.3)))
+FLOOR = replace(TWO, goals=(Shell(0.5), ReachAndToolSpheres(weight=0.0, at_least_percent=30)))
 MEAN = criterion_by_counts(TWO, Criterion())
 SHARED = replace(TWO, rules=Rules(shared_tilt=True))
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
 from place_rings.placement.search.context import SearchContext
@@ -23,7 +23,7 @@ from place_rings.simulation.pick_and_place import pick_and_place
 from ..support.searching import search
 
 SHORT = (Round(512, 4, 1, 8, 0.2, 8),)
-GOALS = (Goal(Target("V_S", 0.4), 0.7), Goal(Target("V_S", 0.6), 0.3))
+GOALS = (Shell(0.4, weight=0.7), Shell(0.6, weight=0.3))
 
 
 def scene_of(poses, **kwargs):
@@ -75,7 +75,7 @@ def test_a_search_counts_all_poses_in_the_end(how):
         tell=lambda p: told.append(vars(p).copy()),
     )
     (verified,) = found.verified
-    again = verifier.verify(found.setup, Target("V_S", 0.5))
+    again = verifier.verify(found.setup, Shell(0.5))
     assert (verified.zeta, verified.poses) == (again.zeta, again.poses)
     assert found.exact == (verified.zeta if how == "mean" else min(p.zeta for p in verified.poses))
     assert found.voxel == 0.1

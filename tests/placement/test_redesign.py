@@ -12,13 +12,13 @@ from hypothesis import assume, given
 from place_rings._change_text import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
@@ -218,7 +218,7 @@ def test_every_change_has_an_instruction(seed):
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 16, 3),), 1024, 2)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
-FAR = paper_scene(goals=(Goal(Target("V_S", 1.5)),))
+FAR = paper_scene(goals=(Shell(1.5),))
 
 
 @pytest.fixture(scope="module")
@@ -267,7 +267,7 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     """
     fixed = Ring("upper_arm", 0.5, 8, 0.3)
     scene = paper_scene(
-        goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.2), 0.0, 0.12)),
+        goals=(Shell(0.5), Shell(1.2, weight=0.0, at_least_percent=12)),
         limits={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
         rules=Rules(spacing=0.06, sensors=(3, 12), max_rings_per_link=3, fixed=(fixed,)),
     )

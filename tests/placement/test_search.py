@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Near, Shell
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import global_stage
 from place_rings.placement.search.exchange import Exchange
@@ -27,7 +27,7 @@ from place_rings.placement.space.starts import fresh
 from ..support.searching import search
 
 SHORT = (Round(1024, 4, 1, 8, 0.2, 8, 1), Round(2048, 2, 1, 8, 0.05))
-NEAR_AND_FAR = (Goal(Target("V_N", 0.4), 0.7), Goal(Target("V_S", 1.2), 0.3))
+NEAR_AND_FAR = (Near(0.4, weight=0.7), Shell(1.2, weight=0.3))
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +112,7 @@ def test_a_time_cap_still_gives_an_answer(scene):
 
 
 def test_a_time_cap_in_the_first_round_still_gives_an_answer():
-    scene = paper_scene(goals=(Goal(Target("V_S", 0.5)),))
+    scene = paper_scene(goals=(Shell(0.5),))
     capped = search(Space(scene, sensors=24), cap=1e-6, voxel=0.05)
     assert capped.outcome is Outcome.TIME
     assert capped.sampled == pytest.approx(capped.exact, abs=0.02)
@@ -196,8 +196,8 @@ def test_ctrl_c_keeps_what_was_found(scene, monkeypatch, module, name):
 
 
 def test_a_missed_floor_is_no_share_of_points():
-    far = Goal(Target("V_S", 1.5), 0.5, at_least=0.99)
-    scene, told = paper_scene(goals=(Goal(Target("V_S", 0.5), 0.5), far)), []
+    far = Shell(1.5, weight=0.5, at_least_percent=99)
+    scene, told = paper_scene(goals=(Shell(0.5, weight=0.5), far)), []
     space = Space(scene, ring_layout(scene, 1, 8))
     found = search(space, schedule=SHORT, voxel=0.1, tell=lambda p: told.append((p.best, p.setup)))
     assert found.short > 0
@@ -241,8 +241,8 @@ def test_an_interrupt_while_points_are_evaluated_keeps_what_came_before(scene, m
 
 def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
-    far = Target("V_S", 1.5)
-    scene = paper_scene(goals=(Goal(Target("V_S", 0.5)), Goal(far, 0.0, 0.35)))
+    far = Shell(1.5)
+    scene = paper_scene(goals=(Shell(0.5), replace(far, weight=0.0, at_least_percent=35)))
     rounds = *SHORT, Round(16384, 2, 2, 8, 0.02)
     found = search(Space(scene, ring_layout(scene, 2, 16)), schedule=rounds, voxel=0.05)
     assert found.short == 0

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from place_rings.cli.runs import place
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import exchange_points
@@ -34,7 +34,7 @@ from place_rings.placement.space.feasible_set import InfeasibleError
 from ..support.searching import fewest_rings, fewest_sensors, questioned, search
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
-SCENE = paper_scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))
+SCENE = paper_scene(goals=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
 LARGE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
 FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 

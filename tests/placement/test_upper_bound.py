@@ -21,14 +21,14 @@ from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import BoxVolume
+from place_rings.coverage.targets.named import ReachSphere, Shell, ToolSphere
+from place_rings.coverage.targets.own import Box
 from place_rings.coverage.weight_field import WeightField
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.reach import beyond_sensors
-from place_rings.objectives.scene import Goal, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.bound.blurred_beam import STEEPEST, BlurredBeam, Profile
 from place_rings.placement.bound.families import Budget, families
@@ -49,7 +49,7 @@ from ..support.searching import search
 
 pytestmark = pytest.mark.slow
 
-NEAR = paper_scene(goals=(Goal(Target("V_S", 0.5)),))
+NEAR = paper_scene(goals=(Shell(0.5),))
 
 
 def beam_share(sensor, along, away, sigma, seed, count=40_000):
@@ -281,7 +281,7 @@ NARROW = replace(
 def only(link, target):
     """A scene whose rings sit on one link."""
     limits = {other: NOWHERE for other in NEAR.robot.links if other != link}
-    return paper_scene(goals=(Goal(target),), limits=limits)
+    return paper_scene(goals=(target,), limits=limits)
 
 
 def drawn(space, seed):
@@ -293,9 +293,9 @@ def drawn(space, seed):
 @pytest.mark.parametrize(
     ("link", "target", "sensors", "seed"),  # of rough, smooth and constant prices
     [
-        ("forearm", Target("V_S", 0.5), 9, 0),
-        ("upper_arm", Target("V_S", 1.0), 20, 1),
-        ("tool", Target("V_T"), 3, 2),
+        ("forearm", Shell(0.5), 9, 0),
+        ("upper_arm", Shell(1.0), 20, 1),
+        ("tool", ToolSphere(), 3, 2),
     ],
 )
 def test_no_drawn_layout_exceeds_the_bound_of_any_prices(link, target, sensors, seed):
@@ -345,7 +345,7 @@ def test_two_sensors_come_close_to_their_bound(radius, close, seen):
     """All pairs of sensors of a fine grid on parts of two links."""
     narrow = Limits(position=(0.4, 0.6), tilt=(0.5, 1.0))
     scene = paper_scene(
-        goals=(Goal(Target("V_S", radius)),),
+        goals=(Shell(radius),),
         rules=Rules(sensors=(1, 2), mount="free"),
         limits={"upper_arm": narrow, "forearm": narrow, "tool": Limits(keep_out=((0, 1),))},
     )
@@ -385,7 +385,7 @@ def test_several_poses_targets_and_sensors_have_bounds():
     scene = replace(
         NARROW,
         poses=(NEAR.poses[0], Pose(np.radians([20.0, -60, 80, -100, -90, 0]), 2.0)),
-        goals=(Goal(Target("V_S", 0.5), 2.0), Goal(Target("V_O"))),
+        goals=(Shell(0.5, weight=2.0), ReachSphere()),
     )
     space, volume = Space(scene, sensors=12), replace(QUICK, steps=0)
     setup, verifier = drawn(space, 3), Verifier(scene, 0.05)
@@ -410,11 +410,11 @@ def test_no_bound_is_stated_where_voxels_do_not_give_the_volume():
     weights = np.zeros((2, 1, 1))
     weights[0], weights[1] = 0.2, 1.0
     field = WeightField.of(weights, (-2.0, -2.0, -1.0), (2.0, 4.0, 4.0))
-    own = Target("box", volume=BoxVolume((2.0102, 2.0102, 2.0102)))
+    own = Box((2.0102, 2.0102, 2.0102))
     table = Obstacle("table", box([0.9, 0.0, -0.1], [0.5, 1.0, 0.2]))
     for scene in (
-        paper_scene(goals=(Goal(Target("V_S", 0.5, importance=field)),)),
-        paper_scene(goals=(Goal(own),)),
+        paper_scene(goals=(Shell(0.5, importance=field),)),
+        paper_scene(goals=(own,)),
         replace(NEAR, obstacles=(table,)),
     ):
         assert upper_bound(scene, Space(scene, sensors=12), effort=QUICK) is None
@@ -448,14 +448,14 @@ def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeyp
     monkeypatch.setattr(searching, "search", None)
     solid = Obstacle("box", box([0.0, 0.0, 0.1], [0.05, 0.05, 0.05]))
     attached = replace(UR10, attached=(Attached("box", "tcp", solid.body),))
-    goal = Target("V_S", 0.5)
+    goal = Shell(0.5)
     field = WeightField.of(np.ones((2, 1, 1)), (-2.0, -2.0, -1.0), (2.0, 4.0, 4.0))
     scene = {
         "errors": NEAR,
         "obstacle": replace(NEAR, obstacles=(solid,)),
         "attached": replace(NEAR, robot=attached),
-        "own": paper_scene(goals=(Goal(Target("box", volume=BoxVolume((1.0, 1.0, 1.0)))),)),
-        "weights": paper_scene(goals=(Goal(replace(goal, importance=field)),)),
+        "own": paper_scene(goals=(Box((1.0, 1.0, 1.0)),)),
+        "weights": paper_scene(goals=(replace(goal, importance=field),)),
     }[kind]
     for budget in ({}, {"sensors": 12}, {"rings": 2}, {"reach": 20.0}):
         with pytest.raises(pr.InputError) as refused:
@@ -468,13 +468,13 @@ def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeyp
 def test_no_layout_covers_more_than_is_within_reach(seed):
     rng = np.random.default_rng(seed)
     sensor = Sensor(math.radians(rng.uniform(20, 150)), float(rng.uniform(0.1, 0.6)))
-    target = Target("V_S", float(rng.uniform(0.3, 1.5)))
+    target = Shell(float(rng.uniform(0.3, 1.5)))
     rings = tuple(
         Ring(link, float(rng.uniform()), 24, float(rng.uniform(-1, 1)), sensor=sensor)
         for link in ("upper_arm", "forearm", "tool")
         for _ in range(4)
     )
-    scene = paper_scene(sensor=sensor, goals=(Goal(target),))
+    scene = paper_scene(sensor=sensor, goals=(target,))
     beyond = beyond_sensors(scene, target)
     zeta = Verifier(scene, 0.05).verify(Setup(rings), target).zeta
     assert zeta <= 1 - beyond.share + 2 * beyond.error + 0.01  # voxels of 5 cm
@@ -488,14 +488,14 @@ def test_the_farthest_point_of_a_beam_is_its_corner():
 
 
 def test_a_target_beyond_reach_is_said_and_others_are_not():
-    usual = [Target("V_S", 0.3), Target("V_S", 0.5)]
-    assert reach_lines(paper_scene(goals=tuple(Goal(t) for t in usual))) == []
-    (line,) = reach_lines(paper_scene(goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 3.0)))))
+    usual = [Shell(0.3), Shell(0.5)]
+    assert reach_lines(paper_scene(goals=tuple(t for t in usual))) == []
+    (line,) = reach_lines(paper_scene(goals=(Shell(0.5), Shell(3.0))))
     assert "V_S(3)" in line
     short = paper_scene(sensor=Sensor(range_m=0.05))
     (line,) = reach_lines(short)
     assert "V_S(0.5)" in line
     fixed = Rules(fixed=(Ring("forearm", 0.5, 8, sensor=Sensor(range_m=3.0)),))
     more = paper_scene(sensor=Sensor(range_m=0.05), rules=fixed)
-    alone, beside = (beyond_sensors(s, Target("V_S", 0.5)).share for s in (short, more))
+    alone, beside = (beyond_sensors(s, Shell(0.5)).share for s in (short, more))
     assert beside < alone - 0.01

@@ -13,12 +13,12 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
 from place_rings.formats.fingerprints import scene_sha256
 from place_rings.formats.firmware.cabling import cable_run, crossings
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import pdf
 from place_rings.reporting.pages import html
@@ -28,7 +28,7 @@ from place_rings.reporting.setup_report.requirements import decide
 
 from ..support.browser import CHROMIUM
 
-NEAR = Target("V_S", 0.5)
+NEAR = Shell(0.5)
 
 
 @given(st.sampled_from(sorted(ROBOTS)), st.integers(0, 2**32 - 1))
@@ -78,13 +78,13 @@ def proof():
 @pytest.mark.parametrize("margin", [-0.2, 0.2])
 def test_a_requirement_is_decided_by_proof(proof, margin):
     required = (proof.high if margin > 0 else proof.low) + margin / 100
-    scene = paper_scene(goals=(Goal(NEAR, at_least=required),))
+    scene = paper_scene(goals=(replace(NEAR, at_least_percent=100 * required),))
     (one,) = decide(scene, named_setup("n1_8_0"))
     assert one.passes == (margin < 0)
     assert one.low <= 100 * proof.high
     assert one.high >= 100 * proof.low
     assert f"{100 * required:g} %" in one.sentence
-    assert decide(paper_scene(goals=(Goal(NEAR),)), named_setup("n1_8_0")) == []
+    assert decide(paper_scene(goals=(NEAR,)), named_setup("n1_8_0")) == []
 
 
 def test_printed_parts_are_counted():

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 
 from ..support.rooms import ROOT
 
@@ -28,7 +28,7 @@ with pytest.MonkeyPatch.context() as path:
     import search_run
 
 SCENE = paper_scene(
-    goals=(Goal(Target("V_S", 0.5), 0.6), Goal(Target("V_S", 1.2), 0.4)),
+    goals=(Shell(0.5, weight=0.6), Shell(1.2, weight=0.4)),
     limits={"forearm": Limits((0.2, 0.7), (-0.5, 0.4))},
     rules=Rules(spacing=0.0),
 )

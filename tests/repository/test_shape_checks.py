@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jaxtyping import Float, Int
 from place_rings.coverage.solids.spheres import sphere
-from place_rings.coverage.volumes import within
+from place_rings.coverage.targets.own import within
 
 from ..support import shape_checks
 from ..support.shape_checks import _jaxtyped, check_once

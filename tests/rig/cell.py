@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
-from place_rings.objectives.scene import Goal, paper_scene
+from place_rings.objectives.scene import paper_scene
 
 FLOOR, TABLE, BOX = obstacles_of(
     [
@@ -17,6 +17,6 @@ FLOOR, TABLE, BOX = obstacles_of(
     ]
 )
 SCENE = paper_scene(obstacles=(FLOOR, TABLE, BOX))
-SHELLS = replace(SCENE, goals=(Goal(Target("V_S", 0.25)), Goal(Target("V_S", 0.2))))
+SHELLS = replace(SCENE, goals=(Shell(0.25), Shell(0.2)))
 SQUARE = Sensor(np.radians(45), 1.5, None, np.radians(30))
 SETUP = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 6, 0.0, 0.0, 0.08)))

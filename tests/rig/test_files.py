@@ -18,12 +18,11 @@ from mcap.writer import CompressionType
 from place_rings.cli.runs import check, check_summary
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Goal
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.models import CheckResult
@@ -550,7 +549,7 @@ def test_a_seven_axis_arm_is_checked_by_where_it_stood(tmp_path):
     """
     panda = robot("panda")
     pose = Pose(np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.0, 0.8]))
-    scene = replace(SCENE, robot=panda, poses=(pose,), goals=(Goal(Target("V_S", 0.25)),))
+    scene = replace(SCENE, robot=panda, poses=(pose,), goals=(Shell(0.25),))
     setup = Setup((Ring("forearm", 0.5, 8, 0.4, 0.0, 0.09),))
     mounted = Setup((replace(setup.rings[0], tilt=0.4 + np.radians(3)),))
     world, rng, told = World(scene, mounted), np.random.default_rng(0), []

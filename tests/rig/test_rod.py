@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.model_reader import read_model
 from place_rings.objectives.scene import paper_scene
 from place_rings.rig.check.plan_files import RodPlanFile, rod_plan_of, write_rod_plan
@@ -28,7 +28,7 @@ from ..support.drawing import seeds
 from ..support.refusals import refused
 from .cell import SCENE, SETUP
 
-TARGET, QUIET = Target("V_S", 0.5), Noise(0.0, 0.0, 0.0, 0.0)
+TARGET, QUIET = Shell(0.5), Noise(0.0, 0.0, 0.0, 0.0)
 Q = SCENE.poses[0].q
 
 
@@ -96,7 +96,7 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
 @given(radius=st.floats(0.2, 0.4), half=st.integers(2, 20), seed=seeds)
 def test_trials_stand_on_both_sides_of_the_edge_of_coverage(radius, half, seed):
     """In a target, and where it lacks places of a prediction, near the edge beyond it."""
-    target, rod = Target("V_S", radius), Rod(0.035, 0.1)
+    target, rod = Shell(radius), Rod(0.035, 0.1)
     where = places(SCENE, target, rod, 0.08)
     told = seen(SCENE, SETUP, Q, where.points[0], rod, Detection())
     some = where.points[0][told][:: max(1, int(told.sum()) // 200)]

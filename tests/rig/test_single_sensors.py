@@ -7,8 +7,7 @@ import numpy as np
 from place_rings.cli.options.rig import resolve_ports
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal
+from place_rings.coverage.targets.named import Shell
 from place_rings.rig.check.actors import Helper, SimulatedHelper
 from place_rings.rig.check.findings import missing
 from place_rings.rig.check.options import CheckOptions
@@ -27,7 +26,7 @@ from .cell import SCENE as CELL
 from .tape import Tape, about_file, recording_of
 from .tape import assessed as judged
 
-SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)),))
+SCENE = replace(CELL, goals=(Shell(0.25),))
 PAD = MountedSensor("forearm", (0.0, 0.12, 0.2), (0.0, 1.0, 0.0), name="pad")
 BARE = MountedSensor("forearm", (0.0, -0.12, 0.2), (0.0, -1.0, 0.0))
 RING = Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08)

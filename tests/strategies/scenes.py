@@ -15,7 +15,16 @@ from place_rings.coverage.robots.robot import Robot
 from place_rings.coverage.solids.base import Difference, Solid
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import Polyhedron, polyhedra
-from place_rings.coverage.targets import Shape, Target, target_solid
+from place_rings.coverage.targets.named import (
+    Near,
+    ReachAndToolSpheres,
+    ReachSphere,
+    Shell,
+    ToolSphere,
+)
+from place_rings.coverage.targets.posed_robot import Shape
+from place_rings.coverage.targets.solid import target_solid
+from place_rings.coverage.targets.target import Target
 
 from .rings import LONGEST, ROBOT_NAMES
 from .singles import mixed_setups
@@ -78,12 +87,14 @@ class DrawnScene:
 def shells(least_mm: int, most_mm: int) -> st.SearchStrategy[Target]:
     """Targets V_S."""
     radius = st.integers(least_mm, most_mm).map(lambda mm: mm / 1000)
-    return st.builds(Target, st.just("V_S"), radius)
+    return st.builds(Shell, radius)
 
 
-NEAR = st.integers(50, 1200).map(lambda mm: Target("V_N", mm / 1000))
+NEAR = st.integers(50, 1200).map(lambda mm: Near(mm / 1000))
 """Targets V_N."""
-TARGETS = st.one_of(shells(200, 1200), NEAR, st.sampled_from(["V_O", "V_T", "V_OT"]).map(Target))
+TARGETS = st.one_of(
+    shells(200, 1200), NEAR, st.sampled_from([ReachSphere(), ToolSphere(), ReachAndToolSpheres()])
+)
 
 
 NO_OBSTACLES: st.SearchStrategy[tuple[Polyhedron, ...]] = st.just(())

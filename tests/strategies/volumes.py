@@ -1,73 +1,47 @@
 """Volumes of one's own: single ones, and trees of unions, differences and intersections."""
 
-from collections.abc import Sequence
+from dataclasses import replace
 
-import numpy as np
 from hypothesis import strategies as st
-from place_rings.coverage.targets import Target
-from place_rings.coverage.volumes import (
-    BallVolume,
-    BoxVolume,
-    CombinedVolume,
-    CylinderVolume,
-    HalfSpaceVolume,
-    NamedVolume,
-    Volume,
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.targets.combined import DifferenceOf, IntersectionOf, UnionOf
+from place_rings.coverage.targets.named import (
+    Near,
+    ReachAndToolSpheres,
+    ReachSphere,
+    RobotVolume,
+    Shell,
+    ToolSphere,
 )
+from place_rings.coverage.targets.own import Box, Cylinder, HalfSpace, Sphere
+from place_rings.coverage.targets.posed_robot import PosedRobot, Shape
+from place_rings.coverage.targets.target import Target
 
-from .units import FACINGS, TURNS, directions, metres, points_mm
+from .units import FACINGS, TURNS, directions, points_mm
 
-Three = tuple[int, int, int]
-
-
-def _three(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
-def turned_box(size_mm: Three, centre_mm: Three, turn_deg: Three) -> BoxVolume:
-    """A box."""
-    turn = _three(np.radians(turn_deg))
-    return BoxVolume(_three(metres(size_mm)), _three(metres(centre_mm)), turn)
-
-
-def turned_cylinder(
-    radius_mm: int, height_mm: int, centre_mm: Three, turn_deg: Three
-) -> CylinderVolume:
-    """A cylinder."""
-    centre, turn = _three(metres(centre_mm)), _three(np.radians(turn_deg))
-    return CylinderVolume(radius_mm / 1000, height_mm / 1000, centre, turn)
-
-
-def ball(radius_mm: int, centre_mm: Three) -> BallVolume:
-    """A sphere."""
-    return BallVolume(radius_mm / 1000, _three(metres(centre_mm)))
-
-
-def half_space(facing_deg: tuple[int, int], point_mm: Three) -> HalfSpaceVolume:
-    """A half-space."""
-    return HalfSpaceVolume(_three(directions(facing_deg)), _three(metres(point_mm)))
-
-
-PLACES = points_mm(900)
-SIZES = st.integers(100, 1500)
-BOXES = st.builds(turned_box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
-CYLINDERS = st.builds(turned_cylinder, st.integers(50, 800), SIZES, PLACES, TURNS)
-BALLS = st.builds(ball, st.integers(50, 900), PLACES)
-HALF_SPACES = st.builds(half_space, FACINGS, PLACES)
+ANYWHERE = PosedRobot(UR10, UR10.rest, Shape(), None, Safety())
+"""Where volumes are made that do not depend on it."""
+PLACES = points_mm(900).map(lambda mm: tuple(x / 1000 for x in mm))
+_MM = st.integers(100, 1500)
+SIZES = _MM.map(lambda mm: mm / 1000)
+BOXES = st.builds(Box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
+CYLINDERS = st.builds(
+    Cylinder, st.integers(50, 800).map(lambda mm: mm / 1000), SIZES, PLACES, TURNS
+)
+BALLS = st.builds(Sphere, st.integers(50, 900).map(lambda mm: mm / 1000), PLACES)
+HALF_SPACES = st.builds(HalfSpace, FACINGS.map(directions), PLACES)
 NAMED = st.one_of(
-    st.sampled_from(["V_O", "V_T", "V_OT", "V_R"]).map(NamedVolume),
-    st.integers(200, 1200).map(lambda mm: NamedVolume("V_S", mm / 1000)),
-    st.integers(20, 1200).map(lambda mm: NamedVolume("V_N", mm / 1000)),
+    st.sampled_from([ReachSphere(), ToolSphere(), ReachAndToolSpheres(), RobotVolume()]),
+    st.integers(200, 1200).map(lambda mm: Shell(mm / 1000)),
+    st.integers(20, 1200).map(lambda mm: Near(mm / 1000)),
 )
 
 
-def _combined(inner: st.SearchStrategy[Volume]) -> st.SearchStrategy[Volume]:
-    return st.builds(
-        CombinedVolume,
-        st.sampled_from(["union", "difference", "intersection"]),
-        st.lists(inner, min_size=2, max_size=3).map(tuple),
-    )
+def _combined(inner: st.SearchStrategy[Target]) -> st.SearchStrategy[Target]:
+    rules = st.sampled_from([UnionOf, DifferenceOf, IntersectionOf])
+    parts = st.lists(inner, min_size=2, max_size=3)
+    return st.builds(lambda rule, of: rule(of), rules, parts)
 
 
 VOLUMES = st.recursive(
@@ -75,4 +49,4 @@ VOLUMES = st.recursive(
 ).filter(lambda volume: volume.bounded)
 """Volumes with an end; some are empty."""
 
-OWN_TARGETS = st.builds(Target, st.just("my own"), st.none(), VOLUMES)
+OWN_TARGETS = VOLUMES.map(lambda volume: replace(volume, name="my own"))

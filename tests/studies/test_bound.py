@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from place_rings.coverage.rings.ring import Setup
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
 from place_rings.placement.space.design import Space
@@ -85,9 +85,7 @@ def test_any_multipliers_give_a_bound(seed):
 
 def test_a_solver_without_time_still_gives_bounds():
     scene = paper_scene()
-    _, asked = choice(
-        scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48
-    )
+    _, asked = choice(scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Shell(1.5), 300, 0), 48)
     hurried, best = solved(asked, 1e-3), solved(asked, 20.0)
     assert hurried.bound >= best.bound - TOLERANCE
     assert relaxed(asked, 1e-9) >= relaxed(asked, 10.0) - 1e-9
@@ -108,7 +106,7 @@ def test_equal_points_made_one_change_no_share(seed):
 def far():
     """A small grid over a far shell: its problem, and the rings."""
     scene, grid, budget = paper_scene(), RingGrid(3, 5, (8, 16), 2), 40
-    points = points_in(scene, Target("V_S", 1.5), 200, 1)
+    points = points_in(scene, Shell(1.5), 200, 1)
     return scene, points, *choice(scene, grid, points, budget)
 
 
@@ -143,7 +141,7 @@ def test_rings_exclude_each_other_as_the_rules_say(spacing):
 
 
 def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
-    monkeypatch.setattr(bound, "TARGETS", (Target("V_S", 1.5),))
+    monkeypatch.setattr(bound, "TARGETS", (Shell(1.5),))
     monkeypatch.setattr(bound, "BUDGETS", (48,))
     monkeypatch.setattr(bound, "POINTS", 200)
     monkeypatch.setattr(bound, "SECONDS", 5.0)

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import ROBOTS
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.layouts.study import PUBLISHED
@@ -166,6 +166,6 @@ def test_a_score_agrees_with_a_monte_carlo_of_its_own(name, occlusion):
     error = math.sqrt(share * (1 - share) / len(points))
     layout = read_layout(file)
     scene = replace(layout.scene, occlusion=occlusion)
-    exact = Verifier(scene, 0.015).verify(layout.setup, Target("V_S", 0.25)).zeta
+    exact = Verifier(scene, 0.015).verify(layout.setup, Shell(0.25)).zeta
     assert len(points) > 7_000
     assert abs(share - exact) < 4 * error

@@ -10,7 +10,7 @@ import numpy as np
 import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell, named_target
 from place_rings.formats.loader import read_proposal
 from place_rings.studies.engine.scenes import scene_from, setup_from
 from place_rings.studies.pareto import report as pareto_report
@@ -19,7 +19,7 @@ from place_rings.studies.pareto.study import Point, dominated, front, hypervolum
 
 from ..support import drawing
 
-TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
+TARGETS = (Shell(0.5), Shell(1.5))
 RINGS = [{"link": "forearm", "position": 0.5, "count": 8, "tilt_deg": 10.0, "radius": 0.08}]
 
 
@@ -112,7 +112,7 @@ def test_a_front_is_filled_where_its_gaps_are_wide():
             if cell.work == "place":
                 return place(**cell.arguments)
             at = cell.arguments["setup"][
-                TARGETS.index(Target(cell.arguments["target"], cell.arguments["radius"]))
+                TARGETS.index(named_target(cell.arguments["target"], cell.arguments["radius"]))
             ]
             return {"zeta_percent": at if isinstance(at, float) else 1.0}
 

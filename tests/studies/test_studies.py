@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings._study import StudyName, StudyOptions, measured, read_layouts
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.formats.errors import UserError
 from place_rings.objectives import verify as exact
@@ -220,7 +220,7 @@ def test_a_page_names_how_it_was_measured_below_its_title(tmp_path):
 def test_a_rehearsal_lists_what_a_study_measures(name, tmp_path):
     """Without a measurement; and its time is that of the cells that are not stored yet."""
     layouts = read_layouts(name, [])
-    shells = (Target("V_S", 0.5), Target("V_S", 1.5))
+    shells = (Shell(0.5), Shell(1.5))
     options = StudyOptions(name, 0, shells, 24, CoreScene(), layouts, None, name == "pareto")
     calls = rehearsed(lambda run: measured(run, options, lambda *_: None))
     with Store(tmp_path / "cells.sqlite", "1") as store:

@@ -1,7 +1,7 @@
 """A study of convergence with few and coarse measurements."""
 
 import pytest
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.studies.convergence import report, study
 
 
@@ -12,4 +12,4 @@ def make_coarse(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(study, "TOUCH_FROM", 0.05)
     patch.setattr(study, "TRUTH_WIDTH", 5e-2)
     for module in (study, report):
-        patch.setattr(module, "TARGETS", (Target("V_S", 0.5), Target("V_OT")))
+        patch.setattr(module, "TARGETS", (Shell(0.5), ReachAndToolSpheres()))

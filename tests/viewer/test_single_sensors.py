@@ -13,7 +13,7 @@ from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.viewer import page_files
@@ -29,7 +29,7 @@ from place_rings.viewer.tasks import prove, search_from
 from ..strategies.singles import mixed_setups, singles
 from ..support.viser_client import Client
 
-NEAR = Target("V_S", 0.5)
+NEAR = Shell(0.5)
 PYRAMID = Sensor(math.radians(45), 1.5, None, math.radians(30), 16)
 PAD = MountedSensor("forearm", (0.0, 0.12, 0.2), (0.0, 1.0, 0.0), name="pad")
 EYE = MountedSensor("tool", (0.0, 0.12, 0.0), (0.0, 1.0, 0.2), PYRAMID, (0.0, 0.0, 1.0))

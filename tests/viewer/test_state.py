@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.viewer import playback
@@ -33,7 +33,7 @@ from place_rings.viewer.sensor_report import POINTS, nearest_sensor, sensor_repo
 from ..support import drawing
 from ..support.browser import until
 
-NEAR, FAR = Target("V_S", 0.5), Target("V_S", 1.5)
+NEAR, FAR = Shell(0.5), Shell(1.5)
 SMALL = rounded(Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3))), Sensor())
 
 

@@ -17,14 +17,20 @@ from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.targets import Target
+from place_rings.coverage.targets.named import (
+    Near,
+    ProtectiveVolume,
+    ReachAndToolSpheres,
+    Shell,
+    ToolSphere,
+)
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.feasibility.violations import faults, mount_faults
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Goal, paper_scene
+from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
@@ -44,7 +50,7 @@ from place_rings.viewer.triangle_meshes import bodies
 
 from ..support import drawing
 
-NEAR, FAR = Target("V_S", 0.5), Target("V_S", 1.5)
+NEAR, FAR = Shell(0.5), Shell(1.5)
 SMALL = rounded(
     Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3), Ring("tool", 0.0, 4))),
     Sensor(),
@@ -56,7 +62,7 @@ HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}'\""
 @given(
     seed=drawing.seeds,
     occlusion=st.sampled_from(OCCLUSIONS),
-    target=st.sampled_from([NEAR, FAR, Target("V_OT")]),
+    target=st.sampled_from([NEAR, FAR, ReachAndToolSpheres()]),
 )
 def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed, occlusion, target):
     setup = drawing.setup(np.random.default_rng(seed))
@@ -162,7 +168,7 @@ def test_rings_are_added_in_the_widest_gap_and_taken_away():
 
 def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     scene = paper_scene()
-    drawn = Drawing(QuickEstimate(scene, [NEAR, Target("V_OT")]))
+    drawn = Drawing(QuickEstimate(scene, [NEAR, ReachAndToolSpheres()]))
     choice = DrawnParts(0, NEAR, "shadow", cones="all", kinds=frozenset(range(4)))
     moved = EditedSetup(scene, SMALL).changed(1, tilt_deg=10).setup
     dots, shares = drawn.points(SMALL, choice)
@@ -199,10 +205,10 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     assert {n for n in link if n.startswith("cones")} == {"cones1"}
 
 
-@pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P"), Target("V_N", 0.3)])
+@pytest.mark.parametrize("target", [NEAR, ReachAndToolSpheres(), ProtectiveVolume(), Near(0.3)])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
     scene = paper_scene(
-        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),)
+        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), goals=(target,)
     )
     drawn, choice = (
         Drawing(QuickEstimate(scene, [target])),
@@ -356,9 +362,9 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
 
 
 def test_a_scene_with_one_target_shows_the_papers_beside_it():
-    assert shown_targets(paper_scene()) == (NEAR, FAR, Target("V_OT"))
-    two = (Goal(FAR), Goal(Target("V_T")))
-    assert shown_targets(paper_scene(goals=two)) == (FAR, Target("V_T"))
+    assert shown_targets(paper_scene()) == (NEAR, FAR, ReachAndToolSpheres())
+    two = (FAR, ToolSphere())
+    assert shown_targets(paper_scene(goals=two)) == (FAR, ToolSphere())
 
 
 ROOM = ViewerSession(CoreScene(), {"a": SMALL})
