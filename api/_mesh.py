@@ -36,7 +36,8 @@ def _load(
     """
     from .formats.target_meshes import closed_mesh
 
-    table = MeshFile(str(file), scale, centre, rpy_deg)
+    place: Any = {"centre": centre, "rpy_deg": rpy_deg}
+    table = MeshFile(str(file), scale, **place)
     T = transform(table.centre, np.radians(table.rpy_deg))
     try:
         data = Path(file).read_bytes()
@@ -48,3 +49,5 @@ def _load(
 
 
 Mesh.load = staticmethod(_load)
+
+__all__ = ["Mesh"]

@@ -48,7 +48,7 @@ def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
     points = np.stack([x, np.full_like(x, flange[1]), z], axis=-1).reshape(-1, 3)
     inside, own = (np.asarray(part(points)).reshape(x.shape) for part in (solid, solid.b))
     axes.contourf(x, z, inside, [-9, 0], colors=[VOLUME])
-    if target.symbol == "V_S":
+    if target.kind == "V_S":
         axes.contourf(x, z, own, [-9, 0], colors=[OWN])
     bodies = robot_capsules(scene.robot, frames)
     hulls = []
@@ -71,9 +71,9 @@ def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
     )
     share = 100 * np.mean(np.asarray(solid(ahead(flange, axis))) <= 0)
     where = flange + (RADIUS + 0.05) * axis
-    label = f"{share:.0f} % belong to {target.symbol}"
+    label = f"{share:.0f} % belong to {target.kind}"
     axes.text(where[0], where[2], label, color=AHEAD, ha="center", va="top", fontsize=12)
-    axes.set_title(TITLES[target.symbol], fontsize=12.5)
+    axes.set_title(TITLES[target.kind], fontsize=12.5)
     axes.set(aspect="equal", xlabel="along the arm, m", ylabel="height, m")
     axes.set_ylim(-0.5, 0.95)
 

@@ -68,7 +68,8 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         raw = _with_target_files(path, raw, model)
         if issubclass(model, BaseModel):
             return model.model_validate(raw, context=FROM_FILE)
-        return adapter(model).validate_python(raw)
+        value: _Model = adapter(model).validate_python(raw)  # type: ignore[arg-type]
+        return value
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -95,7 +96,7 @@ def _one_proposal(path: Path, raw: dict[str, Any], table: str | None) -> dict[st
     return raw
 
 
-def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+def _with_robot(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
     """Return the keys of a file; a robot file that its scene names is replaced by the robot
     in-line."""
     key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
@@ -115,7 +116,7 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
-def _with_calibration(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+def _with_calibration(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
     """Return the keys of a file; a calibration file that its scene names is replaced by the
     calibration in-line."""
     key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
@@ -142,7 +143,7 @@ def read_calibration(path: Path, robot: Robot) -> Robot:
     return calibrated_from(robot, str(path), text)
 
 
-def _with_sensors(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+def _with_sensors(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
     """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
     tables."""
 

@@ -36,9 +36,9 @@ def with_contents(table: Any, where: str, read: Read) -> Any:
     stem, new = f"{where}{'.' if ': ' in where else ': '}", dict(table)
     if "volume" in table:
         new["volume"] = _with_meshes(table["volume"], f"{stem}volume", read)
-    match table.get("importance"):
-        case {"file": _} as weights:
-            new["importance"] = _weights(weights, f"{stem}importance", read)
+    weights = table.get("importance")
+    if isinstance(weights, dict) and "file" in weights:
+        new["importance"] = _weights(weights, f"{stem}importance", read)
     return new
 
 
@@ -49,9 +49,9 @@ def _with_meshes(volume: Any, key: str, read: Read) -> Any:
             path, data = read(f"{key}.file", table.file)
             T = transform(table.centre, np.radians(table.rpy_deg))
             return closed_mesh(f"{key}.file", path, data, table.scale, T)
-        case {"of": [*parts]}:
+        case {"of": [*parts], **keys}:
             of = [_with_meshes(part, f"{key}.of[{i}]", read) for i, part in enumerate(parts)]
-            return volume | {"of": of}
+            return {**keys, "of": of}
     return volume
 
 

@@ -164,5 +164,5 @@ def judged_beside_papers(
 def compared(scene: CoreScene) -> list[Target]:
     """Return the targets of a comparison: the goals and, for a few poses, the paper's targets."""
     goals = [g.target for g in scene.goals]
-    common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
+    common = [t for t in PAPER_TARGETS if all(r > scene.shape.robot_radius for r in t.radii)]
     return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))

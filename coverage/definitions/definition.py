@@ -161,7 +161,7 @@ def adapter(cls: Any) -> TypeAdapter[Any]:
     return TypeAdapter(cls)
 
 
-def read_as(cls: type[C], table: Any) -> C:
+def read_as(cls: Any, table: Any) -> Any:
     """Return a table of a file as a definition, for a validator of a value that is of several
     kinds: faults are put in words here, as the schema of the whole does not tell the kind.
 
@@ -169,8 +169,7 @@ def read_as(cls: type[C], table: Any) -> C:
         ValidationError: if it is not valid.
     """
     try:
-        value: C = adapter(cls).validate_python(table)
-        return value
+        return adapter(cls).validate_python(table)
     except ValidationError as error:
         details = [
             InitErrorDetails(

@@ -78,9 +78,10 @@ def _part_of(value: Any) -> Target:
         allowed = f"{', '.join(known) or 'no other key'}, because the kind is {kind}"
         refuse([((), odd[0], allowed)])
     part = read_as(table, keys)
-    if not isinstance(part, Target):
-        refuse([(("file",), part.file, "vertices and faces, where no file is read")])
-    return part
+    if isinstance(part, Target):
+        return part
+    refuse([(("file",), part.file, "vertices and faces, where no file is read")])
+    raise AssertionError
 
 
 def _table_of(part: Target) -> dict[str, Any]:

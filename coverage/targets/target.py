@@ -1,6 +1,7 @@
 """What all target volumes have in common: weight, minimum coverage, importance and name."""
 
 import re
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import field, replace
@@ -74,6 +75,12 @@ class Target(TargetTerms, ABC):
             object.__setattr__(self, "name", self.kind)
         if self.own or self.name != self.kind:
             refuse(name_faults(self.name))
+
+    @property
+    def symbol(self) -> str:
+        """The former name of ``kind``."""
+        warnings.warn("symbol is now called kind", DeprecationWarning, stacklevel=2)
+        return self.kind
 
     @property
     def named(self) -> bool:

@@ -136,7 +136,7 @@ def unboundable(scene: CoreScene, aim: Criterion) -> str | None:
         "mounting errors": aim.errors is not None,
         "obstacles": bool(scene.obstacles),
         "attached solids": bool(scene.robot.attached),
-        "a target volume of your own": any(t.volume is not None for t in targets),
+        "a target volume of your own": not all(t.named for t in targets),
         "a weight field": any(t.importance is not None for t in targets),
     }
     return next((text for text, applies in reasons.items() if applies), None)

@@ -9,7 +9,8 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...coverage.targets.named import named_kinds, named_target
+from ...coverage.targets.named import named_target
+from ...coverage.targets.target import named_kinds
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import LONGEST_NAME, Metres, Percent
 from ...formats.schema.versions import VersionedFile

@@ -70,7 +70,7 @@ class BoundRow:
 
 def plan(seed: int) -> list[tuple[Target, int, Cell, Cell]]:
     """Return target, budget, and the cells of the search and of the bound for each row."""
-    found = []
+    found = list[tuple[Target, int, Cell, Cell]]()
     for target in TARGETS:
         for budget in BUDGETS:
             asked = {"scene": {"targets": [goal_keys(target)]}, "sensors": budget, "seed": seed}
