@@ -8,7 +8,7 @@ from ._errors import input_errors
 from ._improvement import Improvement
 from ._options import called_with
 from ._scene import Scene
-from ._validation import SetupLike, check_scene, resolve_setup
+from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .objectives.scene import CoreScene
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
@@ -18,13 +18,9 @@ from .placement.search.progress import Progress
 
 
 @dataclass(frozen=True)
-class ImproveCall(ImproveOptions):
+class ImproveCall(ImproveOptions, SetupCall):
     """A call of ``improve``."""
 
-    setup: SetupLike = field(kw_only=False)
-    """As in ``verify``."""
-    scene: Scene | CoreScene | None = field(default=None, kw_only=False)
-    """As in ``verify``."""
     progress: Callable[[Progress], None] | None = field(default=None, kw_only=True)
     """Receives the progress from time to time, in the calling thread."""
 

@@ -44,28 +44,11 @@ class Placement:
         """
         return picture(self.scene, self.setup, self.captions(), path)
 
-    def report(
-        self,
-        folder: str | Path = "place-rings-report",
-        *,
-        voxel: float = 0.01,
-        draws: int = 100,
-        seed: int = 0,
-        revision: str = "",
-        pdf: bool = False,
-    ) -> Path:
+    def report(self, folder: str | Path = "place-rings-report", **options: Any) -> Path:
         """Write the report, one HTML page; see ``place_rings.report``."""
         from ._report import report
 
-        return report(
-            self,
-            folder=folder,
-            voxel=voxel,
-            draws=draws,
-            seed=seed,
-            revision=revision,
-            pdf=pdf,
-        )
+        return report(self, folder=folder, **options)
 
     def view(self, **options: Any) -> "View":
         """Show the setup in a browser; see ``place_rings.view``."""

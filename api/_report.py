@@ -1,21 +1,22 @@
 """The report of a setup: one self-contained HTML page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from ._arguments import whole
 from ._errors import input_errors, new_files
+from ._options import called_with
 from ._scene import Scene
-from ._validation import ResolvedSetup, SetupLike, check_scene, resolve_setup
+from ._validation import ResolvedSetup, SetupCall, SetupLike, check_scene, resolve_setup
 from ._versions import versions
 from .formats.fingerprints import file_sha256, scene_sha256
 from .formats.loader import how_found
 from .formats.schema.proposal_models import FoundModel
 from .formats.writing import write_text
+from .objectives.options import ReportOptions
 from .objectives.scene import CoreScene
 from .reporting.terminal import Terminal
 
@@ -26,45 +27,19 @@ FILE, PDF = "report.html", "report.pdf"
 
 
 @dataclass(frozen=True)
-class ReportOptions:
-    """How a report counts, and what it writes; see ``report``."""
+class ReportCall(ReportOptions, SetupCall):
+    """A call of ``report``."""
 
-    voxel: float
-    """Side of the voxels, m."""
-    draws: int
-    """Number of random mounting errors."""
-    seed: int
-    """Their random seed."""
-    revision: str = ""
-    """Revision of the report."""
-    pdf: bool = False
-    """Whether to print a PDF as well."""
+    folder: str | Path = field(default="place-rings-report", kw_only=True)
+    """Output folder of report.html; created if it does not exist."""
 
 
-def report(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None = None,
-    *,
-    folder: str | Path = "place-rings-report",
-    voxel: float = 0.01,
-    draws: int = 100,
-    seed: int = 0,
-    revision: str = "",
-    pdf: bool = False,
-) -> Path:
+@called_with(ReportCall)
+def report(call: ReportCall) -> Path:
     """Write a self-contained HTML report: verdict, coverage, blind spots, mounting drawings, cables
     and bill of materials.
 
     The verdict is against the ``at_least_percent`` of the scene's targets.
-
-    Args:
-        setup, scene: as in ``verify``.
-        folder: output folder of report.html; created if it does not exist.
-        voxel: side of the voxels of all counts, m.
-        draws: number of random mounting errors for the tolerance, 1 to 100,000.
-        seed: random seed of the mounting errors.
-        revision: revision of the report, for its cover.
-        pdf: whether to print report.pdf beside it, by a browser on PATH (Chromium, Chrome, Edge).
 
     Returns:
         The path of report.html.
@@ -80,8 +55,7 @@ def report(
         ...     print(page.name, page.stat().st_size > 10_000)
         report.html True
     """
-    options = ReportOptions(voxel, draws, seed, revision, pdf)
-    return write_report(setup, scene, Path(folder), options)[0]
+    return write_report(call.setup, call.scene, Path(call.folder), call)[0]
 
 
 def write_report(
@@ -112,8 +86,6 @@ def write_report(
     from .reporting.setup_report.facts import gather
     from .reporting.setup_report.report_page import page
 
-    whole("draws", options.draws, 1, 100_000)
-    whole("seed", options.seed, 0)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, options.voxel)
     log = Terminal(stderr=True, quiet=True) if console is None else console
@@ -127,7 +99,7 @@ def write_report(
             scene_sha256(core),
         )
         origin = _origin(setup)
-        facts = gather(name, placed, core, options.voxel, options.draws, options.seed, origin, log)
+        facts = gather(name, placed, core, options, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:
             _draw(facts, Path(pictures))
             words = arguments or ("report", name)

@@ -14,7 +14,7 @@ from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._scene import Scene
 from ._trajectory import Trajectory
-from ._validation import SetupLike, resolve_setup
+from ._validation import SetupCall, SetupLike, resolve_setup
 from .coverage.electronics.electronics import readings_hz
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.ring import Setup, sensor_optics
@@ -178,13 +178,9 @@ class SafetyReport(Placement):
 
 
 @dataclass(frozen=True)
-class SafetyCall(SafetyOptions):
+class SafetyCall(SafetyOptions, SetupCall):
     """A call of ``safety``."""
 
-    setup: SetupLike = field(kw_only=False)
-    """As in ``verify``."""
-    scene: Scene | CoreScene | None = field(default=None, kw_only=False)
-    """As in ``verify``."""
     trajectory: Trajectory | None = field(default=None, kw_only=True)
     """Recorded motion of the robot; by default it stays in each of the scene's poses."""
     progress: Callable[[int, int], None] | None = field(default=None, kw_only=True)

@@ -8,9 +8,9 @@ from ._arguments import renamed
 from ._errors import InputError, input_errors
 from ._options import called_with
 from ._proposal import Proposal
-from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
 from ._validation import check_scene, check_search_sight
+from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
 from .objectives.scene import CoreScene
@@ -22,7 +22,6 @@ from .placement.search.gradient_stage import accelerated
 from .placement.search.options import SearchOptions
 from .placement.search.progress import Progress
 from .placement.search.several_searches import (
-    allowed_totals,
     fewest_rings,
     fewest_sensors,
     repeated_search,
@@ -43,7 +42,7 @@ def criterion(scene: CoreScene, options: SearchOptions) -> Criterion:
     redundancy, losing, errors = options.redundancy, options.losing, None
     if options.tolerant:
         position, direction = options.position_error_mm, options.direction_error_deg
-        errors = mounting_errors(
+        errors = MountingErrors.of(
             5.0 if position is None else position, 2.0 if direction is None else direction
         )
     if scene.over_poses == "worst" and (losing is not None or errors or redundancy > 1):
@@ -108,25 +107,20 @@ def searched(
     check_search_sight(scene)
     with input_errors("device"):
         accelerated(options.device)
-    if options.fewest:
-        Space(scene, sensors=options.sensors)  # raises before anything is told of the search
-    elif space is None:
-        allowed_totals(scene, options.rings)  # likewise
     tell(Progress())
     verifier = Verifier(scene, options.voxel)
     context = SearchContext(verifier, aim, tell)
     reached = fewest = repeated = None
     with input_errors(but=(InfeasibleError,)):
-        if space is not None:
-            run = partial(searching.search, space)
-            repeated = repeated_search(run, options, context)
-            result, seed = repeated.result, repeated.seed
-        elif options.fewest:
-            fewest = fewest_rings(options, context)
-            result = fewest.result
-        else:
+        if options.reach is not None:
             reached = fewest_sensors(options, context)
             result = reached.result
+        elif options.fewest:
+            fewest = fewest_rings(space, options, context)
+            result = fewest.result
+        else:
+            repeated = repeated_search(partial(searching.search, space), options, context)
+            result, seed = repeated.result, repeated.seed
     return Proposal(
         result.setup,
         Scene.of(scene),
@@ -162,13 +156,13 @@ def _check_gap(scene: CoreScene, aim: Criterion) -> None:
 
 
 def _bound(
-    scene: CoreScene, options: SearchOptions, space: Space | None, setup: Setup, aim: Criterion
+    scene: CoreScene, options: SearchOptions, space: Space, setup: Setup, aim: Criterion
 ) -> CoverageBound | None:
     """Return an upper bound on all layouts with the budget of a search's answer; None after
     Ctrl-C."""
     from .placement.bound.upper_bound import upper_bound
 
-    if space is None:
+    if options.reach is not None:
         sensors = sum(ring.count for ring in setup.rings)
         space = Space(scene, sensors=sensors, rings=options.rings)
     try:

@@ -49,6 +49,17 @@ SetupLike = Setup | str | Path | Placed | ResolvedSetup
 _COARSE = 0.1  # m; above it, counting the voxels of a target is fast
 
 
+@dataclass(frozen=True)
+class SetupCall:
+    """A call of a function of a setup in a scene."""
+
+    setup: SetupLike
+    """A ``Setup``, a name such as ``n2_16_25``, the path of a proposal or of a list of sensors
+    (.csv, .json, .urdf), or a result."""
+    scene: Scene | CoreScene | None = None
+    """Scene of the setup; by default the proposal's own, or the reference scene."""
+
+
 def check_scene(scene: CoreScene, voxel: float) -> None:
     """Check that a scene can be counted and written.
 

@@ -1,30 +1,28 @@
 """Counted and certified coverage of a setup."""
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from ._arguments import number, renamed
-from ._errors import InputError, input_errors
+from ._arguments import renamed
+from ._errors import input_errors
+from ._options import called_with
 from ._placement import Placement, dark_captions, dark_rows, part_rows
 from ._scene import Scene
-from ._validation import SetupLike, check_scene, resolve_setup
-from .coverage.choices import Rule
+from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.voxels.volume_tally import Bracket
 from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
 from .objectives.dark_clothing import judge_dark, verify_dark
+from .objectives.options import VerifyOptions
 from .objectives.scene import CoreScene
 from .objectives.verified import Verified
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import mean_by_part
 from .reporting.text import with_error
-
-_LEAST_MEMORY = 0.01  # GB
 
 
 @dataclass(frozen=True, repr=False)
@@ -148,27 +146,20 @@ class Coverage(Placement):
         return float(sum(w * getattr(v, key) for w, v in zip(weights, self.each, strict=True)))
 
 
-@renamed(memory_gb="memory")
-def verify(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None = None,
-    *,
-    voxel: float = VOXEL,
-    rule: Rule = "sampled",
-    memory: float | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> Coverage:
-    """Count the coverage of a setup, with the error of the count.
+@dataclass(frozen=True)
+class VerifyCall(VerifyOptions, SetupCall):
+    """A call of ``verify``."""
 
-    Args:
-        setup: a ``Setup``, a name such as ``n2_16_25``, the path of a proposal or of a list of
-            sensors (.csv, .json, .urdf), or a result.
-        scene: scene of the count; by default the proposal's own, or the reference scene.
-        voxel: side of a voxel, m.
-        rule: ``sampled`` counts a voxel if a drawn point in it is inside, ``centre`` if its centre
-            is inside, ``touch`` if any part is inside. The error is known for ``sampled``.
-        memory: memory limit for sets of voxels, GB; half of the free memory by default.
-        progress: receives the index of each pose before the pose is counted.
+    progress: Callable[[Any], None] | None = field(default=None, kw_only=True)
+    """Receives the index of each pose before the pose is counted; with ``rule`` certified the
+    interval after each pass."""
+
+
+@renamed(memory_gb="memory")
+@called_with(VerifyCall)
+def verify(call: VerifyCall) -> Coverage:
+    """Count the coverage of a setup, with the error of the count, or compute an interval that is
+    guaranteed to hold it.
 
     Returns:
         ζ for each target and pose, and its error.
@@ -183,15 +174,18 @@ def verify(
         Coverage of n2_16_25: 80 sensors in 5 rings
           V_S(0.5): 39.89 ± 0.24 %
     """
-    if rule not in ("sampled", "centre", "touch"):
-        raise InputError(f"found {rule}, allowed: sampled, centre, touch; or use certify", "rule")
-    if memory is not None:
-        number("memory", memory, "0.01 or more")
-    if voxel is not None:
-        number("voxel", voxel, "m, above 0")
-    check_counting(voxel=voxel, memory=memory)
-    most = None if memory is None else memory * 1e9
-    return _count(setup, scene, voxel, rule, 0.0, most, progress, None)
+    name, placed, core = resolve_setup(call.setup, call.scene)
+    voxel = call.voxel
+    if not call.certified:
+        voxel = VOXEL if voxel is None else voxel
+        check_scene(core, voxel)
+    key = "tell" if call.certified else "at"
+    calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
+    memory = None if call.memory is None else call.memory * 1e9
+    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, **calls)
+    with input_errors():
+        each = tuple(verifier.verify(placed, goal.target) for goal in core.goals)
+    return Coverage(placed, Scene.of(core), each, name, verifier=verifier)
 
 
 def certify(
@@ -202,7 +196,7 @@ def certify(
     voxel: float | None = None,
     progress: Callable[[Bracket], None] | None = None,
 ) -> Coverage:
-    """Compute an interval that provably contains the coverage.
+    """Compute an interval that provably contains the coverage: ``verify`` by the rule certified.
 
     Args:
         setup, scene: as in ``verify``.
@@ -222,56 +216,4 @@ def certify(
         >>> proof.low <= 0.1255 <= proof.high, proof.high - proof.low <= 0.01
         (True, True)
     """
-    if width is not None:
-        number("width", width, "percentage points, above 0 and at most 100")
-    if voxel is not None:
-        number("voxel", voxel, "m, above 0")
-    check_counting(voxel=voxel, width=width)
-    if width is None:
-        width = 0.1 if voxel is None else 0.0
-    return _count(setup, scene, voxel, "certified", width / 100, None, None, progress)
-
-
-def check_counting(
-    *, voxel: float | None = None, width: float | None = None, memory: float | None = None
-) -> None:
-    """Check the arguments of ``verify`` and ``certify``.
-
-    Args:
-        voxel: side of a voxel, m.
-        width: width of the interval, percentage points.
-        memory: memory limit, GB.
-
-    Raises:
-        InputError: for a value out of range.
-    """
-    if memory is not None and not memory >= _LEAST_MEMORY:
-        raise InputError(f"found {memory:g}, allowed: GB, {_LEAST_MEMORY:g} or more", "memory")
-    if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
-        raise InputError(f"found {voxel:g}, allowed: a positive number of metres", "voxel")
-    if width is not None and not 0 < width <= 100:
-        raise InputError(
-            f"found {width:g}, allowed: above 0 and at most 100 (percentage points)", "width"
-        )
-
-
-def _count(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None,
-    voxel: float | None,
-    rule: Rule,
-    width: float,
-    memory: float | None,
-    at: Callable[[int], None] | None,
-    tell: Callable[[Bracket], None] | None,
-) -> Coverage:
-    name, placed, core = resolve_setup(setup, scene)
-    if rule != "certified" and voxel is not None:
-        check_scene(core, voxel)
-    calls: dict[str, Any] = {
-        key: call for key, call in (("at", at), ("tell", tell)) if call is not None
-    }
-    verifier = Verifier(core, voxel, rule, width, memory=memory, **calls)
-    with input_errors():
-        each = tuple(verifier.verify(placed, goal.target) for goal in core.goals)
-    return Coverage(placed, Scene.of(core), each, name, verifier=verifier)
+    return verify(setup, scene, rule="certified", width=width, voxel=voxel, progress=progress)

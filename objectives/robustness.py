@@ -6,25 +6,11 @@ from typing import Annotated
 
 from ..coverage.definitions.definition import definition
 from ..coverage.definitions.units import Points
-from ..coverage.rings.mounting_errors import MountingErrors
 from ..coverage.rings.ring import Setup
+from .options import RobustnessOptions
 from .redundancy import Redundancy, redundancy
 from .tolerance import Tolerance, tolerance
 from .verify import Verifier
-
-
-@dataclass(frozen=True)
-class RobustnessSettings:
-    """Redundancy to count, and mounting errors to draw."""
-
-    most: int
-    """Largest k for which k-coverage is counted."""
-    errors: MountingErrors
-    """Distribution of the mounting errors."""
-    draws: int
-    """Number of drawn mountings."""
-    seed: int
-    """Random seed of the draws."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +26,7 @@ class Robustness:
 def robustness(
     verifier: Verifier,
     setup: Setup,
-    settings: RobustnessSettings,
+    options: RobustnessOptions,
     tell: Callable[[], None] = lambda: None,
 ) -> tuple[Robustness, ...]:
     """Count redundancy and tolerance of ``setup`` for each goal of the verifier's scene, in order.
@@ -50,10 +36,10 @@ def robustness(
     Raises:
         ValueError, TooFineError, BodilessError: see ``tolerance``.
     """
-    drawing = settings.errors, settings.draws, settings.seed
+    drawing = options.errors, options.draws, options.seed
     return tuple(
         Robustness(
-            redundancy(verifier, setup, goal.target, settings.most),
+            redundancy(verifier, setup, goal.target, options.k),
             tolerance(verifier, setup, goal.target, *drawing, tell),
         )
         for goal in verifier.scene.goals

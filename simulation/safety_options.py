@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from ..coverage.definitions.options import Between, Options, Seed, Whole
+from ..coverage.definitions.options import Draws, Number, Options, Seed, Whole
 from ..coverage.occlusion.occlusion_mode import Occlusion
 
 
@@ -11,13 +11,13 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 class SafetyOptions(Options):
     """How approaches are drawn and reported."""
 
-    approaches: Annotated[int, Whole(1, 100_000)] = 720
+    approaches: Draws = 720
     """Number of simulated approaches."""
     directions: Annotated[int, Whole(1, 360)] = 12
     """Number of sectors around the robot in the report."""
-    rate: Annotated[float | None, Between("Hz, above 0, at most 10,000", most=10_000)] = None
+    rate: Annotated[float | None, Number("Hz, above 0, at most 10,000", gt=0, le=10_000)] = None
     """Measurements per second. Default: those of the ring's bus or the sensor, or 20."""
-    latency: Annotated[float, Between("s, 0 to 5", most=5, zero=True)] = 0.02
+    latency: Annotated[float, Number("s, 0 to 5", ge=0, le=5)] = 0.02
     """Time from a measurement to its report, in seconds."""
     occlusion: Occlusion | None = None
     """What the robot's body does to the sensors. ignore: beams pass through it. shadow: points

@@ -1,28 +1,23 @@
 """The command improve."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from ...placement.search.options import ImproveOptions
 from ..options.common import Floors, Json, Subject
 from ..options.groups import NO_FRAMES, REFERENCE, FrameOptions, SceneOptions, SubjectOptions
-from ..options.offered import offered
-
-if TYPE_CHECKING:
-    Options = ImproveOptions
-else:
-    Options = offered(ImproveOptions)
-DEFAULTS = Options()
+from ..options.offered import offering
 
 
+@offering()
 def improve(
     subject: Subject,
     /,
     *,
     place: SceneOptions = REFERENCE,
-    options: Options = DEFAULTS,
+    options: ImproveOptions,
     at_least: Floors = (),
     mounted: FrameOptions = NO_FRAMES,
     out: Annotated[
@@ -56,6 +51,5 @@ def improve(
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 
-    chosen = ImproveOptions(**vars(options))
     setup, scene = SubjectOptions(place, mounted=mounted).resolve(subject)
-    run(ResolvedSetup(subject, setup, with_floors(scene, at_least)), chosen, out, as_json)
+    run(ResolvedSetup(subject, setup, with_floors(scene, at_least)), options, out, as_json)

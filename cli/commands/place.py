@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -17,21 +17,17 @@ from ..options.groups import (
     SceneOptions,
     SensorOptions,
 )
-from ..options.offered import offered
+from ..options.offered import offering
 from ..options.panels import FAILURES
 
 _FAILING = ("redundancy", "losing", "tolerant", "position_error_mm", "direction_error_deg")
-if TYPE_CHECKING:
-    Options = SearchOptions
-else:
-    Options = offered(SearchOptions, dict.fromkeys(_FAILING, FAILURES), without=("start",))
-DEFAULTS = Options()
 
 
+@offering(dict.fromkeys(_FAILING, FAILURES), without=("start",))
 def place(
     *,
     where: SceneOptions = REFERENCE,
-    options: Options = DEFAULTS,
+    options: SearchOptions,
     at_least: Floors = (),
     sensing: SensorOptions = NO_SENSOR,
     motion: MotionOptions = NO_MOTION,
@@ -55,11 +51,10 @@ def place(
     from ..options.targets import with_floors
     from ..runs.place import place as run
 
-    chosen = SearchOptions(**vars(options))
     scene = where.applied(where.given() or CoreScene())
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     try:
-        run(partial(searched, scene, chosen), scene, chosen.voxel, out, as_json)
+        run(partial(searched, scene, options), scene, options.voxel, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

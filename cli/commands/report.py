@@ -5,26 +5,20 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from ..options.common import WHOLE, Json, Seed, Subject, Voxel
+from ...objectives.options import ReportOptions
+from ..options.common import Json, Subject
 from ..options.groups import AS_IT_IS, SubjectOptions
+from ..options.offered import offering
 
 
+@offering()
 def report(
     subject: Subject,
     /,
     *,
     given: SubjectOptions = AS_IT_IS,
-    draws: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=1, lte=100_000),
-            help="Number of random mountings in the tolerance section.",
-        ),
-    ] = 100,
-    seed: Seed = 0,
+    options: ReportOptions,
     require: Annotated[
         tuple[str, ...],
         Parameter(
@@ -36,15 +30,6 @@ def report(
             ),
         ),
     ] = (),
-    revision: Annotated[str, Parameter(help="Revision of the report, for its cover.")] = "",
-    pdf: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            help="Print report.pdf too, by a browser on PATH (Chromium, Chrome, Edge or Brave).",
-        ),
-    ] = False,
-    voxel: Voxel = 0.01,
     out: Annotated[Path, Parameter(help="Output folder for report.html and report.pdf.")] = Path(
         "place-rings-report"
     ),
@@ -63,11 +48,9 @@ def report(
 
     ``place-rings --help`` explains the terms.
     """
-    from place_rings._report import ReportOptions
-
     from ..options.targets import with_floors
     from ..runs.report import report as run
 
     resolved = given.resolved(subject)
     resolved = replace(resolved, scene=with_floors(resolved.scene, require, "--require"))
-    run(resolved, ReportOptions(voxel, draws, seed, revision, pdf), out, as_json)
+    run(resolved, options, out, as_json)

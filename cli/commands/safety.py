@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -10,16 +10,11 @@ from ...formats.errors import UserError
 from ...simulation.safety_options import SafetyOptions
 from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
-from ..options.offered import offered
+from ..options.offered import offering
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
-if TYPE_CHECKING:
-    Options = SafetyOptions
-else:
-    Options = offered(SafetyOptions)
-DEFAULTS = Options()
 
-
+@offering()
 def safety(
     subject: Subject,
     /,
@@ -30,7 +25,7 @@ def safety(
     reading: ReadingOptions = AS_WRITTEN,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
-    options: Options = DEFAULTS,
+    options: SafetyOptions,
     out: Annotated[
         Path,
         Parameter(help="Output folder for README.md, safety.png, approaches.csv, safety.json."),
@@ -61,7 +56,6 @@ def safety(
     from ..runs.safety import DARK_TARGET, TORSO
     from ..runs.safety import safety as run
 
-    chosen = SafetyOptions(**vars(options))
     if sensing.sensor is not None:
         reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
         sensing = replace(
@@ -74,7 +68,7 @@ def safety(
     run(
         ResolvedSetup(subject, setup, where),
         path and Trajectory(None, None, path=path, degrees=motion.degrees),
-        chosen,
+        options,
         out,
         as_json,
     )

@@ -3,11 +3,12 @@
 import sys
 from pathlib import Path
 
-from place_rings._report import PDF, ReportOptions, write_report
+from place_rings._report import PDF, write_report
 from place_rings._validation import ResolvedSetup
 
 from ...formats.schema.written_models import ReportResult, RequirementModel, VerdictModel
 from ...formats.writing import made_folder
+from ...objectives.options import ReportOptions
 from ...reporting.setup_report.coverage_section import answer
 from ...reporting.setup_report.verdicts import verdicts
 from ...reporting.tables import count_error_line

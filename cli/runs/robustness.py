@@ -3,26 +3,16 @@
 from place_rings._robustness import robustness as assess
 from place_rings._validation import ResolvedSetup
 
-from ...coverage.choices import Law
+from ...objectives.options import RobustnessOptions
 from ...reporting.robustness import lines, robustness_table
 from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from .late_progress import late_progress
 
 
-def robustness(
-    subject: ResolvedSetup,
-    k: int,
-    draws: int,
-    position_error_mm: float,
-    direction_error_deg: float,
-    law: Law,
-    seed: int,
-    voxel: float,
-    as_json: bool,
-) -> None:
+def robustness(subject: ResolvedSetup, options: RobustnessOptions, as_json: bool) -> None:
     """Print redundancy and tolerance of a setup for its scene's goals."""
-    goals, each = subject.scene.goals, draws * len(subject.scene.poses)
+    goals, each = subject.scene.goals, options.draws * len(subject.scene.poses)
     with late_progress(Terminal(stderr=True)) as bar:
 
         def tell(done: int, _: int) -> None:
@@ -32,17 +22,7 @@ def robustness(
             if done % each == 0 and len(bar.task_ids) < len(goals):
                 bar.add_task(str(goals[len(bar.task_ids)].target), total=each)
 
-        report = assess(
-            subject,
-            k=k,
-            draws=draws,
-            position_error_mm=position_error_mm,
-            direction_error_deg=direction_error_deg,
-            law=law,
-            seed=seed,
-            voxel=voxel,
-            progress=tell,
-        )
+        report = assess(subject, progress=tell, **vars(options))
     results = list(report.records)
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]

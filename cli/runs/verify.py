@@ -1,12 +1,14 @@
 """Print the coverage of a setup."""
 
+from collections.abc import Callable
+from typing import Any
+
 from place_rings._validation import ResolvedSetup
-from place_rings._verify import Coverage, certify, check_counting
+from place_rings._verify import Coverage
 from place_rings._verify import verify as count
 
-from ...coverage.choices import Rule
 from ...coverage.voxels.volume_tally import Bracket
-from ...formats.errors import UserError
+from ...objectives.options import VerifyOptions
 from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
 from ...reporting.lines.calibration import calibration_lines
@@ -23,44 +25,28 @@ from ...reporting.tables import (
     zeta_table,
 )
 from ...reporting.terminal import Terminal, say_json
-from ..options.groups import SubjectOptions
 
 _SHOWN = 16  # largest number of poses of which each is printed
 
 
-def verify(
-    given: SubjectOptions,
-    name: str,
-    rule: Rule,
-    voxel: float | None,
-    width: float | None,
-    memory: float | None,
-    as_json: bool,
-) -> None:
+def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> None:
     """Print the coverage of a setup for the targets of its scene."""
-    certified = rule == "certified"
-    check_counting(voxel=voxel, width=width if certified else None, memory=memory)
-    if not certified:
-        if width is not None:
-            raise UserError(f"--width {width:g}: allowed only with --rule certified; add it")
-        voxel = VOXEL if voxel is None else voxel
-    subject = given.resolved(name)
-    scene, setup = subject.scene, subject.setup
-    coverage = _counted(subject, rule, voxel, width, memory)
+    scene, setup, name = subject.scene, subject.setup, subject.name
+    coverage = _counted(subject, options)
     results = list(coverage.records)
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()
-    sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(rule, voxel)}"
+    sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(options)}"
     first = occlusion_table(results, sensors, where)
     if first is None or any(r.worst for r in results):
         console.print(zeta_table(results, sensors, where))
     if first is not None:
         console.print(first)
-    if rule == "sampled":
-        console.print(count_error_line(voxel or VOXEL), highlight=False, soft_wrap=True)
+    if options.rule == "sampled":
+        console.print(count_error_line(options.voxel or VOXEL), highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
     for line in part_lines(results):
         console.print(line, highlight=False, soft_wrap=True)
@@ -80,13 +66,7 @@ def verify(
             console.print(stated, highlight=False, soft_wrap=True)
 
 
-def _counted(
-    subject: ResolvedSetup,
-    rule: Rule,
-    voxel: float | None,
-    width: float | None,
-    memory: float | None,
-) -> Coverage:
+def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:
     """Return the coverage and its records; a spinner on stderr shows the progress."""
     poses = len(subject.scene.poses)
     with Terminal(stderr=True).status("counting") as status:
@@ -100,10 +80,8 @@ def _counted(
             if poses > 1:
                 status.update(f"counting pose {pose + 1} of {poses}")
 
-        if rule == "certified":
-            coverage = certify(subject, width=width, voxel=voxel, progress=tell)
-        else:
-            coverage = count(subject, voxel=voxel or VOXEL, rule=rule, memory=memory, progress=at)
+        progress: Callable[[Any], None] = tell if options.certified else at
+        coverage = count(subject, progress=progress, **vars(options))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 
@@ -113,7 +91,8 @@ def _place(scene: CoreScene) -> str:
     return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 
 
-def _how(rule: Rule, voxel: float | None) -> str:
+def _how(options: VerifyOptions) -> str:
     """Return the rule and the size of the voxels as text."""
+    voxel = options.voxel or (None if options.certified else VOXEL)
     size = "" if voxel is None else f", voxels of {voxel:g} m"
-    return f"rule {rule}{size}"
+    return f"rule {options.rule}{size}"

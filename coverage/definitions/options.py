@@ -1,6 +1,7 @@
-"""Options of a function and of a command, which check themselves by their annotations.
+"""Options of a computation: fields whose annotations state their limits, for Python and the
+command, which checks nothing itself.
 
-This module loads no other of ours, so that the command's help comes at once.
+This module loads nothing that takes time, so that the command's help comes at once.
 """
 
 import math
@@ -31,35 +32,32 @@ class Whole:
 
 
 @dataclass(frozen=True)
-class Between:
-    """Limits of a number."""
+class Number:
+    """Limits of a number, as text and as values."""
 
     allowed: str
-    """The limits as text."""
-    high: float = math.inf
-    """The value below which it must lie."""
-    most: float = math.inf
-    """The largest."""
-    zero: bool = False
-    """Whether it may be 0; otherwise it lies above."""
+    gt: float = -math.inf
+    ge: float = -math.inf
+    lt: float = math.inf
+    le: float = math.inf
 
     def check(self, name: str, value: Any) -> None:
         """Raise InputError for anything but a number within the limits."""
         if isinstance(value, bool) or not isinstance(value, Real):
             raise InputError(f"found {value!r}, allowed: {self.allowed}", name)
-        within = 0 < float(value) < self.high and value <= self.most
-        if not (within or (self.zero and value == 0)):
-            raise InputError(f"found {value:g}, allowed: {self.allowed}", name)
+        number = float(value)
+        if not (self.gt < number < self.lt and self.ge <= number <= self.le):
+            raise InputError(f"found {number:g}, allowed: {self.allowed}", name)
 
 
 Seed = Annotated[int, Whole(0)]
-Seconds = Annotated[float | None, Between("a positive number of seconds")]
+Seconds = Annotated[float | None, Number("a positive number of seconds", gt=0)]
+Voxel = Annotated[float, Number("m, above 0", gt=0)]
+Draws = Annotated[int, Whole(1, 100_000)]
 
 
 class Options:
     """Options that check themselves by the limits and choices in their annotations."""
-
-    time: Seconds
 
     def __post_init__(self) -> None:
         for option in fields(self):  # type: ignore[arg-type]
@@ -71,11 +69,6 @@ class Options:
             choices = [None, *get_args(next(literal, None))]
             if len(choices) > 1 and value not in choices:
                 raise InputError(f"found {value!r}, allowed: {', '.join(choices[1:])}", name)
-
-    @property
-    def limit(self) -> float:
-        """Limit of time, s; infinite without one."""
-        return math.inf if self.time is None else self.time
 
 
 def kind_of(annotation: Any) -> tuple[Any, list[Any]]:

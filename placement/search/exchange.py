@@ -10,7 +10,7 @@ collisions is taken.
 """
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,24 +26,13 @@ from ..space.ring_places import SPREADS
 from ..stop_token import StopToken
 from .exchange_criteria import ExchangeCriterion, Rest, Tally, WorstPose, criterion_by_counts
 from .exchange_points import Field, Fields
+from .schedule import Round
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _STRETCHES = 16  # segments of rings that an exchange keeps: with 64 rings, 0.15 MB each
 _SAME = 1e-9  # share of a link, and rad: a ring that moved by less stayed
 _CHECKED = 2  # places of the best guessed values that are evaluated exactly
 _COLLIDING = 6  # best places of a ring that may collide before it stays
-
-
-@dataclass(frozen=True)
-class TrialReach:
-    """The places that an exchange tries for a ring."""
-
-    near: int
-    """Places near its own."""
-    scale: float
-    """Their distance, as a share of the ring's bounds."""
-    anywhere: int
-    """Places anywhere in the feasible set."""
 
 
 class Trials(NamedTuple):
@@ -57,14 +46,14 @@ class Trials(NamedTuple):
     """Sign of the tilt, where all rings share its size."""
 
 
-def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, reach: TrialReach) -> Trials:
-    """Draw places for ring ``i`` of a candidate: first those near its own, then those anywhere."""
+def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, r: Round) -> Trials:
+    """Draw places of a round for ring ``i`` of a candidate: those near its own, then others."""
     link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
-    near, free = reach.near, space.room(np.delete(c.segment, i).tolist(), link, count)
+    near, free = r.near, space.room(np.delete(c.segment, i).tolist(), link, count)
     shared = space.scene.rules.shared_tilt
     if shared:  # only segments whose limits allow the shared tilt
         free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
-    segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, reach.anywhere)])
+    segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, r.anywhere)])
     some, which = np.unique(segment, return_inverse=True)  # (S,), (K,)
     limits = np.array([space.limits(s, count) for s in some.tolist()])  # (S, 2, 3)
     low, high = limits[which, 0], limits[which, 1]  # (K, 3)
@@ -72,7 +61,7 @@ def drawn_trials(space: Space, c: Candidate, rng: Rng, i: int, reach: TrialReach
     spread = rng.choice(SPREADS, (near, 1)) * rng.standard_normal((near, 3))
     alone = rng.integers(6, size=near)  # half of the places differ in one value only
     spread[(alone[:, None] != np.arange(3)) & (alone[:, None] < 3)] = 0.0
-    beside = c.values[:, i] + reach.scale * spread * (high - low)[:near]  # (near, 3)
+    beside = c.values[:, i] + r.scale * spread * (high - low)[:near]  # (near, 3)
     values[:near] = np.clip(beside, low[:near], high[:near])
     sign[:near] = c.sign[i]
     if shared:
@@ -205,14 +194,14 @@ class Exchange:
         along = encode(where, values, position)
         return replace(c, values=np.concatenate([along[None, :n], c.values[1:]]))
 
-    def put(self, i: int, reach: TrialReach) -> None:
+    def put(self, i: int, r: Round) -> None:
         """Move ring ``i`` to the place where it adds most; see ``drawn_trials``.
 
         Where lines of sight can be guessed, it is the first of the most promising places that is
         better than its own.
         """
         field = self._field
-        trials = drawn_trials(self._space, self.candidate, self.rng, i, reach)
+        trials = drawn_trials(self._space, self.candidate, self.rng, i, r)
         rest = self._criterion.rest(field, self._tally, i, self._softness)
         (own,) = rest.values(self._tally.views(i, rest.index))
         batches = self._batches(i, trials, rest)
@@ -272,20 +261,20 @@ class Exchange:
         position = positions(where.some(same), along[:, same], tilt[:, same])
         return np.stack([position[:, np.searchsorted(same, i)], own, values[:, 2]])
 
-    def put_pair(self, reach: TrialReach) -> None:
+    def put_pair(self, r: Round) -> None:
         """Place one ring as if another saw nothing, then the other, then the first again; keep the
         result if it is better."""
         i, j = self.rng.choice(self.candidate.rings, 2, replace=False).tolist()
         other = copy(self)
         other._tally = self._tally.changed({j: self._nothing})
         other.value = self._criterion.value(self._field, other._tally, self._softness)
-        other.put(i, reach)
+        other.put(i, r)
         other._places = other._places.copy()
         other._places[:, j] = np.nan  # so that what the other ring sees is computed again
         other.value = -np.inf
         other.offer(other.candidate)
-        other.put(j, reach)
-        other.put(i, replace(reach, anywhere=0))
+        other.put(j, r)
+        other.put(i, replace(r, anywhere=0))
         if other.value > self.value:
             self.candidate, self.value = other.candidate, other.value
             self._tally, self._places = other._tally, other._places
@@ -296,15 +285,15 @@ class Exchange:
         every, zeta = self._criterion.by_pose(wide, self._tally)
         return every[np.argsort(zeta, kind="stable")[:poses]]
 
-    def sweep(self, reach: TrialReach, pairs: int, brake: StopToken) -> None:
+    def sweep(self, r: Round, brake: StopToken) -> None:
         """Improve every ring once, in random order, and then pairs of rings, until a stop."""
         rings = self.rng.permutation(self.candidate.rings)
         for i in rings.tolist():
             if not brake.on():
-                self.put(i, reach)
-        for _ in range(pairs if len(rings) > 1 else 0):
+                self.put(i, r)
+        for _ in range(r.pairs if len(rings) > 1 else 0):
             if not brake.on():
-                self.put_pair(reach)
+                self.put_pair(r)
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:

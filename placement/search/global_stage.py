@@ -16,10 +16,10 @@ import numpy as np
 from ..space.design import Candidate, Space
 from ..space.starts import fresh
 from ..stop_token import StopToken
-from .exchange import Exchange, TrialReach, share_of
+from .exchange import Exchange, share_of
 from .exchange_criteria import criterion_by_counts
 from .exchange_points import ACTIVE, Fields
-from .ring_library import Wanted, ring_library
+from .ring_library import ring_library
 from .ruin_recreate import RuinRecreate
 from .schedule import Round, Schedule
 
@@ -122,8 +122,7 @@ class GlobalStage:
             poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in some]))
         field, space = self.fields.first(r.points, poses), self.space
         rng = np.random.default_rng((self.seed, _LIBRARY, number))
-        wanted = Wanted(r.library, known, r.beside, r.scale)
-        library = ring_library(space, field, aim.seen, rng, self.brake, wanted)
+        library = ring_library(space, field, aim.seen, rng, self.brake, r, known)
         for one in some:
             i = next(i for i, c in enumerate(known) if c is one.candidate)
             ruin = RuinRecreate(library, one.rng, aim.losing)
@@ -135,13 +134,13 @@ class GlobalStage:
 
     def _sweep(self, number: int, r: Round, some: Sequence[Exchange]) -> None:
         """Run the sweeps of a round; the record takes the best of each, and soon a first one."""
-        reach, wide = TrialReach(r.near, r.scale, r.anywhere), self.fields.wide
+        wide = self.fields.wide
         for done in range(r.sweeps * len(some)):
             one = some[done % len(some)]
             if wide is not None:
                 poses = one.worst_poses(wide, ACTIVE)
                 one.look(self.fields.first(r.points, poses), r.softness, r.guess)
-            one.sweep(reach, r.pairs, self.brake)
+            one.sweep(r, self.brake)
             if self.brake.on():
                 return
             if wide is not None:

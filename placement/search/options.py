@@ -1,24 +1,20 @@
-"""The options of a search and of a redesign: each is defined here, for Python and the command.
+"""The options of a search and of a redesign: each is defined here, for Python and the command."""
 
-This module loads no other of ours than choices, so that the command's help comes at once.
-"""
-
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ...coverage.choices import Losing
 from ...coverage.definitions.errors import InputError
-from ...coverage.definitions.options import Between, Options, Seconds, Seed, Whole
+from ...coverage.definitions.options import Number, Options, Seconds, Seed, Voxel, Whole
 
 if TYPE_CHECKING:
     from ...coverage.rings.ring import Setup
 
 Device = Literal["auto", "cpu", "gpu"]
-_WITHIN = 1.0  # default margin of the fewest rings, percentage points
-
-
 Count = Annotated[int | None, Whole(1, 200)]
+_WITHIN = 1.0  # default margin of the fewest rings, percentage points
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,11 +39,11 @@ class SearchOptions(Options):
     fewest_rings: bool = False
     """What ``sensors`` alone does; accepted for earlier scripts."""
     within: Annotated[
-        float | None, Between("0 or more and below 100 (percentage points)", 100, zero=True)
+        float | None, Number("0 or more and below 100 (percentage points)", ge=0, lt=100)
     ] = None
     """With ``sensors``: largest loss of coverage that fewer rings may cost, in percentage points.
     Default: 1."""
-    reach: Annotated[float | None, Between("above 0 and below 100 (percent)", 100)] = None
+    reach: Annotated[float | None, Number("above 0 and below 100 (percent)", gt=0, lt=100)] = None
     """Coverage to reach in percent; find the fewest sensors that reach it."""
     redundancy: Annotated[int, Whole(1, 10)] = 1  # the time of a search grows with it
     """Number of sensors that must see a point for it to count as covered."""
@@ -55,9 +51,9 @@ class SearchOptions(Options):
     """Maximise the coverage that remains when the most important ring or sensor fails."""
     tolerant: bool = False
     """Maximise the mean coverage over random mounting errors."""
-    position_error_mm: float | None = None
+    position_error_mm: Annotated[float | None, Number("0 to 1000", ge=0, le=1000)] = None
     """With ``tolerant``: largest error of a ring along its link, in mm. Default: 5."""
-    direction_error_deg: float | None = None
+    direction_error_deg: Annotated[float | None, Number("0 to 45", ge=0, le=45)] = None
     """With ``tolerant``: largest error in the direction of a ring and of each sensor, in degrees.
     Default: 2."""
     gap: bool = False
@@ -74,7 +70,7 @@ class SearchOptions(Options):
     ``reach``."""
     time: Seconds = None
     """Time limit of the search in seconds. Default: none; the search ends by its own schedule."""
-    voxel: float = 0.01
+    voxel: Voxel = 0.01
     """Edge length in metres of the small cubes (voxels) in which coverage is counted."""
     start: Sequence["Setup"] = ()
     """Setups to start from, in addition to random ones."""
@@ -99,8 +95,13 @@ class SearchOptions(Options):
         for name in ("position_error_mm", "direction_error_deg"):
             if (error := getattr(self, name)) is not None and not self.tolerant:
                 raise InputError(
-                    f"found {error:g}, allowed: only with tolerant", name, ["tolerant"]
+                    f"found {error:g}, allowed: only with tolerant", name, others=("tolerant",)
                 )
+
+    @property
+    def limit(self) -> float:
+        """Limit of time, s; infinite without one."""
+        return math.inf if self.time is None else self.time
 
     @property
     def fewest(self) -> bool:
@@ -183,5 +184,10 @@ class ImproveOptions(Options):
     """Random seed; the same seed gives the same answer."""
     time: Seconds = None
     """Time limit of the search in seconds. Default: none; the search ends by its own schedule."""
-    voxel: float = 0.01
+    voxel: Voxel = 0.01
     """Edge length in metres of the small cubes (voxels) in which coverage is counted."""
+
+    @property
+    def limit(self) -> float:
+        """Limit of time, s; infinite without one."""
+        return math.inf if self.time is None else self.time

@@ -28,6 +28,7 @@ from ..space.ring_places import (
 )
 from ..stop_token import StopToken
 from .exchange_points import Field
+from .schedule import Round
 
 _AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 _BITS = 64
@@ -57,20 +58,6 @@ class Spans(NamedTuple):
         apart |= self.link != link
         from_all: np.ndarray = np.logical_and.reduce(apart, axis=0)
         return from_all
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What a library shall hold."""
-
-    anywhere: int
-    """Places anywhere in the feasible set, or fewer where memory bounds them."""
-    known: Sequence[Candidate] = ()
-    """Candidates whose rings it holds too."""
-    near: int = 0
-    """Places near each of these rings, or fewer likewise."""
-    scale: float = 0.0
-    """Distance of the near places, as a share of a ring's bounds."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +122,13 @@ class RingLibrary:
 
 
 def ring_library(
-    space: Space, field: Field, seen: int, rng: Rng, brake: StopToken, wanted: Wanted
+    space: Space,
+    field: Field,
+    seen: int,
+    rng: Rng,
+    brake: StopToken,
+    r: Round,
+    known: Sequence[Candidate] = (),
 ) -> RingLibrary:
     """Draw a library, with guessed lines of sight where these are known.
 
@@ -147,11 +140,12 @@ def ring_library(
         seen: J, sensors to count at a point.
         rng: random generator.
         brake: ends the tests.
-        wanted: what it shall hold.
+        r: the round, whose numbers of places it holds, or fewer where memory bounds them.
+        known: candidates whose rings it holds too, with places near these.
     """
-    known, most = wanted.known, _BYTES // (8 * seen * -(-len(field.part) // _BITS))
-    anywhere = min(wanted.anywhere, most // 2)
-    near = min(wanted.near, (most - anywhere) // max(sum(len(c.rings) for c in known), 1))
+    most = _BYTES // (8 * seen * -(-len(field.part) // _BITS))
+    anywhere = min(r.library, most // 2)
+    near = min(r.beside, (most - anywhere) // max(sum(len(c.rings) for c in known), 1))
     tilts = None
     if space.scene.rules.shared_tilt:
         tilts = np.unique([c.values[1, 0] for c in known])
@@ -160,7 +154,7 @@ def ring_library(
     for c in known:
         rings = places_of(space, c)
         own.append(np.arange(n, n + len(rings.sensors)))
-        each += [rings, places_near(space, rng, rings, near, wanted.scale)]
+        each += [rings, places_near(space, rng, rings, near, r.scale)]
         n += len(rings.sensors) + len(each[-1].sensors)
     places, index = joined(each), _by_weight(field, space)
     words = _words(space, field, places, index, seen, rng, brake)

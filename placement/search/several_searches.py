@@ -31,15 +31,15 @@ _RINGS_PER_LINK, _SENSORS_PER_RING = 2, 16  # by default, the latter where the r
 Run = Callable[[SearchOptions, SearchContext], SearchResult]
 
 
-def space_of(options: SearchOptions, scene: CoreScene) -> Space | None:
-    """Return the design space of a search; None if several searches follow each other.
+def space_of(options: SearchOptions, scene: CoreScene) -> Space:
+    """Return the design space of a search, of several the first.
 
     Raises:
         InfeasibleError: if the scene's rules admit no setup.
         InputError: for a number of sensors that the scene's rules do not allow on a ring.
     """
-    if options.reach is not None or options.fewest:
-        return None
+    if options.reach is not None:
+        return Space(scene, sensors=allowed_totals(scene, options.rings)[0], rings=options.rings)
     if options.sensors is not None:
         return Space(scene, sensors=options.sensors, rings=options.rings)
     count = _sensors_per_ring(options, scene)
@@ -192,7 +192,7 @@ def allowed_totals(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
     return [n for n in totals if n <= _MOST] or totals[:1]
 
 
-def fewest_rings(options: SearchOptions, context: SearchContext) -> FewestRings:
+def fewest_rings(space: Space, options: SearchOptions, context: SearchContext) -> FewestRings:
     """Find the setup with the fewest rings whose exact value is within a margin of the best.
 
     A first search chooses the number of rings. Bisection between that number and the fewest that
@@ -202,6 +202,7 @@ def fewest_rings(options: SearchOptions, context: SearchContext) -> FewestRings:
     This does not prove that fewer rings are impossible: searches find good setups, not bounds.
 
     Args:
+        space: the setups with any number of rings.
         options: number of sensors of every setup; the margin; seed of all searches; setups from
             which the first search starts besides its own; limit of time from the call, after which
             the best answer so far is returned. The first search takes half of it at most; the steps
@@ -214,7 +215,6 @@ def fewest_rings(options: SearchOptions, context: SearchContext) -> FewestRings:
         ValueError: for an empty target.
     """
     began, scene, aim = time.monotonic(), context.scene, context.aim
-    space = Space(scene, sensors=options.sensors)
     rounds = context.schedule or usual(scene, space, aim)
     points = Fields.drawn(space, aim, judging_points(rounds), options.seed)
     context = replace(context, points=points, schedule=rounds)

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 
-from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
 from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
@@ -14,8 +13,9 @@ from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.feasibility.mounting import Fault
 from ...objectives.feasibility.violations import faults
+from ...objectives.options import ReportOptions, RobustnessOptions
 from ...objectives.pose_subset import MANY, representative
-from ...objectives.robustness import RingSensitivity, RobustnessSettings, robustness
+from ...objectives.robustness import RingSensitivity, robustness
 from ...objectives.scene import CoreScene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
@@ -99,13 +99,12 @@ def gather(
     name: str,
     setup: Setup,
     scene: CoreScene,
-    voxel: float,
-    draws: int,
-    seed: int,
+    options: ReportOptions,
     found: FoundModel | None,
     console: Terminal,
 ) -> Facts:
     """Count everything that the report of ``setup`` states, with progress on ``console``."""
+    voxel, draws = options.voxel, options.draws
     setups = {name: setup} | {
         paper: one for paper, one in papers(scene).items() if one != setup and paper != name
     }
@@ -116,10 +115,10 @@ def gather(
             zetas.append(result)
             bar.advance(task)
     few = standing_for(scene, MANY)
-    settings = RobustnessSettings(_SEEN, MountingErrors(), draws, seed)
+    errors = RobustnessOptions(k=_SEEN, draws=draws, seed=options.seed)
     with ProgressBar(console) as bar:
         task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.goals))
-        each = robustness(Verifier(few, voxel), setup, settings, partial(bar.advance, task))
+        each = robustness(Verifier(few, voxel), setup, errors, partial(bar.advance, task))
     robust = [RobustnessResult.of(name, setup, one.redundancy, one.tolerance) for one in each]
     with console.status("computing what errors of single rings cost"):
         from ...objectives.sensitivity import sensitivity  # loads JAX
@@ -141,7 +140,7 @@ def gather(
         setup,
         scene,
         voxel,
-        seed,
+        options.seed,
         sensors,
         zetas,
         robust,

@@ -25,12 +25,12 @@ from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.exchange import Exchange, TrialReach
+from place_rings.placement.search.exchange import Exchange
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.ring_library import Wanted, ring_library
+from place_rings.placement.search.ring_library import ring_library
 from place_rings.placement.search.ruin_recreate import Gains, RuinRecreate, gains, joined
-from place_rings.placement.search.schedule import any_rings, given_rings, usual
+from place_rings.placement.search.schedule import Round, any_rings, given_rings, usual
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.ring_places import (
     _room,
@@ -54,6 +54,13 @@ REAL = CoreScene(poses=(Pose(Q),), goals=(Shell(1.0),))
 SCENES = {"plain": PLAIN, "two goals": TWO, "fixed rings": FIXED, "real mounts": REAL}
 KINDS = ["free", "six rings", "equal"]
 NEVER = StopToken(math.inf)
+
+
+def _round(library, beside=0):
+    """A round with places of a library, and of some beside each ring."""
+    return Round(0, 0, 0, 0, 0.1, library=library, beside=beside)
+
+
 TWO_RINGS = Space(PLAIN, rings=2, each=8)
 
 
@@ -71,7 +78,7 @@ def _drawn(name, kind, seen=1):
     fields = Fields(space, TargetPoints(space.scene, 512, 0), Criterion(seen=seen))
     rng, known = np.random.default_rng(0), [fresh(space, np.random.default_rng(i)) for i in (1, 2)]
     field = fields.first(1024)
-    library = ring_library(space, field, seen, rng, NEVER, Wanted(400, known, 12, 0.1))
+    library = ring_library(space, field, seen, rng, NEVER, _round(400, 12), known)
     return library, field, known
 
 
@@ -176,7 +183,7 @@ def test_a_small_library_gives_the_best_of_all_combinations(losing, seed):
     space = TWO_RINGS
     fields = Fields(space, TargetPoints(PLAIN, 256, 0))
     rng = np.random.default_rng(seed)
-    library = ring_library(space, fields.all, 1, rng, NEVER, Wanted(22, [fresh(space, rng)]))
+    library = ring_library(space, fields.all, 1, rng, NEVER, _round(22), [fresh(space, rng)])
     ruin = RuinRecreate(library, np.random.default_rng(0), losing)
     segment, room = library.places.segment, [s.room for s in space.segments]
     values = [
@@ -231,9 +238,9 @@ def test_a_stop_ends_the_tests_of_a_library():
     fields, rng = Fields(space, TargetPoints(REAL, 256, 0)), np.random.default_rng(0)
     times = iter(range(100))
     late = StopToken(9.0, lambda: float(next(times)))
-    wanted = Wanted(2000, [fresh(space, rng)])
-    library = ring_library(space, fields.all, 1, rng, late, wanted)
-    unseen = ring_library(space, fields.all, 1, rng, late, wanted)
+    known = [fresh(space, rng)]
+    library = ring_library(space, fields.all, 1, rng, late, _round(2000), known)
+    unseen = ring_library(space, fields.all, 1, rng, late, _round(2000), known)
     seen = library.words[0].any(axis=1)
     assert 0 < seen.mean() < 0.5  # only the places of a few batches
     assert not unseen.words.any()
@@ -268,7 +275,7 @@ def fields(name, aim=None, **options):
 def words(of, seed):
     """Return the bits of the points that rings see at 200 places."""
     rng = np.random.default_rng(seed)
-    return ring_library(of.space, of.all, 1, rng, NEVER, Wanted(200)).words[0]
+    return ring_library(of.space, of.all, 1, rng, NEVER, _round(200)).words[0]
 
 
 def exactly(of):
@@ -296,7 +303,7 @@ def test_where_guesses_rank_places_exact_lines_of_sight_decide(aim, occlusion, s
     here = Exchange(of.space, fresh(of.space, rng), rng, criterion)
     here.look(of.all)
     start = here.value
-    here.sweep(TrialReach(4, 0.2, 4), 1, NEVER)
+    here.sweep(Round(0, 0, 0, 4, 0.2, 4, pairs=1), NEVER)
     anew = Exchange(of.space, here.candidate, rng, criterion)
     anew.look(of.all)
     assert here.value == anew.value > start

@@ -38,7 +38,7 @@ from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
 from place_rings.objectives.target_points import TargetPoints
-from place_rings.placement.search.exchange import Exchange, TrialReach, share_of
+from place_rings.placement.search.exchange import Exchange, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
 from place_rings.placement.search.exchange_points import Field, Fields, HeldViews
 from place_rings.placement.search.global_stage import GlobalStage, Round, SearchRecord
@@ -114,7 +114,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     here.look(fields.first(256))
     for i in range(3):
         before = here.value
-        here.sweep(TrialReach(6, 0.2, 4), 2, StopToken(math.inf))
+        here.sweep(Round(0, 0, 0, 6, 0.2, 4, pairs=2), StopToken(math.inf))
         assert here.value >= before
         assert here.value == pytest.approx(
             _share(scene, space.setup(here.candidate), points, 64),
@@ -137,7 +137,7 @@ def test_rings_moved_in_pairs_are_worth_what_a_new_look_finds(seed):
     here.look(fields.all)
     before = here.value
     for _ in range(3):
-        here.put_pair(TrialReach(4, 0.2, 8))
+        here.put_pair(Round(0, 0, 0, 4, 0.2, 8))
     assert here.value >= before
     assert here.value == share_of(space, fields, here.candidate)
     assert not faults(TWO, space.setup(here.candidate).rings)

@@ -111,8 +111,10 @@ def _library(name, fields, seed, anywhere=300, beside=5):
     space, rng = SPACES[name], np.random.default_rng(seed)
     known = [fresh(space, rng) for _ in range(2)]
     field = fields[name].all
-    wanted = ring_library.Wanted(anywhere, known, beside, 0.1)
-    return known, ring_library.ring_library(space, field, 1, rng, StopToken(math.inf), wanted)
+    wanted = Round(0, 0, 0, 0, 0.1, library=anywhere, beside=beside)
+    return known, ring_library.ring_library(
+        space, field, 1, rng, StopToken(math.inf), wanted, known
+    )
 
 
 @pytest.mark.parametrize("name", SPACES)
@@ -150,7 +152,7 @@ def test_an_exchange_that_keeps_one_segment_table_at_a_time_ends_the_same(fields
         )
         one.look(fields["real"].all)
         for i in one.candidate.rings[:4]:
-            one.put(int(i), exchange.TrialReach(4, 0.1, 2))
+            one.put(int(i), Round(0, 0, 0, 4, 0.1, 2))
         values.append((one.value, one.candidate.values.tolist()))
         assert len(one._stretches) <= kept
     assert values[0] == values[1]

@@ -41,7 +41,8 @@ def fewest_sensors(scene: CoreScene, reach: float, **given: Any) -> Reach:
 
 def fewest_rings(scene: CoreScene, sensors: int, **given: Any) -> FewestRings:
     """Search for the fewest rings."""
-    return several_searches.fewest_rings(*questioned(scene, sensors=sensors, **given))
+    asked = questioned(scene, sensors=sensors, **given)
+    return several_searches.fewest_rings(Space(scene, sensors=sensors), *asked)
 
 
 def improve(
