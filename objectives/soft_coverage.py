@@ -79,20 +79,23 @@ class SoftCoverage:
         slopes = [np.asarray(slope, float) for _, slope in each]
         return float(each[0][0][0]), np.sum(slopes, axis=0)
 
-    def first(self, count: int) -> Sample:
-        """Return the first ``count`` points of each term, or somewhat fewer, as ``undecided``
-        does."""
-        n = self.all.points.shape[1]
+    def first(self, total: int, least: int) -> Sample:
+        """Return ``total`` points, or somewhat fewer, as ``undecided`` does: the first of each
+        term, at least ``least`` of each."""
+        terms, n, _ = self.all.points.shape
+        count = max(total // terms, least)
         return Sample(self.all.points[:, : -(-n // max(-(-n // count), 1))])
 
-    def undecided(self, arrays: RingArrays, values: Any, width: float, count: int) -> Sample:
-        """Return the ``count`` points of each term that are nearest to being covered or not, with
-        what the others contribute.
+    def undecided(
+        self, arrays: RingArrays, values: Any, width: float, total: int, least: int
+    ) -> Sample:
+        """Return ``total`` points with what the others contribute: of each term those that are
+        nearest to being covered or not, at least ``least``.
 
         Small moves of the rings change what is covered at these points only.
         """
         points = np.asarray(self.all.points)  # (T, N, 3)
-        n, count = points.shape[1], self.first(count).points.shape[1]
+        n, count = points.shape[1], self.first(total, least).points.shape[1]
         if count == n:
             return self.all
         padded = np.concatenate([points, points[:, : -n % count]], axis=1)

@@ -125,7 +125,8 @@ class LinkCylinder:
         cos, sin = np.cos(self._theta[:half]), np.sin(self._theta[:half])
         volume = self.step**2 * 2 * math.pi / self.azimuths / self.field.grid.volume
         slopes = np.gradient(p.radius, p.along)
-        spectrum = np.zeros((len(self._rho), *self._spectrum_shape), np.complex64)
+        size, depth = self._shape
+        spectrum = np.zeros((len(self._rho), size, depth // 2 + 1), np.complex64)
         for i, rho in enumerate(self._rho):
             x, y = rho * cos[:, None] - np.float32(self.family.radius), rho * sin[:, None]
             along, across = x * c + z * s, np.hypot(x * s - z * c, y)
@@ -148,10 +149,6 @@ class LinkCylinder:
             spectrum[i] = fft.rfft2(whole)
         return spectrum
 
-    @property
-    def _spectrum_shape(self) -> tuple[int, int]:
-        return self._shape[0], self._shape[1] // 2 + 1
-
     def collected(
         self, tilt: float, kernel: Complex[np.ndarray, "R A F"] | None = None
     ) -> Float[np.ndarray, "P A"]:
@@ -161,9 +158,12 @@ class LinkCylinder:
         Raises:
             RuntimeError: before ``load``.
         """
+        return self._correlated(self.kernel(tilt) if kernel is None else kernel)
+
+    def _correlated(self, kernel: Complex[np.ndarray, "R A F"]) -> Float[np.ndarray, "P A"]:
+        """Return the correlation of a kernel with the field at each place and azimuth."""
         if self._spectrum is None:
             raise RuntimeError("load a field of prices first")
-        kernel = self.kernel(tilt) if kernel is None else kernel
         product = np.einsum("raf,raf->af", kernel.conj(), self._spectrum)
         values: np.ndarray = fft.irfft2(product, self._shape)
         return values[:, self._before + self._keep].T
@@ -189,8 +189,6 @@ class LinkCylinder:
         Raises:
             RuntimeError: before ``load``.
         """
-        if self._spectrum is None:
-            raise RuntimeError("load a field of prices first")
         p, n, area = self.beam.profile.surface
         c, s = math.cos(tilt), math.sin(tilt)
         radius, cell = self.family.radius, 2 * math.pi / self.azimuths
@@ -211,7 +209,5 @@ class LinkCylinder:
             weight = (weight * area)[near] / (4 * self.field.grid.volume)
             cells = np.bincount(index, weight, math.prod(shape)).reshape(shape)
             kernel = fft.rfft2(cells.astype(np.float32)).astype(np.complex64)
-            product = np.einsum("raf,raf->af", kernel.conj(), self._spectrum)
-            values = fft.irfft2(product, self._shape)
-            each.append(np.maximum(values[:, self._before + self._keep].T, 0.0))
+            each.append(np.maximum(self._correlated(kernel), 0.0))
         return each[0], each[1]

@@ -57,17 +57,16 @@ class TargetGrid:
 
     def inside(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
         """Return whether points lie in the target: 1, 0, or between at the surface's voxels."""
-        corner = np.array([c[0] for c in self.centres])
-        at = ((points - corner) / self.side).T
-        values: np.ndarray = map_coordinates(self._indicator, at, order=1)
-        return values
+        return self._between(self._indicator, points)
 
     def steps(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
         """Return the density of the target's surface at points, 1/m, spread over a few voxels."""
-        corner = np.array([c[0] for c in self.centres]) - _PAD * self.side
-        at = ((points - corner) / self.side).T
-        values: np.ndarray = map_coordinates(self._surface, at, order=1)
-        return values
+        return self._between(self._surface, points, _PAD)
+
+    def _between(self, values: np.ndarray, points: np.ndarray, pad: int = 0) -> np.ndarray:
+        corner = np.array([c[0] for c in self.centres]) - pad * self.side
+        read: np.ndarray = map_coordinates(values, ((points - corner) / self.side).T, order=1)
+        return read
 
     @cached_property
     def _surface(self) -> Float[np.ndarray, "X Y Z"]:

@@ -114,8 +114,7 @@ class BeamSearch:
     """All answers counted so far."""
 
     def __post_init__(self) -> None:
-        terms = len(self.soft.all.points)
-        self.few = self.soft.first(max(256, self.plan.points // terms))
+        self.few = self.soft.first(self.plan.points, 256)
         self.finest = self.plan.stages[-1]
 
     def scores(self, some: list[EncodedSetup]) -> np.ndarray:

@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...coverage.rings.ring import Ring
-from ..space.feasible_set import Rng
+from ..space.feasible_set import Rng, segment_length
 from .changes import Touched
 from .problem import RedesignProblem
 
 # probabilities: new tilt, new place, both, another link
 _WHERE = np.array([0.2, 0.2, 0.4, 0.2])
 _COUNT = 0.5  # probability of moving sensors between rings where that is possible
-_LEAST_LENGTH = 0.1  # m, least length of a segment when one is drawn in proportion to length
 
 
 def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
@@ -52,12 +51,7 @@ def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rn
     """Return a ring with random place, tilt and phase, on its own link or, without a link,
     on any."""
     segments = [s for s in work.segments(free) if ring.link in ("", s.link)]
-    length = np.array(
-        [
-            max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH)
-            for s in segments
-        ]
-    )
+    length = np.array([segment_length(work.scene, s) for s in segments])
     s = segments[int(rng.choice(len(segments), p=length / length.sum()))]
     place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
     phase = rng.uniform(0, 2 * math.pi / ring.count)

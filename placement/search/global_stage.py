@@ -35,27 +35,27 @@ class SearchRecord:
 
     def __init__(self, space: Space, fields: Fields) -> None:
         self._space, self._fields, self._seen = space, fields, set[bytes]()
-        self.some = list[tuple[float, Candidate]]()
+        self.judged = list[tuple[float, Candidate]]()
 
     def take(self, c: Candidate) -> None:
         """Add a candidate."""
         key = b"".join(a.tobytes() for a in (c.values, c.segment, c.count, c.sign))
         if key not in self._seen:
             self._seen.add(key)
-            self.some.append((share_of(self._space, self._fields, c), c))
+            self.judged.append((share_of(self._space, self._fields, c), c))
 
     @property
     def best(self) -> tuple[float, Candidate]:
         """The highest value on all points, and its candidate; of equal ones the first."""
-        return max(self.some, key=lambda one: one[0])
+        return max(self.judged, key=lambda pair: pair[0])
 
     def rivals(self, most: int) -> list[tuple[float, Candidate]]:
         """Return the best and then those that are worse by no more than the points may be wrong,
         the best first, at most ``most``."""
         error = 1 / math.sqrt(len(self._fields.all.part))  # twice the largest standard deviation
         least = self.best[0] - error
-        ranked = sorted(self.some, key=lambda one: -one[0])
-        return [one for one in ranked[:most] if one[0] >= least]
+        ranked = sorted(self.judged, key=lambda pair: -pair[0])
+        return [pair for pair in ranked[:most] if pair[0] >= least]
 
 
 Tell = Callable[[int, float], None]
@@ -93,64 +93,64 @@ class GlobalStage:
             self.record.take(c)
         every = [Exchange(space, c, rng, criterion) for c, rng in zip(starts, rngs, strict=True)]
         for number, r in enumerate(rounds):
-            some = _best(every)[: r.keep] if number else every
-            self._look(r, some)
+            exchanges = _best(every)[: r.keep] if number else every
+            self._look(r, exchanges)
             if number == 0:
-                self.record.take(_best(some)[0].candidate)
+                self.record.take(_best(exchanges)[0].candidate)
             if r.trials and space.layout is None and space.places:
-                self._combine(number, r, some, [one.candidate for one in every])
-            self._sweep(number, r, some)
+                self._combine(number, r, exchanges, [exchange.candidate for exchange in every])
+            self._sweep(number, r, exchanges)
             if self.brake.on():
                 return
-            every = some
-        for one in every:
-            self.record.take(one.candidate)
+            every = exchanges
+        for exchange in every:
+            self.record.take(exchange.candidate)
 
-    def _look(self, r: Round, some: Sequence[Exchange]) -> None:
+    def _look(self, r: Round, exchanges: Sequence[Exchange]) -> None:
         """Evaluate candidates on the points of a round."""
         wide = self.fields.wide
         field = wide or self.fields.first(r.points)
-        for one in some:
-            one.look(field, r.softness, r.guess and wide is None)
+        for exchange in exchanges:
+            exchange.look(field, r.softness, r.guess and wide is None)
 
     def _combine(
-        self, number: int, r: Round, some: Sequence[Exchange], known: Sequence[Candidate]
+        self, number: int, r: Round, exchanges: Sequence[Exchange], known: Sequence[Candidate]
     ) -> None:
         """Offer each candidate another combination of rings, its own and others."""
         poses, wide, aim = None, self.fields.wide, self.fields.aim
         if wide is not None:
-            poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in some]))
+            poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in exchanges]))
         field, space = self.fields.first(r.points, poses), self.space
         rng = np.random.default_rng((self.seed, _LIBRARY, number))
         library = ring_library(space, field, aim.seen, rng, self.brake, r, known)
-        for one in some:
-            i = next(i for i, c in enumerate(known) if c is one.candidate)
-            ruin = RuinRecreate(library, one.rng, aim.losing)
+        for exchange in exchanges:
+            i = next(i for i, c in enumerate(known) if c is exchange.candidate)
+            ruin = RuinRecreate(library, exchange.rng, aim.losing)
             best = ruin.improved(library.own[i].tolist(), r.trials, self.brake)
             if self.brake.on():
                 return
-            one.offer(library.candidate(best.chosen))
-        self.record.take(_best(some)[0].candidate)
+            exchange.offer(library.candidate(best.chosen))
+        self.record.take(_best(exchanges)[0].candidate)
 
-    def _sweep(self, number: int, r: Round, some: Sequence[Exchange]) -> None:
+    def _sweep(self, number: int, r: Round, exchanges: Sequence[Exchange]) -> None:
         """Run the sweeps of a round; the record takes the best of each, and soon a first one."""
         wide = self.fields.wide
-        for done in range(r.sweeps * len(some)):
-            one = some[done % len(some)]
+        for done in range(r.sweeps * len(exchanges)):
+            exchange = exchanges[done % len(exchanges)]
             if wide is not None:
-                poses = one.worst_poses(wide, ACTIVE)
-                one.look(self.fields.first(r.points, poses), r.softness, r.guess)
-            one.sweep(r, self.brake)
+                poses = exchange.worst_poses(wide, ACTIVE)
+                exchange.look(self.fields.first(r.points, poses), r.softness, r.guess)
+            exchange.sweep(r, self.brake)
             if self.brake.on():
                 return
             if wide is not None:
-                one.look(wide, r.softness)
-            if (done + 1) % len(some) == 0 or number == done == 0:
-                self.record.take(_best(some)[0].candidate)
-            self.tell(number, (done + 1) / (r.sweeps * len(some)))
+                exchange.look(wide, r.softness)
+            if (done + 1) % len(exchanges) == 0 or number == done == 0:
+                self.record.take(_best(exchanges)[0].candidate)
+            self.tell(number, (done + 1) / (r.sweeps * len(exchanges)))
 
 
-def _best(some: Sequence[Exchange]) -> list[Exchange]:
+def _best(exchanges: Sequence[Exchange]) -> list[Exchange]:
     """Return candidates by their values, the best first, and of equal ones only one."""
-    distinct = {one.value: one for one in some}
-    return sorted(distinct.values(), key=lambda one: -one.value)
+    distinct = {exchange.value: exchange for exchange in exchanges}
+    return sorted(distinct.values(), key=lambda exchange: -exchange.value)

@@ -72,10 +72,10 @@ def accelerated(device: Device) -> bool:
     """
     if device == "cpu":
         return False
-    found = jax.default_backend()
-    if device == "gpu" and found == "cpu":
+    backend = jax.default_backend()
+    if device == "gpu" and backend == "cpu":
         raise ValueError("found gpu, but JAX finds none here, allowed: auto or cpu")
-    return found != "cpu"
+    return backend != "cpu"
 
 
 def suits(space: Space, soft: SoftCoverage) -> bool:
@@ -108,25 +108,26 @@ def gradient_stage(
     rng, key = np.random.default_rng((seed, 8)), jax.random.PRNGKey(seed)
     terms, most = len(soft.all.points), _most(space, soft)
     size = batch or max(_PAIRS // (terms * _POINTS * most * max(space.places, 1)), 16)
-    some = [*starts[:size], *(fresh(space, rng) for _ in range(size - len(starts)))]
+    candidates = [*starts[:size], *(fresh(space, rng) for _ in range(size - len(starts)))]
     budget = (space.free if space.layout is None else 0, space.places)
     run = jax.jit(partial(_run, soft, most, budget), static_argnums=2)
     judge = jax.jit(partial(_judge, soft, most))
     for number, steps in enumerate(_STEPS):
         key, own = jax.random.split(key)
-        made = _batch(space, some)
+        made = _batch(space, candidates)
         ends = jnp.asarray([*_WIDTHS[number], *_RATES[number]], jnp.float32)
         values = np.asarray(run(made, own, steps, ends), float)
-        some = [_candidate(space, c, v) for c, v in zip(some, values, strict=True)]
-        share = np.asarray(judge(_batch(space, some)))
-        some = [some[i] for i in np.argsort(-share, kind="stable")]
+        candidates = [_candidate(space, c, v) for c, v in zip(candidates, values, strict=True)]
+        share = np.asarray(judge(_batch(space, candidates)))
+        candidates = [candidates[i] for i in np.argsort(-share, kind="stable")]
         if brake.on() or number == len(_STEPS) - 1:
             break
-        kept = some[: max(size // _KEPT, 1)]
+        kept = candidates[: max(size // _KEPT, 1)]
         rank = np.arange(len(kept), 0, -1.0)
         drawn = rng.choice(len(kept), size - len(kept), p=rank / rank.sum())
-        some = [*kept, *(_child(space, kept[i], kept[rng.integers(len(kept))], rng) for i in drawn)]
-    return some
+        others = (_child(space, kept[i], kept[rng.integers(len(kept))], rng) for i in drawn)
+        candidates = [*kept, *others]
+    return candidates
 
 
 def _child(space: Space, a: Candidate, b: Candidate, rng: Rng) -> Candidate:
@@ -139,11 +140,11 @@ def _child(space: Space, a: Candidate, b: Candidate, rng: Rng) -> Candidate:
         kept += [(b, i) for i in b.rings if not of_a[number[b.segment[i]]]]
         if kept and len(kept) <= space.places:
             parts = [np.zeros_like(a.segment) - 1, np.zeros_like(a.count), np.zeros_like(a.values)]
-            for k, (one, i) in enumerate(kept):
+            for k, (parent, i) in enumerate(kept):
                 parts[0][k], parts[1][k], parts[2][:, k] = (
-                    one.segment[i],
-                    one.count[i],
-                    one.values[:, i],
+                    parent.segment[i],
+                    parent.count[i],
+                    parent.values[:, i],
                 )
             mixed = Candidate(parts[0], parts[1], parts[2], a.sign)
             most = [space.most_on(space.segments[i].link) for i in mixed.segment[mixed.rings]]
@@ -161,9 +162,9 @@ def _most(space: Space, soft: SoftCoverage) -> int:
     return soft.near(arrays, space.most)
 
 
-def _batch(space: Space, some: Sequence[Candidate]) -> _Batch:
+def _batch(space: Space, candidates: Sequence[Candidate]) -> _Batch:
     each = []
-    for c in some:
+    for c in candidates:
         arrays, where = space.arrays(c)
         low, high = space.box(c)
         counts = np.log(np.maximum(np.pad(c.count, (0, len(space.held))), 1))
@@ -229,13 +230,13 @@ def _stepped(one: _Batch, values: Any, step: Any) -> Any:
 
 
 def _loss(
-    soft: SoftCoverage, most: int, budget: tuple[int, int], values: Any, one: _Batch, some: Any
+    soft: SoftCoverage, most: int, budget: tuple[int, int], values: Any, one: _Batch, at: Any
 ) -> Any:
     """Return minus the soft coverage, and what lack of room costs.
 
     ``budget`` is the number of sensors to divide among a number of places; 0: counts are given.
     """
-    (sample, width), (free, places) = some, budget
+    (sample, width), (free, places) = at, budget
     counts = None
     if free:
         there = one.segment >= 0

@@ -39,7 +39,7 @@ class LocalStage:
             soft = SoftCoverage(fields.scene, points.terms, some, fields.aim)
             arrays, where = self._space.arrays(first)
             start = decode(where, self._space.values(first))
-            soft.value_and_slope(arrays, start, _DECIDED, soft.first(_count(soft)))
+            soft.value_and_slope(arrays, start, _DECIDED, soft.first(_UNDECIDED, _FEW))
             self._soft.set_result(soft)
         except BaseException as error:
             self._soft.set_exception(error)
@@ -77,11 +77,6 @@ class LocalStage:
         soft, (arrays, where) = self.soft, self._space.arrays(c)
         start = decode(where, self._space.values(c))
         rules = RingConstraints.of(where, *self._space.box(c), start)
-        sample = soft.undecided(arrays, start, _DECIDED, _count(soft))
+        sample = soft.undecided(arrays, start, _DECIDED, _UNDECIDED, _FEW)
         result = climb(soft, arrays, rules, sample, brake)
         return self._space.moved(c, result.values), result
-
-
-def _count(soft: SoftCoverage) -> int:
-    """Return the number of undecided points of each term."""
-    return max(_UNDECIDED // len(soft.all.points), _FEW)

@@ -59,7 +59,7 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
     ready, record = time.monotonic(), SearchRecord(space, fields)
     progress = Progress(stages=len(schedule), stage=1)
 
-    def told(number: int, over: float) -> None:
+    def show(number: int, over: float) -> None:
         best, c = record.best
         progress.stage, progress.done, progress.climbs = number + 1, round(100 * over), 100
         # a missed floor lowers the value, even below 0
@@ -73,12 +73,12 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
             for c in gradient_stage(space, stage.soft, starts, seed, brake)[:_TAKEN]:
                 if space.apart(c):
                     record.take(c)
-            told(len(schedule) - 1, 1.0)
+            show(len(schedule) - 1, 1.0)
         else:
-            GlobalStage(space, fields, seed, brake, record, told).run(schedule, starts)
+            GlobalStage(space, fields, seed, brake, record, show).run(schedule, starts)
     except KeyboardInterrupt:
         brake.pulled.set()
-    if not record.some:
+    if not record.judged:
         record.take(starts[0] if starts else fresh(space, rng))
     stages, climbs = [StageResult("global", record.best[0], time.monotonic() - ready)], []
     late, climbing = brake.on(), time.monotonic()

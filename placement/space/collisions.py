@@ -55,8 +55,8 @@ class Collisions:
     def among(self, rings: Sequence[Ring]) -> str | None:
         """Return the first collision, as text; None without one, or only among fixed rings."""
         held = {i for i, ring in enumerate(rings) if ring in self._fixed}
-        found = meeting(self._clear, rings)
-        return next((one.text for one in found if not set(one.rings) <= held), None)
+        faults = meeting(self._clear, rings)
+        return next((fault.text for fault in faults if not set(fault.rings) <= held), None)
 
 
 def _ball(around: Envelope) -> float:

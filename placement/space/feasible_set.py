@@ -245,12 +245,8 @@ class FeasibleSet:
 
     def pick(self, rng: Rng, free: Sequence[int]) -> int:
         """Draw one of the segments ``free`` with a probability proportional to its length."""
-        size = np.array([self.length(self.segments[i]) for i in free])
+        size = np.array([segment_length(self.scene, self.segments[i]) for i in free])
         return int(rng.choice(free, p=size / size.sum()))
-
-    def length(self, s: Segment) -> float:
-        """Return the length of a segment, m; that of one without room to move counts as 0.1."""
-        return max((s.high - s.low) * self.scene.robot.mount(s.link).length, 0.1)
 
     def limits(
         self, segment: int | np.integer, count: int
@@ -275,6 +271,11 @@ class FeasibleSet:
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
         ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
         return ring if like is None else replace(ring, sensor=like.sensor)
+
+
+def segment_length(scene: CoreScene, s: Segment) -> float:
+    """Return the length of a segment, m; that of one without room to move counts as 0.1."""
+    return max((s.high - s.low) * scene.robot.mount(s.link).length, 0.1)
 
 
 def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:

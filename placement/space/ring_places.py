@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
 from ...objectives.parameterization import at_tilt, decode
 from ..space.design import Candidate, Space
-from ..space.feasible_set import Rng
+from ..space.feasible_set import Rng, segment_length
 
 SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of the scale
 _RECOUNTED = 0.6  # share of the places near a ring with another number of sensors
@@ -48,7 +48,7 @@ def places_anywhere(
 ) -> SinglePlaces:
     """Draw places in the feasible set, on links by their length; ``tilts``: sizes of the tilts from
     which to choose, by default any."""
-    size = np.array([space.length(s) for s in space.segments])
+    size = np.array([segment_length(space.scene, s) for s in space.segments])
     segment = rng.choice(len(size), number, p=size / size.sum())
     count = rng.integers(space.least, _most(space, segment) + 1)
     fit = _fitting(space, segment, count)

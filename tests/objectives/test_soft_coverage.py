@@ -279,7 +279,7 @@ def test_the_undecided_points_stand_for_all(bare, setup, width, rng):
     as theirs by its own size."""
     scene, soft, _ = bare
     arrays, values = arrays_of(scene, setup)
-    few = soft.undecided(arrays, values, width, 500)
+    few = soft.undecided(arrays, values, width, 0, 500)
     assert few.points.shape == (2, 500, 3)
     assert soft.share(arrays, values, width, few) == pytest.approx(
         soft.share(arrays, values, width), abs=1e-5

@@ -24,6 +24,7 @@ from place_rings.placement.space.feasible_set import InfeasibleError, refusal
 from place_rings.placement.space.starts import fitted, fresh, papers
 
 from ..support import drawing
+from ..support.ring_rules import check_ring
 from ..support.searching import search
 
 RNG = np.random.default_rng(0)
@@ -69,34 +70,14 @@ def check(space: Space, setup: Setup, sensors: int) -> None:
     for ring in rounded(Setup(rules.fixed), scene.sensor).rings:
         own.remove(ring)
     for ring in own:
-        limits = scene.limits_of(ring.link)
-        length = scene.robot.mount(ring.link).length
-        assert limits.tilt[0] - 1e-5 <= ring.tilt <= limits.tilt[1] + 1e-5 or rules.shared_tilt
-        if not space.layout:
-            assert rules.sensors[0] <= ring.count <= rules.sensors[1]
-        if length > 0:
-            margin = rules.from_joints / length
-            assert (
-                max(limits.position[0], margin) - 1e-9
-                <= ring.position
-                <= min(limits.position[1], 1 - margin) + 1e-9
-            )
-            assert not any(
-                low + 1e-9 < ring.position < high - 1e-9 for low, high in limits.keep_out
-            )
-            for other in rings:
-                if other is not ring and other.link == ring.link:
-                    assert abs(other.position - ring.position) * length >= rules.spacing - 1e-9
+        check_ring(scene, ring, rings, 1e-9, 1e-5)
+        assert space.layout or rules.sensors[0] <= ring.count <= rules.sensors[1]
     for link in LINKS:
-        new = sum(ring.link == link for ring in own)
-        assert (
-            new == 0
-            or new + sum(ring.link == link for ring in rules.fixed) <= rules.max_rings_per_link
-        )
+        new, held = (sum(ring.link == link for ring in some) for some in (own, rules.fixed))
+        assert new == 0 or new + held <= rules.max_rings_per_link
     if rules.shared_tilt and own:
-        assert max(abs(ring.tilt) for ring in own) == pytest.approx(
-            min(abs(ring.tilt) for ring in own), abs=1e-5
-        )
+        tilts = [abs(ring.tilt) for ring in own]
+        assert max(tilts) == pytest.approx(min(tilts), abs=1e-5)
 
 
 @given(st.integers(1, 60), drawing.seeds)

@@ -216,7 +216,7 @@ def test_a_global_stage_is_the_same_for_the_same_seed_and_beats_its_starts(name)
     assert first.best[0] > share_of(SPACES[name], _fields(name), known[0]) + 0.02
     assert told == sorted(told)
     assert told[-1] == len(ROUNDS)
-    for share, c in first.some:
+    for share, c in first.judged:
         assert share == share_of(SPACES[name], _fields(name), c)
         assert not faults(space.scene, space.setup(c).rings)
         assert space.setup(c).sensors == space.sensors
@@ -231,9 +231,9 @@ def test_a_longer_stage_has_all_that_a_shorter_one_has(name):
     whole, known = _explored(name)[0], 0
     for cap in np.linspace(0, ticks, 5).astype(int).tolist():
         record, *_ = _explored(name, ticks=cap)
-        assert len(record.some) >= max(known, 1)
-        known = len(record.some)
-        assert all(_same(a, b) for (_, a), (_, b) in zip(record.some, whole.some, strict=False))
+        assert len(record.judged) >= max(known, 1)
+        known = len(record.judged)
+        assert all(_same(a, b) for (_, a), (_, b) in zip(record.judged, whole.judged, strict=False))
 
 
 POSES = (Pose(np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])), Pose(np.full(6, -0.9), 2.0))

@@ -32,6 +32,7 @@ from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
 
 from ..support import drawing
+from ..support.ring_rules import check_ring
 from ..support.searching import improve
 from .test_design import drawn_scene
 
@@ -60,20 +61,8 @@ def check_rules(
         limits, length = scene.limits_of(ring.link), scene.robot.mount(ring.link).length
         assert limits.tilt[0] - ANGLE <= ring.tilt <= limits.tilt[1] + ANGLE
         assert rules.sensors[0] <= ring.count <= rules.sensors[1] or ring.count in counts
-        margin = rules.from_joints / length if length else 0.0
-        if length:
-            assert (
-                max(limits.position[0], margin) - PLACE
-                <= ring.position
-                <= min(limits.position[1], 1 - margin) + PLACE
-            )
-            assert not any(
-                low + PLACE < ring.position < high - PLACE for low, high in limits.keep_out
-            )
-        for other in (*after, *fixed):
-            if other is not ring and other.link == ring.link:
-                assert length > 0
-                assert abs(other.position - ring.position) * length >= rules.spacing - PLACE
+        check_ring(scene, ring, (*after, *fixed), PLACE, ANGLE)
+        assert length > 0 or all(r is ring or r.link != ring.link for r in (*after, *fixed))
         assert sum(r.link == ring.link for r in after) <= rules.max_rings_per_link
         if rules.shared_tilt:  # as many of the others have it as have any other
             tilts = [round(abs(r.tilt), 5) for r in own]
