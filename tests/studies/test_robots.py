@@ -91,9 +91,9 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
 def test_a_search_in_time_says_whether_it_came_to_its_end(outcome, monkeypatch):
     caps = []
 
-    def found(scene, space, seed, time_cap, schedule, known, clock):
-        caps.append(time_cap)
-        assert clock() == pytest.approx(time.process_time(), abs=1)
+    def found(space, options, context):
+        caps.append(context.brake.limit)
+        assert context.brake.clock() == pytest.approx(time.process_time(), abs=1)
         return SimpleNamespace(setup=Setup((Ring("tool", 0.0, 4),)), outcome=outcome)
 
     monkeypatch.setattr(searching, "searching", found)
