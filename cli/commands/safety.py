@@ -67,7 +67,7 @@ def safety(
     path = motion.trajectory
     run(
         ResolvedSetup(subject, setup, where),
-        path and Trajectory(None, None, path=path, degrees=motion.degrees),
+        None if path is None else Trajectory(None, None, path=path, degrees=motion.degrees),
         options,
         out,
         as_json,
