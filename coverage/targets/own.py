@@ -22,6 +22,7 @@ from ..robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..robots.kinematics import transform
 from ..solids.base import CubePairs, Difference, Intersection, Parts, Solid, Union
 from ..solids.closed_mesh import ClosedMesh
+from ..solids.cones import Cones
 from ..solids.cylinders import Cylinders
 from ..solids.polyhedra import Polyhedra, Polyhedron, box, polyhedra
 from ..solids.spheres import sphere
@@ -103,6 +104,55 @@ class Cylinder(Target):
 
 
 @definition
+class Cone(Target):
+    """A cone, or a frustum of one, with flat ends about the z axis of its own frame.
+
+    It is the cone through both ends, cut at the narrow one by a plane: the maximum of two
+    1-Lipschitz functions (``cone`` and a half-space), hence 1-Lipschitz itself. Radii that differ
+    by less than 1 µm are those of a cylinder.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.Cone(0.5, 0.2, 1.0, centre=(1, 0, 0.5)).top_radius
+        0.2
+    """
+
+    kind = "cone"
+
+    radius: Metres
+    """Radius of the lower end, m."""
+    top_radius: Annotated[float, Field(ge=0, le=100)]
+    """Radius of the upper end, m; 0 for a pointed cone."""
+    height: Metres
+    """Height, m."""
+    centre: Point = ORIGIN
+    """Middle of its axis (x, y, z) in the base frame (``base`` of ``Scene``), m."""
+    rpy_deg: Angles = ORIGIN
+    """Rotations about the fixed x, then y, then z axis of the base frame, degrees."""
+
+    def solid(self, place: PosedRobot) -> Solid:
+        narrow, wide = sorted((self.radius, self.top_radius))
+        around = Cylinder(wide, self.height, self.centre, self.rpy_deg).solid(place)
+        if wide - narrow < 1e-6:
+            return around
+        sign = 1.0 if self.top_radius > self.radius else -1.0
+        axis = sign * transform(self.centre, np.radians(self.rpy_deg))[:3, 2]
+        length = self.height * wide / (wide - narrow)
+        apex = np.array(self.centre) + (self.height / 2 - length) * axis
+        angle = np.array([math.atan2(wide, length)])
+        whole = Cones(apex[None], axis[None], angle, np.array([length]))
+        end = _behind(-axis, self.centre - self.height / 2 * axis)
+        return within(Intersection(whole, end), around.bounds())
+
+    def _turned(self) -> dict[str, Any]:
+        return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
+
+    def described(self) -> str:
+        radii = f"{self.radius:g} and {self.top_radius:g} m"
+        return f"a cone of radii {radii} and height {self.height:g} m"
+
+
+@definition
 class Sphere(Target):
     """A sphere.
 
@@ -158,16 +208,20 @@ class HalfSpace(Target):
         return False
 
     def solid(self, place: PosedRobot) -> Solid:
-        normal = np.array(self.normal) / np.linalg.norm(self.normal)
-        edges = (np.zeros((0, 2, 3)), np.zeros((0, 2), int))
-        plane = Polyhedron(normal[None], np.array([normal @ np.array(self.point)]), *edges)
-        return polyhedra((plane,), _EVERYWHERE)
+        return _behind(np.array(self.normal) / np.linalg.norm(self.normal), np.array(self.point))
 
     def _turned(self) -> dict[str, Any]:
         return {"normal": turned(self.normal), "point": turned(self.point)}
 
     def described(self) -> str:
         return "a half-space"
+
+
+def _behind(normal: Float[np.ndarray, "3"], point: Float[np.ndarray, "3"]) -> Solid:
+    """Return the half-space behind the plane through a point, by its unit normal."""
+    edges = (np.zeros((0, 2, 3)), np.zeros((0, 2), int))
+    plane = Polyhedron(normal[None], np.array([normal @ point]), *edges)
+    return polyhedra((plane,), _EVERYWHERE)
 
 
 @definition

@@ -37,7 +37,7 @@ from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import CELLS, scenes
-from ..strategies.volumes import ANYWHERE, BOXES, CYLINDERS, OWN_TARGETS, VOLUMES
+from ..strategies.volumes import ANYWHERE, BOXES, CONES, CYLINDERS, OWN_TARGETS, VOLUMES
 from ..support.refusals import refused
 from .test_octree import agree, dense, lattice
 
@@ -72,15 +72,17 @@ def test_count_is_the_dense_count(rule, scene):
     agree(scene, scene.cones, rule)
 
 
-@given(BOXES | CYLINDERS)
-def test_count_of_a_box_and_of_a_cylinder_is_its_volume(volume):
+@given(BOXES | CYLINDERS | CONES)
+def test_count_is_the_volume_of_the_closed_form(volume):
     found = voxels(volume.solid(ANYWHERE), 0.02)
     if isinstance(volume, Box):
         a, b, c = volume.size
         surface, inside = 2 * (a * b + b * c + c * a), a * b * c
     else:
         r, h = volume.radius, volume.height
-        surface, inside = 2 * math.pi * r * (r + h), math.pi * r**2 * h
+        t = getattr(volume, "top_radius", r)
+        surface = math.pi * (r**2 + t**2 + (r + t) * math.hypot(h, r - t))
+        inside = math.pi * (r**2 + r * t + t**2) / 3 * h
     assert abs(found.volume - inside) <= 0.02 * surface
     low, high = volume.solid(ANYWHERE).bounds()
     assert (found.centres() >= low - 1e-9).all()

@@ -14,7 +14,7 @@ from place_rings.coverage.targets.named import (
     Shell,
     ToolSphere,
 )
-from place_rings.coverage.targets.own import Box, Cylinder, HalfSpace, Sphere
+from place_rings.coverage.targets.own import Box, Cone, Cylinder, HalfSpace, Sphere
 from place_rings.coverage.targets.posed_robot import PosedRobot, Shape
 from place_rings.coverage.targets.target import Target
 
@@ -28,6 +28,9 @@ SIZES = _MM.map(lambda mm: mm / 1000)
 BOXES = st.builds(Box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
 CYLINDERS = st.builds(
     Cylinder, st.integers(50, 800).map(lambda mm: mm / 1000), SIZES, PLACES, TURNS
+)
+CONES = st.builds(
+    Cone, st.integers(50, 800).map(lambda mm: mm / 1000), SIZES | st.just(0.0), SIZES, PLACES, TURNS
 )
 BALLS = st.builds(Sphere, st.integers(50, 900).map(lambda mm: mm / 1000), PLACES)
 HALF_SPACES = st.builds(HalfSpace, FACINGS.map(directions), PLACES)
@@ -45,7 +48,7 @@ def _combined(inner: st.SearchStrategy[Target]) -> st.SearchStrategy[Target]:
 
 
 VOLUMES = st.recursive(
-    st.one_of(BOXES, CYLINDERS, BALLS, HALF_SPACES, NAMED), _combined, max_leaves=5
+    st.one_of(BOXES, CYLINDERS, CONES, BALLS, HALF_SPACES, NAMED), _combined, max_leaves=5
 ).filter(lambda volume: volume.bounded)
 """Volumes with an end; some are empty."""
 
