@@ -198,7 +198,7 @@ class Improvement(Placement):
 
     def _verified(self, answers: Sequence[Answer]) -> list[list[VerifyResult]]:
         """Return ζ of each answer for each goal; empty lists for the answers after Ctrl-C."""
-        goals, each = self.scene.core.goals, list[list[VerifyResult]]()
+        goals, each = self.scene.core.targets, list[list[VerifyResult]]()
         try:
             for answer in answers:
                 verified = [self.verifier.verify(answer.setup, goal.target) for goal in goals]

@@ -85,7 +85,7 @@ class Proposal(Placement):
     def each(self) -> tuple[Verified, ...]:
         """Counted ζ of each target and pose, with voxels of 0.01 m or those of the search."""
         known = {} if self.search is None else {v.target: v for v in self.search.verified}
-        goals = self.scene.core.goals
+        goals = self.scene.core.targets
         with input_errors():
             return tuple(
                 known.get(g.target) or self._verifier.verify(self.setup, g.target) for g in goals
@@ -107,7 +107,7 @@ class Proposal(Placement):
 
     @cached_property
     def _dark(self) -> tuple[Verified | None, ...]:
-        goals = self.scene.core.goals
+        goals = self.scene.core.targets
         with input_errors():
             return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
 
@@ -176,7 +176,7 @@ class Proposal(Placement):
         """ζ of each target in percent under all occlusion models, as ``save`` writes it."""
         from .reporting.comparison import counted
 
-        goals = [goal.target for goal in self.scene.core.goals]
+        goals = [goal.target for goal in self.scene.core.targets]
         known = {(self.name, v.target): v for v in self.each}
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
@@ -269,7 +269,7 @@ class Proposal(Placement):
 
     def own_records(self, comparison: Sequence[VerifyResult]) -> list[VerifyResult]:
         """Return the records of a comparison that concern the proposal and its scene's targets."""
-        goals = {g.target.key for g in self.scene.core.goals}
+        goals = {g.target.key for g in self.scene.core.targets}
         return [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
 
     def reach_record(self) -> ReachModel | None:

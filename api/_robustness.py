@@ -81,7 +81,7 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
     name, placed, core = resolve_setup(call.setup, call.scene)
     check_scene(core, call.voxel)
     verifier, done = Verifier(core, call.voxel), -1
-    total = call.draws * len(core.poses) * len(core.goals)
+    total = call.draws * len(core.poses) * len(core.targets)
 
     def tell() -> None:
         nonlocal done

@@ -177,7 +177,7 @@ class Scene:
     @property
     def targets(self) -> tuple[Target, ...]:
         """The target volumes."""
-        return self._core.goals
+        return self._core.targets
 
     @property
     def poses(self) -> tuple[Pose, ...]:
@@ -202,7 +202,7 @@ class Scene:
     @property
     def mounts(self) -> Mapping[str, Limits]:
         """Limits of rings by link."""
-        return dict(self._core.limits)
+        return dict(self._core.mounts)
 
     @property
     def rules(self) -> Rules:
@@ -341,7 +341,8 @@ class Scene:
         core = self._core
         poses = f"{len(core.poses)} pose{'s' * (len(core.poses) != 1)}"
         goals = ", ".join(
-            str(g) + (f" (weight {g.weight:g})" if len(core.goals) > 1 else "") for g in core.goals
+            str(g) + (f" (weight {g.weight:g})" if len(core.targets) > 1 else "")
+            for g in core.targets
         )
         parts = [core.robot.name, poses, goals, f"occlusion {core.occlusion}"]
         if not core.real:

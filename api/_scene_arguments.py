@@ -95,7 +95,7 @@ def _turned(fields: Mapping[str, Any]) -> dict[str, Any]:
     turns: dict[str, Callable[[Any], Any]] = {
         "obstacles": turned_obstacle,
         "cell_sensors": turned_single,
-        "goals": Target.turned,
+        "targets": Target.turned,
     }
     new: dict[str, Any] = {
         name: tuple(map(turn, fields[name])) for name, turn in turns.items() if name in fields
@@ -132,7 +132,7 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
                 raise InputError(f"found {given[name]!r}, allowed: {kind.__name__}", name)
             fields[name] = given[name]
     if "mounts" in given:
-        fields["limits"] = _limits(given["mounts"])
+        fields["mounts"] = _limits(given["mounts"])
     if "obstacles" in given:
         fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
     if "cell_sensors" in given:
@@ -141,7 +141,7 @@ def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
         fields["cell_sensors"] = _each(some, MountedSensor, "cell_sensors", allowed)
     if "targets" in given:
         default = given["targets"] is None
-        fields["goals"] = CoreScene.goals if default else _goals(given["targets"])
+        fields["targets"] = CoreScene.targets if default else _goals(given["targets"])
     if "ring_radius" in given:
         radius = given["ring_radius"]
         fields["radius_stated"] = radius is not None

@@ -213,10 +213,10 @@ def _soft_coverage(scene: CoreScene, points: Any) -> SoftCoverage:
     every pose."""
     poses = len(scene.poses)
     if not isinstance(points, TargetPoints):
-        one = replace(scene, goals=scene.goals[:1])
+        one = replace(scene, targets=scene.targets[:1])
         return SoftCoverage(one, [(0, p) for p in range(poses)], [points] * poses)
     if (
-        max(g for g, _ in points.terms) >= len(scene.goals)
+        max(g for g, _ in points.terms) >= len(scene.targets)
         or max(p for _, p in points.terms) >= poses
     ):
         raise InputError("found points of another scene, allowed: those of this one", "points")

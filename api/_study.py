@@ -286,7 +286,9 @@ def _check_use(folder: Path, options: StudyOptions) -> None:
             that is written.
     """
     if options.name == "pareto":
-        check_scene(replace(options.scene, goals=options.targets), _module("pareto", "study").VOXEL)
+        check_scene(
+            replace(options.scene, targets=options.targets), _module("pareto", "study").VOXEL
+        )
         check_search_sight(options.scene)
         Space(options.scene, sensors=options.sensors or SENSORS)
     if options.name == "layouts":

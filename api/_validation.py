@@ -73,7 +73,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
         SceneModel.record_of(scene)
     except ValidationError as error:
         raise model_error("scene", error, SceneModel) from error
-    for goal in scene.goals:
+    for goal in scene.targets:
         try:
             separations(scene, goal.target)
         except ValueError as error:

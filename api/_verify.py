@@ -68,7 +68,7 @@ class Coverage(Placement):
 
     @cached_property
     def _dark(self) -> tuple[Verified | None, ...]:
-        goals = self.scene.core.goals
+        goals = self.scene.core.targets
         with input_errors():
             return tuple(verify_dark(self.verifier, self.setup, g.target) for g in goals)
 
@@ -102,7 +102,7 @@ class Coverage(Placement):
         from .reporting.comparison import counted
 
         core = self.scene.core
-        targets = [goal.target for goal in core.goals]
+        targets = [goal.target for goal in core.targets]
         known = {(self.name, v.target): v for v in self.each}
         records = counted(self.verifier, {self.name: self.setup}, targets, targets, known)
         effects = CalibrationEffectModel.each(calibration_effect(self.verifier, self.setup))
@@ -184,7 +184,7 @@ def verify(call: VerifyCall) -> Coverage:
     memory = None if call.memory is None else call.memory * 1e9
     verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, **calls)
     with input_errors():
-        each = tuple(verifier.verify(placed, goal.target) for goal in core.goals)
+        each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
     return Coverage(placed, Scene.of(core), each, name, verifier=verifier)
 
 

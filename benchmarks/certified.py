@@ -64,7 +64,7 @@ def cost_of_width(full: bool) -> str:
     q = scene.poses[0].q
     cones = sensor_cones(scene.robot, named_setup(SETUP), q)
     for radius, width in FULL if full else INTERVALS:
-        solid = target_solid(Shell(radius), scene.robot, q, scene.shape)
+        solid = target_solid(Shell(radius), scene.robot, q, scene.curve)
         start = time.perf_counter()
         b = bracket(solid, cones, width / 100)
         seconds = time.perf_counter() - start

@@ -87,7 +87,7 @@ def against_random_points(full: bool) -> list[str]:
         setup = named_setup(name)
         for mode in ("ignore", "shadow"):
             scene = replace(paper_scene(), occlusion=mode)
-            target = scene.goals[0].target
+            target = scene.targets[0].target
             works: dict[str, Callable[[], Any]] = {
                 "exact": lambda s=scene, t=target, u=setup: Verifier(s).verify(u, t).zeta,
                 "points": lambda s=scene, u=setup: estimate(s, u, POINTS, 0),

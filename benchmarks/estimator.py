@@ -50,7 +50,7 @@ class Task:
     def of() -> "Task":
         """Return the task of this comparison."""
         scene, rings = paper_scene(), named_setup(SETUP).rings
-        points = sample(scene.solid(scene.goals[0].target, 0), POINTS, 0)
+        points = sample(scene.solid(scene.targets[0].target, 0), POINTS, 0)
         v, arrays = ring_values(rings), ring_arrays(scene.robot, rings)
         arrays = jax.tree.map(lambda a: a.astype(np.float32) if a.dtype == float else a, arrays)
         values = np.stack([v.position, v.tilt, v.phase]).astype(np.float32)

@@ -42,7 +42,7 @@ def soft_task(sensors: int, poses: int, points: int) -> tuple[Any, Any, Any]:
     scene = paper_scene(poses=tuple(map(Pose, swing)))
     counts = np.bincount(np.arange(sensors) % 5, minlength=5).tolist()
     rings = [Ring(link, at, n, 0.5) for (link, at), n in zip(_PLACES, counts, strict=True)]
-    base, each = sample(here.solid(here.goals[0].target, 0), points, 0), []
+    base, each = sample(here.solid(here.targets[0].target, 0), points, 0), []
     for i in range(poses):
         c, s = np.cos(0.03 * i), np.sin(0.03 * i)
         each.append(base @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T)

@@ -25,7 +25,7 @@ def estimate(scene: CoreScene, setup: Setup, points: int, seed: int) -> tuple[fl
         points: number of points in the shell.
         seed: random seed.
     """
-    (goal,) = scene.goals
+    (goal,) = scene.targets
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
     inside = _shell(scene, goal.target.radius, points, seed)
     seen = np.zeros(points, bool)
@@ -57,13 +57,13 @@ def estimate(scene: CoreScene, setup: Setup, points: int, seed: int) -> tuple[fl
 
 def _shell(scene: CoreScene, radius: float, points: int, seed: int) -> Any:
     """Draw points (N, 3) m in the shell: in the tube of its radius and outside that of V_R."""
-    curve = robot_curve(scene.robot, scene.poses[0].q, scene.shape)
-    centre, normal, first = curve.discs(scene.shape.points_per_bend)
+    curve = robot_curve(scene.robot, scene.poses[0].q, scene.curve)
+    centre, normal, first = curve.discs(scene.curve.points_per_bend)
     low, high = centre.min(axis=0) - radius, centre.max(axis=0) + radius
     rng, kept, total = np.random.default_rng(seed), [], 0
     while total < points:
         some = rng.uniform(low, high, (_TRIED, 3))
-        for limit, wanted in ((radius, True), (scene.shape.robot_radius, False)):
+        for limit, wanted in ((radius, True), (scene.curve.robot_radius, False)):
             held = np.zeros(len(some), bool)
             for k in first:
                 before = (some - centre[k]) @ normal[k]

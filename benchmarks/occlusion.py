@@ -74,7 +74,7 @@ def report(full: bool) -> list[str]:
     q = scene.poses[0].q
     frames = forward(scene.robot.chain, q)
     occluders = Occluders(robot_capsules(scene.robot, frames))
-    points = sample(scene.solid(scene.goals[0].target, 0), POINTS, 0).astype(float)
+    points = sample(scene.solid(scene.targets[0].target, 0), POINTS, 0).astype(float)
     kinds = {"capsules": capsule_meshes(occluders), "links": link_meshes(frames)}
     rows: list[list[str]] = []
     for name in SETUPS[full] if installed("embreex") else ():

@@ -42,7 +42,7 @@ def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
     """Draw a target, the robot from the side, and the share of the space ahead of the flange."""
     scene = pr.Scene(robot="ur5e", targets=[target]).core
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
-    flange, solid = frames[-1, :3, 3], scene.solid(scene.goals[0].target, 0)
+    flange, solid = frames[-1, :3, 3], scene.solid(scene.targets[0].target, 0)
     axis = (flange - frames[-2, :3, 3]) / np.linalg.norm(flange - frames[-2, :3, 3])
     x, z = np.meshgrid(np.arange(-0.42, 1.2, STEP), np.arange(-0.42, 0.95, STEP))
     points = np.stack([x, np.full_like(x, flange[1]), z], axis=-1).reshape(-1, 3)

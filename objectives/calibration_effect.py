@@ -47,5 +47,5 @@ def calibration_effect(verifier: Verifier, setup: Setup) -> CalibrationEffect | 
         return None
     model = replace(scene, robot=scene.robot.nominal)
     nominal = Verifier(model, verifier.voxel, verifier.rule, verifier.width, memory=verifier.memory)
-    zetas = tuple(nominal.verify(setup, goal.target) for goal in scene.goals)
+    zetas = tuple(nominal.verify(setup, goal.target) for goal in scene.targets)
     return CalibrationEffect(calibration.source, largest_move(scene, setup), zetas)

@@ -96,7 +96,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
     if aim.plain:
         return verifier.judge(setup)
     check_criterion(verifier.scene, aim)
-    goals, weights = verifier.scene.goals, verifier.scene.goal_weights
+    goals, weights = verifier.scene.targets, verifier.scene.goal_weights
     if aim.losing:
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
         each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
@@ -122,7 +122,7 @@ def check_criterion(scene: CoreScene, aim: Criterion) -> None:
         ValueError: if the scene combines a loss with floors, or the worst pose with a criterion
             other than zeta.
     """
-    if aim.losing and any(goal.at_least > 0 for goal in scene.goals):
+    if aim.losing and any(goal.at_least > 0 for goal in scene.targets):
         raise ValueError(
             f"a goal's floor cannot be combined with the loss of a {aim.losing}; set only one of"
             " them"

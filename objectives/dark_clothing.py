@@ -59,4 +59,4 @@ def verify_dark(verifier: Verifier, setup: Setup, target: Target) -> Verified | 
 def judge_dark(verifier: Verifier, each: Sequence[Verified | None]) -> float | None:
     """Return the mean over the goals of a scene, or ζ of its worst pose, as ``Verifier.judged``."""
     known = [one for one in each if one is not None]
-    return verifier.judged(known)[1] if len(known) == len(verifier.scene.goals) else None
+    return verifier.judged(known)[1] if len(known) == len(verifier.scene.targets) else None

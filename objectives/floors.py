@@ -16,7 +16,7 @@ STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slo
 
 def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
     """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
-    return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
+    return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.targets])
 
 
 def worth(

@@ -42,7 +42,7 @@ def robustness(
             redundancy(verifier, setup, goal.target, options.k),
             tolerance(verifier, setup, goal.target, *drawing, tell),
         )
-        for goal in verifier.scene.goals
+        for goal in verifier.scene.targets
     )
 
 

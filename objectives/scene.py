@@ -67,15 +67,15 @@ class CoreScene:
     """The robot arm."""
     poses: tuple[Pose, ...] = (Pose(_REFERENCE_POSE),)
     """The weighted poses."""
-    goals: tuple[Target, ...] = (Shell(0.5),)
+    targets: tuple[Target, ...] = (Shell(0.5),)
     """The weighted target volumes."""
     sensor: Sensor = PAPER_SENSOR
     """The sensor of new rings."""
     ring_radius: float = RING_RADIUS
     """Radius of new rings, m."""
-    shape: Shape = field(default_factory=Shape)
+    curve: Shape = field(default_factory=Shape)
     """How target volumes are built."""
-    limits: dict[str, Limits] = field(default_factory=dict)
+    mounts: dict[str, Limits] = field(default_factory=dict)
     """Limits by link name; links that are not named have the default limits."""
     rules: Rules = field(default_factory=Rules)
     """Rules that make a setup buildable."""
@@ -154,7 +154,7 @@ class CoreScene:
         """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(
-            target, self.robot, at.q, self.shape, stands, at.rate, self.safety, self.person
+            target, self.robot, at.q, self.curve, stands, at.rate, self.safety, self.person
         )
 
     def sample(self, target: Target, pose: int, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
@@ -171,14 +171,14 @@ class CoreScene:
         Raises:
             ValueError: if there is neither.
         """
-        for goal in self.goals:
+        for goal in self.targets:
             if goal.key == (name, radius):
                 return goal.target
         return named_target(name, radius)
 
     def limits_of(self, link: str) -> Limits:
         """Return the limits of ``link``."""
-        return self.limits.get(link, Limits())
+        return self.mounts.get(link, Limits())
 
     def sensor_of(self, link: str) -> Sensor:
         """Return the sensor of new rings on ``link``."""
@@ -263,7 +263,7 @@ class CoreScene:
     @property
     def goal_weights(self) -> Float[np.ndarray, " G"]:
         """Weights of the goals, summing to 1."""
-        weight = np.array([g.weight for g in self.goals], float)
+        weight = np.array([g.weight for g in self.targets], float)
         share: np.ndarray = weight / weight.sum()
         return share
 

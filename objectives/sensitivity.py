@@ -28,7 +28,7 @@ def sensitivity(scene: CoreScene, setup: Setup, seed: int = 0) -> tuple[RingSens
         ValueError: if a target is empty.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    terms = len(scene.goals) * len(scene.poses)
+    terms = len(scene.targets) * len(scene.poses)
     points = TargetPoints(scene, max(_POINTS // terms, _FEWEST), seed)
     soft = SoftCoverage(scene, points.terms, points.points)
     groups, rings = scene.with_cell(setup).groups, setup.rings

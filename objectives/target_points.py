@@ -20,11 +20,11 @@ class TargetPoints:
         self.terms = [
             (g, p)
             for _ in range(mountings)
-            for g in range(len(scene.goals))
+            for g in range(len(scene.targets))
             for p in range(len(scene.poses))
         ]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
-            scene.sample(scene.goals[g].target, p, count, int(s))
+            scene.sample(scene.targets[g].target, p, count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]

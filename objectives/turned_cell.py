@@ -20,7 +20,7 @@ def states_coordinates(scene: CoreScene) -> bool:
         any(len(one.body.edges) for one in scene.obstacles)
         or BASE_LINK in {*(one.link for one in singles), *(one.link for one in attached)}
         or bool(scene.person and scene.person.areas)
-        or any(not goal.named or goal.importance for goal in scene.goals)
+        or any(not goal.named or goal.importance for goal in scene.targets)
     )
 
 
@@ -31,7 +31,7 @@ def turned_scene(scene: CoreScene) -> CoreScene:
     return replace(
         scene,
         robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
-        goals=tuple(goal.turned() for goal in scene.goals),
+        targets=tuple(goal.turned() for goal in scene.targets),
         obstacles=tuple(map(turned_obstacle, scene.obstacles)),
         cell_sensors=tuple(map(turned_single, scene.cell_sensors)),
         person=None if scene.person is None else turned_person(scene.person),

@@ -250,7 +250,7 @@ class Verifier:
 
     def verify_goals(self, setup: Setup) -> tuple[Verified, ...]:
         """Return ``verify`` of ``setup`` for each goal of the scene, in order."""
-        return tuple(self.verify(setup, goal.target) for goal in self.scene.goals)
+        return tuple(self.verify(setup, goal.target) for goal in self.scene.targets)
 
     def over_poses(self, target: Target, poses: tuple[PoseZeta, ...], seconds: float) -> Verified:
         """Return the weighted mean of a target's zetas at all poses, computed in ``seconds``."""
@@ -294,7 +294,7 @@ class Verifier:
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
         """Return ``judge``'s values for a setup whose goals are already verified."""
-        goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
+        goals, weights = self.scene.targets, [float(w) for w in self.scene.goal_weights]
         short = math.fsum(
             max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True)
         )

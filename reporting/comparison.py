@@ -71,7 +71,7 @@ def counted(
         One result for each target and setup: goals target by target, then the others setup by
         setup.
     """
-    scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
+    scene, goals = verifier.scene, [g.target for g in verifier.scene.targets]
     clear = MountClearance(scene) if scene.real else None
     few = [model for model in OCCLUSIONS if model in (scene.occlusion, "ignore")]
     others = [target for target in targets if target not in goals]
@@ -122,7 +122,7 @@ def counted_beside_papers(
         One record for each setup and target, target by target.
     """
     scene, verifier = verifier.scene, copy(verifier)
-    targets, layouts = [goal.target for goal in scene.goals], papers(scene)
+    targets, layouts = [goal.target for goal in scene.targets], papers(scene)
     setups = {name: setup} | layouts
     known = {(name, v.target): v for v in counts}
     records: list[VerifyResult] = []
@@ -163,6 +163,6 @@ def judged_beside_papers(
 
 def compared(scene: CoreScene) -> list[Target]:
     """Return the targets of a comparison: the goals and, for a few poses, the paper's targets."""
-    goals = [g.target for g in scene.goals]
-    common = [t for t in PAPER_TARGETS if all(r > scene.shape.robot_radius for r in t.radii)]
+    goals = [g.target for g in scene.targets]
+    common = [t for t in PAPER_TARGETS if all(r > scene.curve.robot_radius for r in t.radii)]
     return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))

@@ -222,7 +222,7 @@ def _draw(
     """
     from matplotlib.figure import Figure
 
-    robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
+    robot, q, target = scene.robot, scene.poses[0].q, scene.targets[0].target
     solid, points = scene.solid(target, 0), scene.sample(target, 0, _SAMPLES, seed)
     pieces = convex_pieces(solid.a)
     each = {one: _Shown.of(scene, one, points) for one, *_ in views}
@@ -269,7 +269,7 @@ def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None
     def covered(link: str) -> str:
         return f"covered from the {'cell' if link == BASE_LINK else link.replace('_', ' ')}"
 
-    target = scene.goals[0].target
+    target = scene.targets[0].target
     dot: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 5, "color": UNSEEN_COLOUR}
     key = [
         *(Patch(fc=paler(c, _PALE), ec=c, label=covered(link)) for link, c in colour.items()),

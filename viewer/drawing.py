@@ -102,7 +102,7 @@ class Drawing:
 
     def _robot_at(self, pose: int) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
         robot, q = self.scene.robot, self.scene.poses[pose].q
-        centres = robot_curve(robot, q, self.scene.shape).discs(self.scene.shape.points_per_bend)[0]
+        centres = robot_curve(robot, q, self.scene.curve).discs(self.scene.curve.points_per_bend)[0]
         surface = bodies(robot, forward(robot.chain, q)) if self.body is None else self.body.at(q)
         return surface, np.stack([centres[:-1], centres[1:]], axis=1)
 

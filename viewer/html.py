@@ -76,9 +76,9 @@ def meaning(target: Target, scene: CoreScene) -> str:
     radius = getattr(target, "radius", 0)
     named = {
         "V_O": f"all points within {scene.robot.reach:g} m of the base",
-        "V_T": f"all points within {scene.shape.tcp_range:g} m of the tool",
+        "V_T": f"all points within {scene.curve.tcp_range:g} m of the tool",
         "V_OT": (
-            f"all points within {scene.robot.reach:g} m of the base or {scene.shape.tcp_range:g} m"
+            f"all points within {scene.robot.reach:g} m of the base or {scene.curve.tcp_range:g} m"
             " of the tool"
         ),
         "V_S": (f"the discs of {radius:g} m across the arm's centre line, cut flat at the tool"),

@@ -58,7 +58,7 @@ class PageFiles:
         path = self._path(self._controls.name.value)
 
         def work(job: Job) -> None:
-            proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
+            proofs = prove(scene, setup, tuple(goal.target for goal in scene.targets), job.tell)
             faults = broken()
             save(self._path(path.stem), setup, scene, [p.counted for p in proofs], faults)
             saved(path.stem)

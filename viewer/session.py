@@ -37,8 +37,8 @@ _BESIDE = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 
 def shown_targets(scene: CoreScene) -> tuple[Target, ...]:
     """Return the targets of a scene; a single target is followed by the paper's targets."""
-    own = [goal.target for goal in scene.goals]
-    beside = [t for t in _BESIDE if all(r > scene.shape.robot_radius for r in t.radii)]
+    own = [goal.target for goal in scene.targets]
+    beside = [t for t in _BESIDE if all(r > scene.curve.robot_radius for r in t.radii)]
     return tuple(dict.fromkeys([*own, *beside] if len(own) == 1 else own))
 
 

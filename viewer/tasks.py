@@ -125,7 +125,7 @@ def search_from(
         InfeasibleError: if the scene's rules leave no place for such rings.
         ValueError: for an empty target or a setup without rings.
     """
-    asked = scene if target is None else replace(scene, goals=(target,), over_poses="mean")
+    asked = scene if target is None else replace(scene, targets=(target,), over_poses="mean")
     present = rounded(setup, scene.sensor)
     if not present.rings:
         raise ValueError("the setup has no ring to search from; add one")

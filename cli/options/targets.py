@@ -83,7 +83,7 @@ def parse_goals(targets: Sequence[str], radius: float | None, robot: Robot) -> t
 
 def with_goals(scene: CoreScene, goals: tuple[Target, ...], option: str = "--radius") -> CoreScene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
-    inner = scene.shape.robot_radius
+    inner = scene.curve.robot_radius
     for radius in (radius for goal in goals for radius in goal.radii):
         if radius <= inner:
             raise UserError(
@@ -94,7 +94,7 @@ def with_goals(scene: CoreScene, goals: tuple[Target, ...], option: str = "--rad
     for target in (goal.target for goal in goals):
         if first[target.key] != target:
             raise UserError(f"--target: found two different targets called {target}; rename one")
-    return replace(scene, goals=goals) if goals else scene
+    return replace(scene, targets=goals) if goals else scene
 
 
 def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-least") -> CoreScene:
@@ -102,7 +102,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
 
     A target that the scene lacks is added with weight 0.
     """
-    goals, floored = list(scene.goals), list[Target]()
+    goals, floored = list(scene.targets), list[Target]()
     for text in floors:
         match = _TARGET.fullmatch(text)
         if match is None or not match["weight"]:
@@ -120,7 +120,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
                 f" {match['name']}:0.5={match['weight']}"
             )
         name = text.rpartition("=")[0]
-        own = (goal.target for goal in scene.goals if goal.name == name)
+        own = (goal.target for goal in scene.targets if goal.name == name)
         target = next(own, None) or parse_goal(name, None, scene.robot, option).target
         with_goals(scene, (target,), f"{option} {text}, radius")
         if target in floored:
@@ -133,7 +133,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
             goals.append(replace(target, weight=0.0, at_least_percent=percent))
         else:
             goals[place] = replace(goals[place], at_least_percent=percent)
-    return replace(scene, goals=tuple(goals))
+    return replace(scene, targets=tuple(goals))
 
 
 def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:
@@ -146,5 +146,5 @@ def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Targ
         )
     if len(goals) != 2 or goals[0].target == goals[1].target:
         raise UserError(f"--target: found {' and '.join(targets)}, allowed: two different targets")
-    near, far = with_goals(scene, goals).goals
+    near, far = with_goals(scene, goals).targets
     return near.target, far.target

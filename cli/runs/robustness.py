@@ -12,7 +12,7 @@ from .late_progress import late_progress
 
 def robustness(subject: ResolvedSetup, options: RobustnessOptions, as_json: bool) -> None:
     """Print redundancy and tolerance of a setup for its scene's goals."""
-    goals, each = subject.scene.goals, options.draws * len(subject.scene.poses)
+    goals, each = subject.scene.targets, options.draws * len(subject.scene.poses)
     with late_progress(Terminal(stderr=True)) as bar:
 
         def tell(done: int, _: int) -> None:

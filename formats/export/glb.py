@@ -249,7 +249,7 @@ def _fan(cones: MixedBeams, k: int, half_thickness: float) -> Any:
 def _add_points(scene: Any, placed: PlacedSetup) -> None:
     """Add points of each target: covered points in one colour, uncovered points in another."""
     q = placed.scene.poses[placed.pose].q
-    for n, goal in enumerate(placed.scene.goals if placed.points else ()):
+    for n, goal in enumerate(placed.scene.targets if placed.points else ()):
         points = placed.scene.sample(goal.target, placed.pose, placed.points, 0)
         seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
         for name, some, colour in (("seen", seen, COVERED_ONCE), ("unseen", ~seen, UNCOVERED)):

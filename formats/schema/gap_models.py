@@ -48,7 +48,7 @@ class GapModel(StrictModel):
             return cls(bound_percent=None, gap_points=None, informative=False)
         terms = [
             TermBoundModel(
-                target=str(scene.goals[t.goal].target),
+                target=str(scene.targets[t.goal].target),
                 pose=t.pose,
                 bound_percent=100 * t.value,
                 by_volume_percent=100 * t.by_volume,

@@ -40,7 +40,7 @@ from .attached_models import AttachedModel, attached_to
 from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
 from .field_types import RingRadius
-from .mapping import MappedModel, Of
+from .mapping import MappedModel
 from .motion_models import PoseModel
 from .mount_models import MountModel, RulesModel
 from .mounted_sensor_models import (
@@ -97,12 +97,8 @@ class SceneModel(MappedModel[CoreScene]):
         ),
     )
     sensor: SensorModel = Field(default=SensorModel(), description="sensor of the rings")
-    curve: Annotated[Shape, Of("shape")] = Field(
-        default=Shape(), description="pose curve and the volumes about it"
-    )
-    mounts: Annotated[dict[str, MountModel], Of("limits")] = Field(
-        default={}, description="limits of rings by link"
-    )
+    curve: Shape = Field(default=Shape(), description="pose curve and the volumes about it")
+    mounts: dict[str, MountModel] = Field(default={}, description="limits of rings by link")
     poses: list[PoseModel] = Field(
         default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))],
         min_length=1,
@@ -119,8 +115,8 @@ class SceneModel(MappedModel[CoreScene]):
         default="mean",
         description="coverage over several poses: their weighted mean or the worst pose",
     )
-    targets: Annotated[list[TargetInFiles], Of("goals")] = Field(
-        default=list(CoreScene.goals),
+    targets: list[TargetInFiles] = Field(
+        default=list(CoreScene.targets),
         min_length=1,
         max_length=100,
         description="target volumes",
@@ -287,7 +283,7 @@ class SceneModel(MappedModel[CoreScene]):
         Raises:
             UserError: if no file can hold a target, as a function.
         """
-        if not all(part.in_files for goal in value.goals for part in goal.parts()):
+        if not all(part.in_files for goal in value.targets for part in goal.parts()):
             raise UserError("a target by a function of Python's cannot be written to a file")
         return cls.record_of(value, **given)
 

@@ -131,7 +131,7 @@ def unboundable(scene: CoreScene, aim: Criterion) -> str | None:
     volumes without weights, in a scene without obstacles and attached solids, whose faces may be
     flat.
     """
-    targets = [goal.target for goal in scene.goals]
+    targets = [goal.target for goal in scene.targets]
     reasons = {
         "mounting errors": aim.errors is not None,
         "obstacles": bool(scene.obstacles),
@@ -160,7 +160,7 @@ class AtPose:
 
     def bound(self, goal: int, effort: Effort, priced: bool = True) -> TermBound:
         """Return the bound for a target; unless ``priced`` by volume only."""
-        target = self.scene.goals[goal].target
+        target = self.scene.targets[goal].target
         grid = TargetGrid.of(self.scene, target, self.pose, effort.voxels)
         volume = min(self._by_volume(grid) + MARGIN, 1.0)
         if not priced or not effort.steps:

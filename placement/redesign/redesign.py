@@ -65,7 +65,7 @@ def improve(
     began, plan, scene, brake = time.monotonic(), plan or BeamPlan(), context.scene, context.brake
     most, seed = options.changes, options.seed
     rework = RedesignProblem(scene, mounted, most, options.add_sensors)
-    terms = len(scene.goals) * len(scene.poses)
+    terms = len(scene.targets) * len(scene.poses)
     points = TargetPoints(scene, max(256, max(plan.points, plan.climbed) // terms), seed)
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
     with ThreadPoolExecutor(processors()) as threads:

@@ -183,7 +183,7 @@ class WorstPose(ExchangeCriterion):
         self, goals: Float[np.ndarray, "*batch G"]
     ) -> Float[np.ndarray, "*batch"] | np.floating | float:
         """Return what goals (..., G) below their floors cost."""
-        if all(goal.at_least <= 0 for goal in self.scene.goals):
+        if all(goal.at_least <= 0 for goal in self.scene.targets):
             return 0.0
         cost: np.ndarray = goals @ self.scene.goal_weights - _worth(goals, self.scene)
         return cost

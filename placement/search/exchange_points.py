@@ -89,7 +89,7 @@ class Fields:
         """
         scene = space.scene
         check_criterion(scene, aim)
-        goals = len(scene.goals) * aim.mountings
+        goals = len(scene.targets) * aim.mountings
         poses = ACTIVE if active_poses(scene) else len(scene.poses)
         least = min(_LEAST, max(_FEWEST, _MANY // (goals * len(scene.poses))))
         count = max(least, points // (goals * poses))
@@ -157,7 +157,7 @@ class Fields:
         n = min(max(count // len(some), _FEWEST), self._most)
         goal, pose = self._goal[some], self._pose[some]
         part = (weights[pose] * self._share)[:, None] * (
-            goal[:, None] == np.arange(len(self.scene.goals))
+            goal[:, None] == np.arange(len(self.scene.targets))
         )
         in_pose = self.scene.goal_weights[goal] * self._share
         points = {

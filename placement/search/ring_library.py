@@ -166,7 +166,7 @@ def ring_library(
 
 def _by_weight(field: Field, space: Space) -> Int[np.ndarray, " N"]:
     """Return indices of the points of a field: the more often, the more a point counts."""
-    floors = np.array([goal.at_least for goal in space.scene.goals])
+    floors = np.array([goal.at_least for goal in space.scene.targets])
     share = np.cumsum(field.part @ (space.scene.goal_weights + floors))  # (N,)
     n = len(share)
     index: np.ndarray = np.searchsorted(share, (np.arange(n) + 0.5) / n * share[-1])

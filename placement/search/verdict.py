@@ -66,7 +66,7 @@ def choose(
 
     def at(_: int) -> None:
         nonlocal counted
-        tell(counted, max(len(scene.goals) * poses, counted + 1))
+        tell(counted, max(len(scene.targets) * poses, counted + 1))
         counted += 1
 
     verifier.at = at

@@ -280,10 +280,10 @@ def segment_length(scene: CoreScene, s: Segment) -> float:
 
 def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:
     """Return the scene in which the new rings of a link have the sensor of the layout there."""
-    limits = dict(scene.limits)
+    limits = dict(scene.mounts)
     for ring in reversed(layout.rings if layout else ()):
         limits[ring.link] = replace(scene.limits_of(ring.link), sensor=ring.sensor)
-    return replace(scene, limits=limits)
+    return replace(scene, mounts=limits)
 
 
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:

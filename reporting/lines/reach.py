@@ -16,7 +16,7 @@ def reach_lines(scene: CoreScene) -> list[str]:
     Raises:
         ValueError: as ``beyond_sensors`` does.
     """
-    each = [(str(g.target), beyond_sensors(scene, g.target)) for g in scene.goals]
+    each = [(str(g.target), beyond_sensors(scene, g.target)) for g in scene.targets]
     return [line for name, b in each for line in _beyond(name, b)]
 
 

@@ -43,7 +43,7 @@ def _along(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
 def _fields(scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
     """Return implicit functions (N,), m, negative inside: the outer target, what it excludes, what
     is covered, and the obstacles."""
-    q, target = scene.poses[0].q, scene.goals[0].target
+    q, target = scene.poses[0].q, scene.targets[0].target
     solid, sees = scene.solid(target, 0), setup_sight(scene, setup, q)
     obstacles = np.full(len(points), np.inf)
     for one in scene.obstacles:
@@ -78,7 +78,7 @@ def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
     origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
     along, through = _along(origins), origins.mean(axis=0) * [1, 1, 0]
     through -= (through @ along) * along  # so that the axis counts from the base
-    low, high = scene.solid(scene.goals[0].target, 0).a.bounds()
+    low, high = scene.solid(scene.targets[0].target, 0).a.bounds()
     corners = np.array([(x, y, 0.0) for x in (low[0], high[0]) for y in (low[1], high[1])])
     reach = (corners - through) @ along
     ends = (reach.min() - _MARGIN, reach.max() + _MARGIN), (low[2] - _MARGIN, high[2] + _MARGIN)
@@ -161,7 +161,7 @@ def _legend(figure: Any, scene: CoreScene) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    target = scene.goals[0].target
+    target = scene.targets[0].target
     dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4, "mfc": "white", "mec": INK}
     keys = [
         Patch(fc=COVERED, label="covered: seen by at least one sensor"),

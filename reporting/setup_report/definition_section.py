@@ -22,7 +22,7 @@ def definition_section(f: Facts) -> Iterator[str]:
         f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if a point drawn in it is.\n"
     )
     poses = len(f.scene.poses)
-    for goal, r in zip(f.scene.goals, f.own, strict=True):
+    for goal, r in zip(f.scene.targets, f.own, strict=True):
         volumes = ""
         if poses == 1 and goal.target.importance is None and r.target_voxels:
             seen, whole = ((n or 0) * f.voxel**3 for n in (r.covered_voxels, r.target_voxels))
@@ -31,7 +31,7 @@ def definition_section(f: Facts) -> Iterator[str]:
         yield f"- {target_label(r)}: ζ = {volumes}**{percent(r, r.rule)} %**{mean}"
     yield ""
     yield f"{_meaning(f.scene)}\n"
-    target = f.scene.goals[0].target
+    target = f.scene.targets[0].target
     yield f"![Section through {target}: covered, uncovered, and what does not count]({SECTION})\n"
     at = " in pose 0" if len(f.scene.poses) > 1 else ""
     yield f"Vertical section through the arm{at}. ζ counts the whole volume, not this section.\n"
@@ -40,7 +40,7 @@ def definition_section(f: Facts) -> Iterator[str]:
 def _meaning(scene: CoreScene) -> str:
     words = {
         "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
-        "V_T": f"V_T is the ball of {scene.shape.tcp_range:g} m about the tool",
+        "V_T": f"V_T is the ball of {scene.curve.tcp_range:g} m about the tool",
         "V_OT": "V_OT is the union of the balls about base and tool",
         "V_S": "V_S(r) is the shell: discs of r m across the robot's curve, cut flat at its ends",
         "V_N": "V_N(r) is the space within r m of the robot's bodies",
@@ -48,22 +48,22 @@ def _meaning(scene: CoreScene) -> str:
     }
     names = [
         (words.get(g.name) if g.named else None) or f"{g} is {g.described()}"
-        for g in {g.name: g for g in scene.goals}.values()
+        for g in {g.name: g for g in scene.targets}.values()
     ]
     names += [
         f"places in {g.target} count by its weight field"
-        for g in scene.goals
+        for g in scene.targets
         if g.target.importance
     ]
     names += [
         "only what "
         + ("a person can touch" if g.target.reachable == "person" else _CONNECTED)
         + f" belongs to {g.target}"
-        for g in scene.goals
+        for g in scene.targets
         if g.target.reachable
     ]
-    near = {"V_N" in goal.target.names for goal in scene.goals}
-    own = [f"the robot's own volume, {scene.shape.robot_radius:g} m about the curve"] * (
+    near = {"V_N" in goal.target.names for goal in scene.targets}
+    own = [f"the robot's own volume, {scene.curve.robot_radius:g} m about the curve"] * (
         False in near
     )
     own += ["the robot's bodies" + " from V_N" * bool(own)] * (True in near)

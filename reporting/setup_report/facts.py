@@ -65,7 +65,7 @@ class Facts:
     @property
     def own(self) -> list[VerifyResult]:
         """ζ of the setup for each goal of the scene."""
-        goals = [g.target.key for g in self.scene.goals]
+        goals = [g.target.key for g in self.scene.targets]
         return [
             r
             for goal in goals
@@ -117,7 +117,7 @@ def gather(
     few = standing_for(scene, MANY)
     errors = RobustnessOptions(k=_SEEN, draws=draws, seed=options.seed)
     with ProgressBar(console) as bar:
-        task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.goals))
+        task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.targets))
         each = robustness(Verifier(few, voxel), setup, errors, partial(bar.advance, task))
     robust = [RobustnessResult.of(name, setup, one.redundancy, one.tolerance) for one in each]
     with console.status("computing what errors of single rings cost"):
@@ -128,7 +128,7 @@ def gather(
     with console.status("computing blind spots"):
         blind = [
             blind_spots(verifier, setup, t, looked_at(scene, worst.get(t.key, 0)))
-            for t in (goal.target for goal in scene.goals)
+            for t in (goal.target for goal in scene.targets)
             for verifier in [Verifier(scene, voxel)]
         ]
     broken = faults(scene, setup.rings)

@@ -48,7 +48,7 @@ def reproduction_section(
     yield f"{_listed_versions(versions)}:\n"
     yield command(["place-rings", *words])
     yield "To prove a ζ, as a guaranteed interval:\n"
-    target, say = f.scene.goals[0].target, ["place-rings", "verify"]
+    target, say = f.scene.targets[0].target, ["place-rings", "verify"]
     if target.plain:
         name, r = target.key
         stated = name if r is None else f"{name}:{r:g}"

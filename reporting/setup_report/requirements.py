@@ -46,7 +46,7 @@ def decide(scene: CoreScene, setup: Setup) -> list[Requirement]:
     Each interval is narrowed until it decides its requirement, or down to a twentieth of a point.
     """
     decided = list[Requirement]()
-    for goal in scene.goals:
+    for goal in scene.targets:
         if goal.at_least <= 0:
             continue
         low, high = 0.0, 1.0

@@ -17,8 +17,8 @@ def scene_section(f: Facts) -> Iterator[str]:
     """Yield the scene of the report, a line for each part."""
     scene, goals = f.scene, []
     weights = scene.goal_weights
-    for goal, w in zip(scene.goals, weights, strict=True):
-        part = f"{goal.target}" + (f", weight {w:.2f}" if len(scene.goals) > 1 else "")
+    for goal, w in zip(scene.targets, weights, strict=True):
+        part = f"{goal.target}" + (f", weight {w:.2f}" if len(scene.targets) > 1 else "")
         goals.append(
             part + (f", at least {100 * goal.at_least:.2f} %" if goal.at_least > 0 else "")
         )

@@ -68,8 +68,8 @@ def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: boo
         UserError: if no plan is possible.
     """
     clear = Clearance(scene, setup).of if moved else None
-    targets = [goal.target for goal in scene.goals if "coverage" in options.parts]
-    each = -(-options.trials // len(scene.goals))
+    targets = [goal.target for goal in scene.targets if "coverage" in options.parts]
+    each = -(-options.trials // len(scene.targets))
     looked = "self" in options.parts or options.move  # a real robot moves after it only
     seconds = options.seconds if looked else None
     mount = None
@@ -117,7 +117,7 @@ def read_plans(
     """
     mount, rods = None, list[RodPlan]()
     if not required:
-        files = {"mount": [STOPS], "coverage": [trials_file(g.target) for g in scene.goals]}
+        files = {"mount": [STOPS], "coverage": [trials_file(g.target) for g in scene.targets]}
         there = [
             part for part, names in files.items() if all((folder / n).is_file() for n in names)
         ]
@@ -127,7 +127,7 @@ def read_plans(
     if "mount" in parts:
         mount = mount_plan_of(read_model(folder / STOPS, MountPlanFile))
         _require_joints(folder / STOPS, scene, mount.joints)
-    for goal in scene.goals if "coverage" in parts else ():
+    for goal in scene.targets if "coverage" in parts else ():
         file = folder / trials_file(goal.target)
         try:
             rods.append(rod_plan_of(read_model(file, RodPlanFile), scene))

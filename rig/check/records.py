@@ -255,7 +255,7 @@ def mount_of(
     if plan is None or built is None:
         return None
     zeta = []
-    for goal in check.scene.goals:
+    for goal in check.scene.targets:
         z = built.zeta(goal.target, verifier)
         percents = {
             f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")

@@ -105,7 +105,7 @@ class AsBuilt:
         verifier = verifier or Verifier(self.scene)
         found = [
             VerifyResult.of(name, verifier.verify(self.setup, g.target), self.scene)
-            for g in self.scene.goals
+            for g in self.scene.targets
         ]
         # the same readings make the same file
         zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]

@@ -110,7 +110,7 @@ def share_of_points(
     Points and coverage are those of the scene's first pose.
     """
     where = scene_from(scene)
-    drawn = points_in(where, where.goals[0].target, points, seed)
+    drawn = points_in(where, where.targets[0].target, points, seed)
     return 100 * float(covered(where, setup_from(setup, where), drawn).mean())
 
 
@@ -139,7 +139,7 @@ def bound(
             in the grid and of groups of points.
     """
     where = scene_from(scene)
-    drawn = points_in(where, where.goals[0].target, points, seed)
+    drawn = points_in(where, where.targets[0].target, points, seed)
     rings, problem = choice(where, RingGrid(**grid), drawn, sensors)
     first = problem.share(greedy(problem))
     linear, best = relaxed(problem, limit), solved(problem, limit)

@@ -129,7 +129,7 @@ def test_the_facade_has_examples():
 def test_verify_is_the_verifier(radius, count, rings, tilt):
     name = f"n{rings}_{count}_{tilt}"
     scene = pr.Scene.paper(targets=[pr.Shell(radius)])
-    core = paper_scene(goals=(scene.targets[0].target,))
+    core = paper_scene(targets=(scene.targets[0].target,))
     counted = pr.verify(name, scene, voxel=0.05)
     expected = Verifier(core, 0.05).verify(pr.Setup.named(name), scene.targets[0].target)
     assert counted.coverage == expected.zeta

@@ -369,7 +369,7 @@ def hostile_scene():
     mounts = tuple(replace(m, link=named[m.link]) for m in SCENE.robot.mounts)
     robot = replace(SCENE.robot, name=f"arm{NASTY}", mounts=mounts)
     obstacles = tuple(replace(o, name=o.name + NASTY) for o in SCENE.obstacles)
-    scene = replace(SCENE, robot=robot, obstacles=obstacles, goals=(Shell(0.25),))
+    scene = replace(SCENE, robot=robot, obstacles=obstacles, targets=(Shell(0.25),))
     return scene, replace(SETUP, rings=tuple(replace(r, link=named[r.link]) for r in SETUP.rings))
 
 

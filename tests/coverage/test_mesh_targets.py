@@ -95,8 +95,8 @@ def test_files_hold_meshes(tmp_path):
     box = Box((0.4, 0.2, 0.6), (0.5, 0.0, 0.5))
     one, other = (target_solid(t, UR10, CoreScene.poses[0].q) for t in (target, box))
     assert abs(count(one, 0.0217) - count(other, 0.0217)) <= 2
-    keys = SceneModel.from_domain(CoreScene(goals=(target,)))
-    assert keys.to_domain().goals[0] == target
+    keys = SceneModel.from_domain(CoreScene(targets=(target,)))
+    assert keys.to_domain().targets[0] == target
     again = pr.Mesh.load(
         tmp_path / "zone.stl", scale=0.001, centre=(0.5, 0, 0.5), rpy_deg=(0, 0, 90), name="zone"
     )

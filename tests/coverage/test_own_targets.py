@@ -57,7 +57,7 @@ def solid_of(volume):
 
 def scene_of(*targets, **fields):
     return CoreScene(
-        goals=tuple(t for t in targets),
+        targets=tuple(t for t in targets),
         occlusion="ignore",
         rules=Rules(mount="free"),
         **fields,
@@ -212,10 +212,10 @@ def test_there_and_back_through_files(volumes):
         replace(own(v, f"zone {i}"), weight=1.0 + i, at_least_percent=25)
         for i, v in enumerate(volumes)
     )
-    keys = SceneModel.from_domain(CoreScene(goals=goals)).model_dump(exclude_none=True)
+    keys = SceneModel.from_domain(CoreScene(targets=goals)).model_dump(exclude_none=True)
     back = SceneModel.model_validate(keys).to_domain()
-    assert back.goals == goals
-    assert SceneModel.from_domain(back) == SceneModel.from_domain(CoreScene(goals=goals))
+    assert back.targets == goals
+    assert SceneModel.from_domain(back) == SceneModel.from_domain(CoreScene(targets=goals))
 
 
 def test_there_and_back_through_python():
@@ -229,7 +229,7 @@ def test_there_and_back_through_python():
     ]
     scene = pr.Scene(targets=each)
     assert list(scene.targets) == each
-    assert copy.deepcopy(scene.core.goals) == scene.core.goals
+    assert copy.deepcopy(scene.core.targets) == scene.core.targets
     text = to_toml(SceneModel.from_domain(scene.core))
     assert "[[targets]]" in text
 
@@ -266,7 +266,7 @@ def test_a_scene_names_its_targets_apart(tmp_path):
     with refused('scene.toml targets[1].name "a"'):
         read_scene(file)
     file.write_text(table % 1.0 + table % 1.0)
-    assert len(read_scene(file).goals) == 2
+    assert len(read_scene(file).targets) == 2
 
 
 def test_functions_stay_out_of_files():

@@ -149,7 +149,7 @@ def test_no_path_is_longer_along_steps_than_stated():
 
 
 def scene_of(*obstacles, person=None):
-    return CoreScene(goals=(Shell(0.4),), obstacles=obstacles, person=person)
+    return CoreScene(targets=(Shell(0.4),), obstacles=obstacles, person=person)
 
 
 def test_nothing_changes_without_obstacles_over_a_low_floor():
@@ -201,7 +201,7 @@ def test_a_part_at_one_pose_only_is_weighted_with_that_pose():
     person = Person(floor=-0.7, areas=[area], reach=0.3)
 
     def part(*poses):
-        scene = CoreScene(poses=poses, goals=(target,), person=person)
+        scene = CoreScene(poses=poses, targets=(target,), person=person)
         verifier = Verifier(scene, 0.04)
         return where_people_are(verifier, setup, verifier.verify(setup, target))
 
@@ -219,7 +219,7 @@ def test_there_and_back():
         obstacles=pr.obstacle("floor", floor=-0.7),
     )
     back = SceneModel.from_domain(scene.core).to_domain()
-    assert (back.person, back.goals) == (scene.core.person, scene.core.goals)
+    assert (back.person, back.targets) == (scene.core.person, scene.core.targets)
     with pytest.raises(pr.InputError) as error:
         pr.Scene(targets=pr.Shell(0.5, reachable="person"))
     assert "reachable" in str(error.value)

@@ -148,8 +148,8 @@ def test_ups_of_a_ring_are_across_its_tangent():
 
 
 def test_exact_counts_of_a_mixed_setup_agree():
-    scene = paper_scene(goals=(paper_scene().goals[0].target,))
-    target = scene.goals[0].target
+    scene = paper_scene(targets=(paper_scene().targets[0].target,))
+    target = scene.targets[0].target
     verifier = Verifier(scene, 0.04)
     zeta = verifier.verify(MIXED, target).zeta
     found = redundancy(verifier, MIXED, target)
@@ -178,7 +178,7 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 
 def test_mixed_setups_and_sensors_of_links_read_back():
-    scene = paper_scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
+    scene = paper_scene(sensor=SQUARE, mounts={"forearm": Limits(sensor=FLAT)})
     assert SceneModel.from_domain(scene).to_domain().limits_of(
         "forearm"
     ).sensor.fov_up == pytest.approx(FLAT.fov_up)

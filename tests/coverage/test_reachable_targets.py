@@ -33,7 +33,7 @@ WALL = Obstacle("wall", box([0, 0.3, 0], [9, 0.1, 9]))
 
 def scene_of(target, *obstacles):
     return CoreScene(
-        goals=(target,),
+        targets=(target,),
         occlusion="ignore",
         rules=Rules(mount="free"),
         obstacles=obstacles,
@@ -169,8 +169,8 @@ def test_there_and_back(tmp_path):
         obstacles=pr.obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
     )
     assert [str(t.target) for t in scene.targets] == ["V_S(0.5) reachable", "box", "V_S(0.5)"]
-    assert SceneModel.from_domain(scene.core).to_domain().goals == scene.core.goals
+    assert SceneModel.from_domain(scene.core).to_domain().targets == scene.core.targets
     (tmp_path / "scene.toml").write_text(
         "[[targets]]\nname = 'V_O'\nreachable = true\n[[obstacles]]\nfloor = 0.0\n"
     )
-    assert read_scene(tmp_path / "scene.toml").goals[0].target == ReachSphere(reachable=True)
+    assert read_scene(tmp_path / "scene.toml").targets[0].target == ReachSphere(reachable=True)

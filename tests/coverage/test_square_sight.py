@@ -173,7 +173,7 @@ def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
         setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
     )
     target, verifiers = (
-        scene.goals[0].target,
+        scene.targets[0].target,
         {how: Verifier(replace(scene, occlusion=how), 0.05) for how in MODELS},
     )
     zeta = {how: v.verify(setup, target).zeta for how, v in verifiers.items()}

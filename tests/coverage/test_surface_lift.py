@@ -109,7 +109,7 @@ def test_a_lifted_sensor_sees_and_only_its_pose_decides():
     """The count is that of a sensor which was put there; the file states how far it moved."""
     scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), occlusion="shadow")
     flush = Setup((), (MountedSensor("forearm", (0.03, 0, 0.3), (1, 0, 0)),))
-    target = scene.goals[0].target
+    target = scene.targets[0].target
     lifted, _ = lift_to_surface(scene.robot, flush, LIMIT)
     there = Setup((), (replace(lifted.singles[0], lifted=0.0),))
     zeta = [Verifier(scene, 0.03).verify(s, target).zeta for s in (flush, lifted, there)]

@@ -206,7 +206,7 @@ def test_the_effect_is_that_of_the_two_robots():
     scene = replace(CoreScene(), robot=robot)
     effect = calibration_effect(Verifier(scene, 0.05), SETUP)
     model = replace(scene, robot=ROBOTS["ur3"])
-    (goal,) = scene.goals
+    (goal,) = scene.targets
     assert effect.nominal[0].zeta == Verifier(model, 0.05).verify(SETUP, goal.target).zeta
     assert 5e-4 < effect.largest_move == largest_move(scene, SETUP) < 5e-3
     assert calibration_effect(Verifier(model, 0.05), SETUP) is None

@@ -224,7 +224,7 @@ def in_base(made: trimesh.Scene, name: str) -> trimesh.Trimesh:
 def test_a_glb_has_all_that_is_there(tmp_path):
     """All points seen or not, robot and beams by their size."""
     scene, setup = drawn(11, "iiwa14")
-    scene = replace(scene, goals=(Shell(0.5),), obstacles=(BOX, FLOOR))
+    scene = replace(scene, targets=(Shell(0.5),), obstacles=(BOX, FLOOR))
     written(tmp_path, scene, setup, "glb", points=300)
     made = trimesh.load(io.BytesIO((tmp_path / "scene.glb").read_bytes()), file_type="glb")
     T_world_base = made.graph["base_link"][0]

@@ -227,7 +227,7 @@ def test_what_is_printed_names_joints(tmp_path):
     scene = with_record(scene, path, Thinning(3))
     assert "prismatic" in record_line(scene)
     setup = Setup.named("n1_3_0")
-    verified = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
+    verified = Verifier(scene, 0.1).verify(setup, scene.targets[0].target)
     result = VerifyResult.of("n1_3_0", verified, scene)
     assert result.worst.q_deg is None
     assert set(result.worst.q) == set(POSE)

@@ -52,7 +52,7 @@ def attached(name: str, link: str, solid: Polyhedron | Capsules) -> Attached:
 
 def scene_of(robot: Robot, deg: tuple[int, ...], **fields: object) -> CoreScene:
     pose = Pose(np.radians(deg[: len(robot.chain)]))
-    return CoreScene(robot=robot, poses=(pose,), goals=(NEAR,), **fields)
+    return CoreScene(robot=robot, poses=(pose,), targets=(NEAR,), **fields)
 
 
 def link_pose(robot: Robot, link: str, q: np.ndarray) -> np.ndarray:

@@ -84,7 +84,7 @@ def pendant(table):
 
 def counts(scene):
     setup, each = pr.Setup((pr.Scene.of(scene).ring("forearm", 0.4, 6, tilt=0.4),)), []
-    for goal in scene.goals:
+    for goal in scene.targets:
         try:
             v = Verifier(scene, VOXEL).verify(setup, goal.target)
             each.append((v.covered_voxels, v.target_voxels, v.zeta))

@@ -246,7 +246,7 @@ def test_rings_of_a_layout_with_another_board_are_clear():
     """As the viewer searches from them: places were those of the scene's smaller board."""
     scene = CoreScene(occlusion="shadow")
     limits = {link: Limits(tilt=(-0.2, 0.2)) for link in scene.robot.links}
-    scene, sensor = replace(scene, limits=limits), replace(scene.sensor, board=VL53L5CX)
+    scene, sensor = replace(scene, mounts=limits), replace(scene.sensor, board=VL53L5CX)
     places = (("upper_arm", 0.2), ("upper_arm", 0.5), ("forearm", 0.3))
     layout = Setup(tuple(Ring(link, at, 4, 0.0, 0.0, 0.11, sensor) for link, at in places))
     space, rng = Space(scene, layout), np.random.default_rng(0)
@@ -348,14 +348,14 @@ def test_what_cannot_be_mounted_is_refused_with_key_link_and_values():
     wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
     for scene, says in (
         (stated, r"ring_radius: 0.06 m .*upper_arm .*0.068 m"),
-        (replace(CoreScene(), limits=limits), r"mounts.upper_arm.ring_radius: 0.06 m .*0.068 m"),
+        (replace(CoreScene(), mounts=limits), r"mounts.upper_arm.ring_radius: 0.06 m .*0.068 m"),
         (CoreScene(obstacles=(wall,)), r"rules.mount .*wall"),
     ):
         with pytest.raises(InfeasibleError, match=says):
             Space(scene, sensors=40)
-    kept_out = replace(stated, limits={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
+    kept_out = replace(stated, mounts={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
     assert "upper_arm" not in {s.link for s in Space(kept_out, sensors=40).segments}
-    short = CoreScene(limits={"upper_arm": Limits((0.0, 0.03))})
+    short = CoreScene(mounts={"upper_arm": Limits((0.0, 0.03))})
     with pytest.raises(InfeasibleError, match="upper_arm"):
         Space(short, Setup((Ring("upper_arm", 0.5, 8),)))
 
@@ -405,7 +405,7 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     scene = read_scene(tmp_path / "scene.toml")
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
-    assert SceneModel.from_domain(scene).to_domain().limits == scene.limits
+    assert SceneModel.from_domain(scene).to_domain().limits == scene.mounts
     real = replace(scene, occlusion="shadow", radius_stated=False)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
@@ -467,7 +467,7 @@ def folded(limits: dict[str, Limits]) -> Space:
     """Two rings on a UR5 whose elbow folds until they may meet."""
     robot = ROBOTS["ur5"]
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in (0, 90))
-    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", limits=limits)
+    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", mounts=limits)
     return Space(scene, Setup((Ring("upper_arm", 0.5, 8), Ring("forearm", 0.5, 8))))
 
 
@@ -499,7 +499,7 @@ def test_rings_that_cannot_be_moved_apart_are_refused():
     with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm.*ring 1 \(forearm.*pose 1"):
         fresh(space, rng)
     drawn = space.setup(_drawn(space, rng)).rings
-    held = replace(space.scene, rules=Rules(fixed=drawn), limits={})
+    held = replace(space.scene, rules=Rules(fixed=drawn), mounts={})
     fixed = Space(held, sensors=drawn[0].count + drawn[1].count + 8)
     assert fresh(fixed, rng)  # fixed rings are there, whatever they do
 

@@ -76,7 +76,7 @@ def some_cell(kind, rng) -> tuple[CoreScene, Setup, Target]:
             weights.flat[0] += 1
             field = WeightField.of(weights.astype(float), low, size / 4)
             target = replace(target, importance=field)
-    return replace(scene, goals=(target,)), setup, target
+    return replace(scene, targets=(target,)), setup, target
 
 
 def outside(kind, seed) -> float | None:

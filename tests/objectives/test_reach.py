@@ -48,10 +48,10 @@ def drawn_scene(rng, sensor, occlusion, real):
     return CoreScene(
         robot=robot,
         poses=(Pose(q),),
-        goals=(TARGET,),
+        targets=(TARGET,),
         sensor=sensor,
         occlusion=occlusion,
-        limits=dict.fromkeys(robot.links, limits) if rng.random() < 0.5 else {},
+        mounts=dict.fromkeys(robot.links, limits) if rng.random() < 0.5 else {},
         rules=Rules(mount="real" if real else "free"),
         obstacles=tuple(Obstacle(f"o{i}", b) for i, b in enumerate(bodies)),
     )
@@ -98,7 +98,7 @@ def test_no_point_that_a_layout_covers_is_beyond_any_sensor(rng, sensor, occlusi
 def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
     """Also under one of a millimetre, which no ball about an apex would stand for."""
     table = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.001]))
-    scene = CoreScene(goals=(TARGET,), obstacles=(table,))
+    scene = CoreScene(targets=(TARGET,), obstacles=(table,))
     points = scene.sample(TARGET, 0, 2000, 0)
     under, left = points[:, 2] < -0.05, beyond(scene, points, 0)
     assert left[under].mean() > 0.98
@@ -113,7 +113,7 @@ def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
     scene = pr.Scene.paper(robot="ur10", sensor=Sensor(2 * half, 5.0)).core
     scene = replace(
         scene,
-        limits={link: limits if link == "forearm" else others for link in scene.robot.links},
+        mounts={link: limits if link == "forearm" else others for link in scene.robot.links},
     )
     rng = np.random.default_rng(0)
     mount = scene.robot.mount("forearm")
@@ -132,7 +132,9 @@ def test_every_pose_counts_among_many():
     ball = Sphere(0.2, (1.8, 0.0, 0.5), name="ball")
 
     def share(*poses):
-        scene = CoreScene(poses=poses, goals=(ball,), occlusion="ignore", rules=Rules(mount="free"))
+        scene = CoreScene(
+            poses=poses, targets=(ball,), occlusion="ignore", rules=Rules(mount="free")
+        )
         return beyond_sensors(scene, ball)
 
     mean = (share(there).share + share(away).share) / 2
@@ -148,7 +150,7 @@ def test_what_is_counted_is_never_above_what_is_said_to_be_possible():
     short, long = Sensor(math.radians(20), 0.15), Sensor(math.radians(60), 1.5)
     ring = Ring("forearm", 0.5, 8, sensor=long)
     single = MountedSensor("base", (0.0, 0.0, 1.2), (1.0, 0.0, -0.3), long)
-    scene = CoreScene(goals=(TARGET,), sensor=short, rules=Rules(mount="free"))
+    scene = CoreScene(targets=(TARGET,), sensor=short, rules=Rules(mount="free"))
     for setup in (Setup((ring,)), Setup((), (single,))):
         record = pr.verify(setup, scene, voxel=0.04).records[0]
         most = 100 * (1 - record.beyond.share + record.beyond.error)

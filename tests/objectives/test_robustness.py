@@ -54,7 +54,7 @@ def verifier():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return Verifier(paper_scene(poses=poses, goals=(NEAR,)), 0.05)
+    return Verifier(paper_scene(poses=poses, targets=(NEAR,)), 0.05)
 
 
 SETUPS = setups(most_sensors=4)
@@ -144,7 +144,7 @@ def test_errors_are_common_seeded_and_within_their_limits(seed, law):
 def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     """Weights that sum to one but for rounding."""
     goals = tuple(Shell(r, weight=w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
-    scene = paper_scene(goals=goals, sensor=Sensor(math.radians(175), 1.5))
+    scene = paper_scene(targets=goals, sensor=Sensor(math.radians(175), 1.5))
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)
@@ -236,7 +236,7 @@ def test_a_search_is_judged_by_its_own_aim(one_pose):
 
 
 def test_floors_are_of_what_is_aimed_at(one_pose):
-    floor = replace(one_pose.scene, goals=(replace(NEAR, at_least_percent=50),))
+    floor = replace(one_pose.scene, targets=(replace(NEAR, at_least_percent=50),))
     setup, verifier = named_setup("n2_16_55"), Verifier(floor, 0.05)
     for aim in (Criterion(), Criterion(2), Criterion(3)):
         short, value = judge(verifier, setup, aim)

@@ -172,7 +172,7 @@ LAMP = MountedSensor(
 )
 HELD = Ring("forearm", 0.5, 4)
 SCENE = CoreScene(
-    goals=(TARGET,),
+    targets=(TARGET,),
     occlusion="ignore",
     rules=Rules(mount="free", fixed=(HELD,), fixed_sensors=(SKIN,)),
     cell_sensors=(LAMP,),

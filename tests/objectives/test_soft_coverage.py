@@ -53,7 +53,7 @@ def scene_of(number: int, **fields) -> CoreScene:
     given = {
         "robot": robot.with_attached((tool,)) if fields.get("occlusion") != "ignore" else robot,
         "poses": (Pose(poses[0], 1.0), Pose(poses[1], 3.0)),
-        "goals": (Shell(0.5, weight=2.0), ReachSphere()),
+        "targets": (Shell(0.5, weight=2.0), ReachSphere()),
         "obstacles": (Obstacle("corner", hull(place)),),
         "cell_sensors": (eye,),
         "rules": FREE,
@@ -65,7 +65,7 @@ def scene_of(number: int, **fields) -> CoreScene:
 def soft_of(scene: int, aim: Criterion, **fields) -> tuple[CoreScene, SoftCoverage]:
     """A scene and its soft coverage, compiled once; the points come with each call."""
     core = scene_of(scene, **fields)
-    each = [(g, p) for g in range(len(core.goals)) for p in range(len(core.poses))]
+    each = [(g, p) for g in range(len(core.targets)) for p in range(len(core.poses))]
     terms = each * aim.mountings
     return core, SoftCoverage(core, terms, [np.zeros((POINTS, 3))] * len(terms), aim)
 
@@ -107,7 +107,7 @@ def terms_of(scene: CoreScene, setup: Setup, aim: Criterion):
             errors = drawn.beside(len(scene.cell_sensors))
             here = misplaced_cones(scene.robot, whole, p.q, errors)
         each.append([(cones, sight(scene, cones, p.q)) for cones in here])
-    return [poses[d] for d in range(aim.mountings) for _ in scene.goals for poses in each]
+    return [poses[d] for d in range(aim.mountings) for _ in scene.targets for poses in each]
 
 
 def points_of(terms, rng) -> np.ndarray:
@@ -136,7 +136,7 @@ def seen(terms, points, ring, most):
 def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) -> float:
     """The criterion by counting what sensors see, (T, K, N)."""
     ring = np.array(scene.with_cell(setup).ring_of_sensor)
-    shape = (aim.mountings, len(scene.goals), len(scene.poses))
+    shape = (aim.mountings, len(scene.targets), len(scene.poses))
 
     def zetas(which):
         covered = seen[:, which].sum(axis=1) >= aim.seen
@@ -160,7 +160,7 @@ def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) ->
 
 FLOORS = (Shell(0.5, weight=2.0, at_least_percent=30), ReachSphere(at_least_percent=60))
 CASES = {
-    "floors": (Criterion(), {"occlusion": "ignore", "obstacles": (), "goals": FLOORS}),
+    "floors": (Criterion(), {"occlusion": "ignore", "obstacles": (), "targets": FLOORS}),
     "seen by two, an obstacle": (Criterion(seen=2), {"occlusion": "ignore"}),
     "a ring lost, shadows": (Criterion(losing="ring"), {"occlusion": "shadow", "obstacles": ()}),
     "a sensor lost, shadows": (Criterion(losing="sensor"), {"occlusion": "shadow"}),
@@ -246,7 +246,7 @@ THREE_NEEDLES = st.lists(NEEDLES, min_size=3, max_size=3)
 @pytest.fixture(scope="module")
 def bare() -> tuple[CoreScene, SoftCoverage, np.ndarray]:
     """A scene in which nothing occludes, its soft coverage, and the points of two poses."""
-    scene = scene_of(1, **BARE, goals=(Shell(0.5),))
+    scene = scene_of(1, **BARE, targets=(Shell(0.5),))
     points = np.random.default_rng(0).uniform(-0.8, 0.8, (2, 1000, 3))
     return scene, SoftCoverage(scene, [(0, 0), (0, 1)], list(points)), points
 

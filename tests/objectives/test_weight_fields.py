@@ -62,7 +62,9 @@ FIELDS = st.builds(
 
 
 def scene_of(*targets):
-    return CoreScene(goals=tuple(t for t in targets), occlusion="ignore", rules=Rules(mount="free"))
+    return CoreScene(
+        targets=tuple(t for t in targets), occlusion="ignore", rules=Rules(mount="free")
+    )
 
 
 def near(field):
@@ -232,7 +234,7 @@ def test_k_coverage_and_losses_are_weighted():
 def test_weighted_targets_count_among_others():
     field = WeightField.of(np.random.default_rng(1).random((3, 3, 3)), (-1, -1, 0), (0.7, 0.7, 0.7))
     scene = scene_of(near(field), Shell(0.5), ToolSphere())
-    verifier, targets = Verifier(scene, VOXEL), [g.target for g in scene.goals]
+    verifier, targets = Verifier(scene, VOXEL), [g.target for g in scene.targets]
     together = verify_targets(verifier, SETUP, targets)
     assert [v.zeta for v in together] == [verifier.verify(SETUP, t).zeta for t in targets]
     assert [str(t) for t in targets] == ["V_S(0.5) weighted", "V_S(0.5)", "V_T"]
@@ -256,7 +258,7 @@ def test_there_and_back_through_files(field):
     assert np.array_equal(back.level, field.level)
     assert (back.outside, back.origin, back.cell) == (field.outside, field.origin, field.cell)
     scene = SceneModel.from_domain(scene_of(near(field))).to_domain()
-    assert scene.goals[0].target == near(field)
+    assert scene.targets[0].target == near(field)
 
 
 def table(file):
@@ -284,7 +286,7 @@ def test_files_of_weights_read_alike(tmp_path):
     assert fields[0].weights[1, 2, 0] == pytest.approx(0.1, abs=1e-5)
     lines = table("a.csv").replace("[importance]", "[targets.importance]")
     (tmp_path / "scene.toml").write_text("[[targets]]\n" + lines)
-    assert read_scene(tmp_path / "scene.toml").goals[0].target.importance == fields[0]
+    assert read_scene(tmp_path / "scene.toml").targets[0].target.importance == fields[0]
 
 
 def npy(array, **keys):
@@ -356,7 +358,7 @@ def test_arguments_of_python_are_checked():
     field = pr.weight_field(np.ones((2, 2)), cell=(1, 1, 1))
     scene = pr.Scene(targets=[pr.Shell(0.5, importance=field), pr.Shell(0.5)])
     assert [t.importance for t in scene.targets] == [field, None]
-    assert replace(scene.core).goals == scene.core.goals
+    assert replace(scene.core).targets == scene.core.targets
 
 
 def test_a_search_covers_where_the_weight_is():

@@ -37,7 +37,7 @@ def folded(seed):
     scene = CoreScene(
         robot=robot,
         poses=tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in bends),
-        goals=(Shell(0.3),),
+        targets=(Shell(0.3),),
     )
     links, counts = ("upper_arm", "forearm"), rng.integers(4, 9, 2).tolist()
     rings = [Ring(link, 0.5, n) for link, n in zip(links, counts, strict=True)]
@@ -134,7 +134,7 @@ def test_balls_that_are_apart_hold_rings_that_are(sensors, seed):
 def test_a_search_whose_rings_may_all_collide_beats_random_layouts_by_far():
     robot = ROBOTS["ur3"]
     pose = Pose(np.radians([0.0, -60.0, 130.0, -90.0, -90.0, 0.0]))
-    scene = CoreScene(robot=robot, poses=(pose,), goals=(Shell(0.3),), ring_radius=0.09)
+    scene = CoreScene(robot=robot, poses=(pose,), targets=(Shell(0.3),), ring_radius=0.09)
     space = Space(scene, sensors=24)
     found = search(space, voxel=0.05)
     assert faults(scene, found.setup.rings) == []

@@ -44,13 +44,13 @@ from place_rings.placement.stop_token import StopToken
 from ..strategies.units import GENERATORS
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
-PLAIN = paper_scene(poses=(Pose(Q),), goals=(Shell(1.0),))
+PLAIN = paper_scene(poses=(Pose(Q),), targets=(Shell(1.0),))
 TWO = paper_scene(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
-    goals=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
+    targets=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
 FIXED = replace(PLAIN, rules=Rules(fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)))
-REAL = CoreScene(poses=(Pose(Q),), goals=(Shell(1.0),))
+REAL = CoreScene(poses=(Pose(Q),), targets=(Shell(1.0),))
 SCENES = {"plain": PLAIN, "two goals": TWO, "fixed rings": FIXED, "real mounts": REAL}
 KINDS = ["free", "six rings", "equal"]
 NEVER = StopToken(math.inf)
@@ -266,7 +266,7 @@ AIMS = {
 def fields(name, aim=None, **options):
     """Return fields of a scene in which the robot hides points: of 48 sensors in any rings, or with
     a criterion of given rings."""
-    scene = CoreScene(goals=(TARGETS[name],), **options)
+    scene = CoreScene(targets=(TARGETS[name],), **options)
     criterion = AIMS[aim or "mean"]
     space = Space(scene, ring_layout(scene, 2, 8)) if aim else Space(scene, sensors=48)
     return Fields(space, TargetPoints(scene, 256, 0, criterion.mountings), criterion)

@@ -54,7 +54,7 @@ def drawn_scene(rng: np.random.Generator) -> CoreScene:
     sensors = (least, int(rng.integers(least, 25)))
     spacing, margin = float(rng.uniform(0, 0.2)), float(rng.uniform(0, 0.1))
     return paper_scene(
-        limits=limits,
+        mounts=limits,
         rules=Rules(
             spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed
         ),
@@ -201,7 +201,7 @@ def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_do
 
 def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
-    scene = paper_scene(limits=limits, rules=Rules(spacing=0.3))
+    scene = paper_scene(mounts=limits, rules=Rules(spacing=0.3))
     there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
     assert there == [
         (pytest.approx(0.3), pytest.approx(0.35), 1),
@@ -218,7 +218,7 @@ def test_a_narrow_keep_out_costs_no_more_than_its_own_width():
     """A ring reaches both ends of a keep-out of 6 mm between rings 60 mm apart; two rings on either
     side keep their spacing."""
     narrow = paper_scene(
-        limits={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06)
+        mounts={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06)
     )
     space = Space(narrow, sensors=8)
     left, right = (i for i, s in enumerate(space.segments) if s.link == "forearm")
@@ -240,7 +240,7 @@ def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
         (float(a), float(a + rng.uniform(0, 0.1))) for a in rng.uniform(0, 0.9, rng.integers(1, 5))
     )
     rules = Rules(spacing=float(rng.uniform(0.01, 0.2)))
-    scene = paper_scene(limits={"forearm": Limits(keep_out=cuts)}, rules=rules)
+    scene = paper_scene(mounts={"forearm": Limits(keep_out=cuts)}, rules=rules)
     space, length = Space(scene, sensors=80), scene.robot.mount("forearm").length
     legal = [p for p in np.linspace(0, 1, 101) if not any(a < p < b for a, b in cuts)]
     for place in legal:
@@ -277,7 +277,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
         "tool": Limits(radius=0.075),
     }
     rules = Rules(sensors=(least, 24), max_rings_per_link=1)
-    scene = CoreScene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
+    scene = CoreScene(sensor=Sensor(board=VL53L1X), mounts=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
     most = sum(first.largest())
@@ -317,7 +317,7 @@ def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
 
 def test_segments_of_a_scene_with_everything():
     scene = paper_scene(
-        limits={
+        mounts={
             "forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)),
             "tool": Limits(keep_out=((0.0, 1.0),)),
         },
@@ -369,7 +369,7 @@ def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
 
 
 def test_a_layout_without_room_is_refused():
-    scene = paper_scene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
+    scene = paper_scene(mounts={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
     with pytest.raises(InfeasibleError, match=r"2 .*forearm"):
         Space(scene, ring_layout(scene, 2, 16))
     assert math.isfinite(

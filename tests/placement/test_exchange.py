@@ -52,13 +52,13 @@ from ..strategies.units import GENERATORS, uniform_directions
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 TWO = paper_scene(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
-    goals=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
+    targets=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
 FIXED = replace(
     TWO,
     rules=Rules(spacing=0.1, fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)),
 )
-FLOOR = replace(TWO, goals=(Shell(0.5), ReachAndToolSpheres(weight=0.0, at_least_percent=30)))
+FLOOR = replace(TWO, targets=(Shell(0.5), ReachAndToolSpheres(weight=0.0, at_least_percent=30)))
 MEAN = criterion_by_counts(TWO, Criterion())
 SHARED = replace(TWO, rules=Rules(shared_tilt=True))
 
@@ -165,13 +165,13 @@ def _share(scene, setup, points, count):
     """By all cones, one by one; less 300 times the square of what a goal is short of its floor,
     0.003 above it.
     """
-    zeta = [0.0] * len(scene.goals)
+    zeta = [0.0] * len(scene.targets)
     for (g, p), some in zip(points.terms, points.points, strict=True):
         cones = sensor_cones(scene.robot, setup, scene.poses[p].q)
         zeta[g] += scene.pose_weights[p] * cones.holds(some[:count]).mean()
     short = [
         max(goal.at_least + 0.003 - z, 0.0) if goal.at_least else 0.0
-        for goal, z in zip(scene.goals, zeta, strict=True)
+        for goal, z in zip(scene.targets, zeta, strict=True)
     ]
     return float(np.dot(scene.goal_weights, zeta)) - 300 * sum(s * s for s in short)
 

@@ -36,7 +36,7 @@ def scene_of(poses, **kwargs):
 
 
 def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
-    scene = scene_of(3, goals=GOALS)
+    scene = scene_of(3, targets=GOALS)
     setup = ring_layout(scene, 2, 8)
     each = [Verifier(scene, 0.1).verify(setup, goal.target) for goal in GOALS]
     for v in each:
@@ -118,7 +118,7 @@ def setups_of(scene, count):
 @pytest.mark.parametrize("floor", [0.0, 0.9])
 def test_the_best_worst_pose_is_found_though_most_setups_are_counted_at_few_poses(floor):
     goals = (replace(GOALS[0], at_least=floor), GOALS[1])
-    scene = scene_of(6, goals=goals, over_poses="worst")
+    scene = scene_of(6, targets=goals, over_poses="worst")
     setups, verifier = setups_of(scene, 5), Verifier(scene, 0.1)
     judged = [verifier.judge(s) for s in setups]
     best = min(range(5), key=lambda i: (judged[i][0], -judged[i][1]))

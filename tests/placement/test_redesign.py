@@ -124,7 +124,7 @@ BROKEN = {
 )
 def test_a_broken_rule_is_named(rule, ring, rules):
     scene = paper_scene(
-        limits={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules
+        mounts={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules
     )
     (fault,) = faults(scene, [Ring("forearm", 0.4, 8), ring])
     assert fault.rule == rule
@@ -207,7 +207,7 @@ def test_every_change_has_an_instruction(seed):
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 16, 3),), 1024, 2)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
-FAR = paper_scene(goals=(Shell(1.5),))
+FAR = paper_scene(targets=(Shell(1.5),))
 
 
 @pytest.fixture(scope="module")
@@ -256,8 +256,8 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     """
     fixed = Ring("upper_arm", 0.5, 8, 0.3)
     scene = paper_scene(
-        goals=(Shell(0.5), Shell(1.2, weight=0.0, at_least_percent=12)),
-        limits={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
+        targets=(Shell(0.5), Shell(1.2, weight=0.0, at_least_percent=12)),
+        mounts={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
         rules=Rules(spacing=0.06, sensors=(3, 12), max_rings_per_link=3, fixed=(fixed,)),
     )
     mounted = Setup(

@@ -38,7 +38,7 @@ def scene():
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
     return paper_scene(
-        poses=poses, goals=NEAR_AND_FAR, limits={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))}
+        poses=poses, targets=NEAR_AND_FAR, mounts={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))}
     )
 
 
@@ -96,7 +96,7 @@ def test_same_seed_same_answer(scene, found):
 
 @pytest.mark.parametrize("occlusion", ["ignore", "blind"])
 def test_never_worse_than_a_known_setup_and_the_papers_tilts(occlusion):
-    scene = replace(paper_scene(goals=NEAR_AND_FAR), occlusion=occlusion)
+    scene = replace(paper_scene(targets=NEAR_AND_FAR), occlusion=occlusion)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_40")
     found = search(space, schedule=SHORT, voxel=0.05, start=[known])
     setups = (known, *(named_setup(f"n2_6_{tilt}") for tilt in (0, 25, 55)))
@@ -112,7 +112,7 @@ def test_a_time_cap_still_gives_an_answer(scene):
 
 
 def test_a_time_cap_in_the_first_round_still_gives_an_answer():
-    scene = paper_scene(goals=(Shell(0.5),))
+    scene = paper_scene(targets=(Shell(0.5),))
     capped = search(Space(scene, sensors=24), cap=1e-6, voxel=0.05)
     assert capped.outcome is Outcome.TIME
     assert capped.sampled == pytest.approx(capped.exact, abs=0.02)
@@ -197,7 +197,7 @@ def test_ctrl_c_keeps_what_was_found(scene, monkeypatch, module, name):
 
 def test_a_missed_floor_is_no_share_of_points():
     far = Shell(1.5, weight=0.5, at_least_percent=99)
-    scene, told = paper_scene(goals=(Shell(0.5, weight=0.5), far)), []
+    scene, told = paper_scene(targets=(Shell(0.5, weight=0.5), far)), []
     space = Space(scene, ring_layout(scene, 1, 8))
     found = search(space, schedule=SHORT, voxel=0.1, tell=lambda p: told.append((p.best, p.setup)))
     assert found.short > 0
@@ -242,7 +242,7 @@ def test_an_interrupt_while_points_are_evaluated_keeps_what_came_before(scene, m
 def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
     far = Shell(1.5)
-    scene = paper_scene(goals=(Shell(0.5), replace(far, weight=0.0, at_least_percent=35)))
+    scene = paper_scene(targets=(Shell(0.5), replace(far, weight=0.0, at_least_percent=35)))
     rounds = *SHORT, Round(16384, 2, 2, 8, 0.02)
     found = search(Space(scene, ring_layout(scene, 2, 16)), schedule=rounds, voxel=0.05)
     assert found.short == 0

@@ -34,7 +34,7 @@ from place_rings.placement.space.feasible_set import InfeasibleError
 from ..support.searching import fewest_rings, fewest_sensors, questioned, search
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
-SCENE = paper_scene(goals=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
+SCENE = paper_scene(targets=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
 LARGE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
 FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 
@@ -69,7 +69,7 @@ def test_a_time_cap_gives_the_best_until_then():
 
 
 def test_what_cannot_be_is_refused():
-    nowhere = paper_scene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
+    nowhere = paper_scene(mounts={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
     with pytest.raises(InfeasibleError):
         fewest_sensors(nowhere, 50.0, schedule=QUICK)
     with pytest.raises(InfeasibleError):

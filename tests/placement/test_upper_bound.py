@@ -49,7 +49,7 @@ from ..support.searching import search
 
 pytestmark = pytest.mark.slow
 
-NEAR = paper_scene(goals=(Shell(0.5),))
+NEAR = paper_scene(targets=(Shell(0.5),))
 
 
 def beam_share(sensor, along, away, sigma, seed, count=40_000):
@@ -187,7 +187,7 @@ def drawn_prices(field, seed):
 @pytest.fixture(scope="module")
 def near():
     """A lattice over the near shell, the beam on it, and the families of 12 sensors."""
-    field = PriceField(TargetGrid.of(NEAR, NEAR.goals[0].target, 0, 60_000), 300)
+    field = PriceField(TargetGrid.of(NEAR, NEAR.targets[0].target, 0, 60_000), 300)
     return field, BlurredBeam(NEAR.sensor, field.sigma), families(Space(NEAR, sensors=12), 0)
 
 
@@ -274,14 +274,14 @@ _COUNT = 0.004  # voxels of 4 cm, as a share of the target
 NOWHERE = Limits(keep_out=((0.0, 1.0),))
 SHORT = Limits((0.48, 0.52), (0.35, 0.45))
 NARROW = replace(
-    NEAR, limits={"upper_arm": SHORT, "forearm": SHORT, "tool": Limits(tilt=SHORT.tilt)}
+    NEAR, mounts={"upper_arm": SHORT, "forearm": SHORT, "tool": Limits(tilt=SHORT.tilt)}
 )
 
 
 def only(link, target):
     """A scene whose rings sit on one link."""
     limits = {other: NOWHERE for other in NEAR.robot.links if other != link}
-    return paper_scene(goals=(target,), limits=limits)
+    return paper_scene(targets=(target,), mounts=limits)
 
 
 def drawn(space, seed):
@@ -312,7 +312,7 @@ def test_no_drawn_layout_exceeds_the_bound_of_any_prices(link, target, sensors, 
 
 @pytest.mark.slow
 def test_no_search_exceeds_the_bound():
-    scene = only("forearm", NEAR.goals[0].target)
+    scene = only("forearm", NEAR.targets[0].target)
     space = Space(scene, sensors=9)
     rounds = Round(512, 4, 0, 0, 0.0, trials=60, library=300), Round(1024, 2, 2, 8, 0.1, 4, 2)
     result = search(space, schedule=rounds, voxel=0.04)
@@ -345,13 +345,13 @@ def test_two_sensors_come_close_to_their_bound(radius, close, seen):
     """All pairs of sensors of a fine grid on parts of two links."""
     narrow = Limits(position=(0.4, 0.6), tilt=(0.5, 1.0))
     scene = paper_scene(
-        goals=(Shell(radius),),
+        targets=(Shell(radius),),
         rules=Rules(sensors=(1, 2), mount="free"),
-        limits={"upper_arm": narrow, "forearm": narrow, "tool": Limits(keep_out=((0, 1),))},
+        mounts={"upper_arm": narrow, "forearm": narrow, "tool": Limits(keep_out=((0, 1),))},
     )
     effort = Effort(300, 20, 24, 0.7, 100_000)
     bound = upper_bound(scene, Space(scene, sensors=2), Criterion(seen), effort)
-    points = scene.sample(scene.goals[0].target, 0, 4000, 0)
+    points = scene.sample(scene.targets[0].target, 0, 4000, 0)
     covers = single_shares(scene, points)
     best = covers[np.argsort(-covers.mean(axis=1))[:600]].astype(np.float32)
     alone, both = best.mean(axis=1), best @ best.T / len(points)
@@ -362,7 +362,7 @@ def test_two_sensors_come_close_to_their_bound(radius, close, seen):
 
 @pytest.mark.slow
 def test_given_rings_fixed_rings_and_single_sensors_count():
-    target = NEAR.goals[0].target
+    target = NEAR.targets[0].target
     layout = Setup((Ring("upper_arm", 0.5, 4, 0.4), Ring("forearm", 0.5, 5, 0.4)))
     known = upper_bound(NARROW, Space(NARROW, layout), effort=QUICK)
     zeta = Verifier(NARROW, 0.04).verify(layout, target).zeta
@@ -373,7 +373,7 @@ def test_given_rings_fixed_rings_and_single_sensors_count():
     pose = AtPose(held, Space(held, sensors=6), 0)
     assert len(pose.families) == 3
     assert len(pose.held) == 7
-    held = replace(held, limits=NARROW.limits | {"forearm": NOWHERE, "tool": NOWHERE})
+    held = replace(held, mounts=NARROW.mounts | {"forearm": NOWHERE, "tool": NOWHERE})
     nothing = upper_bound(held, Space(held, sensors=6), effort=QUICK)
     zeta = Verifier(held, 0.04).verify(Setup((ring,), (single,)), target).zeta
     assert zeta - _COUNT <= nothing.value < 0.7
@@ -385,7 +385,7 @@ def test_several_poses_targets_and_sensors_have_bounds():
     scene = replace(
         NARROW,
         poses=(NEAR.poses[0], Pose(np.radians([20.0, -60, 80, -100, -90, 0]), 2.0)),
-        goals=(Shell(0.5, weight=2.0), ReachSphere()),
+        targets=(Shell(0.5, weight=2.0), ReachSphere()),
     )
     space, volume = Space(scene, sensors=12), replace(QUICK, steps=0)
     setup, verifier = drawn(space, 3), Verifier(scene, 0.05)
@@ -413,8 +413,8 @@ def test_no_bound_is_stated_where_voxels_do_not_give_the_volume():
     own = Box((2.0102, 2.0102, 2.0102))
     table = Obstacle("table", box([0.9, 0.0, -0.1], [0.5, 1.0, 0.2]))
     for scene in (
-        paper_scene(goals=(Shell(0.5, importance=field),)),
-        paper_scene(goals=(own,)),
+        paper_scene(targets=(Shell(0.5, importance=field),)),
+        paper_scene(targets=(own,)),
         replace(NEAR, obstacles=(table,)),
     ):
         assert upper_bound(scene, Space(scene, sensors=12), effort=QUICK) is None
@@ -454,8 +454,8 @@ def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeyp
         "errors": NEAR,
         "obstacle": replace(NEAR, obstacles=(solid,)),
         "attached": replace(NEAR, robot=attached),
-        "own": paper_scene(goals=(Box((1.0, 1.0, 1.0)),)),
-        "weights": paper_scene(goals=(replace(goal, importance=field),)),
+        "own": paper_scene(targets=(Box((1.0, 1.0, 1.0)),)),
+        "weights": paper_scene(targets=(replace(goal, importance=field),)),
     }[kind]
     for budget in ({}, {"sensors": 12}, {"rings": 2}, {"reach": 20.0}):
         with pytest.raises(pr.InputError) as refused:
@@ -474,7 +474,7 @@ def test_no_layout_covers_more_than_is_within_reach(seed):
         for link in ("upper_arm", "forearm", "tool")
         for _ in range(4)
     )
-    scene = paper_scene(sensor=sensor, goals=(target,))
+    scene = paper_scene(sensor=sensor, targets=(target,))
     beyond = beyond_sensors(scene, target)
     zeta = Verifier(scene, 0.05).verify(Setup(rings), target).zeta
     assert zeta <= 1 - beyond.share + 2 * beyond.error + 0.01  # voxels of 5 cm
@@ -489,8 +489,8 @@ def test_the_farthest_point_of_a_beam_is_its_corner():
 
 def test_a_target_beyond_reach_is_said_and_others_are_not():
     usual = [Shell(0.3), Shell(0.5)]
-    assert reach_lines(paper_scene(goals=tuple(t for t in usual))) == []
-    (line,) = reach_lines(paper_scene(goals=(Shell(0.5), Shell(3.0))))
+    assert reach_lines(paper_scene(targets=tuple(t for t in usual))) == []
+    (line,) = reach_lines(paper_scene(targets=(Shell(0.5), Shell(3.0))))
     assert "V_S(3)" in line
     short = paper_scene(sensor=Sensor(range_m=0.05))
     (line,) = reach_lines(short)

@@ -299,14 +299,14 @@ def test_the_report_says_how_to_count_again_what_was_asked(made):
 def test_the_report_says_what_is_counted(made):
     read, file = made
     setup, scene = resolve(str(file), None)
-    counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
+    counted = Verifier(scene, 0.1).verify(setup, scene.targets[0].target)
     assert f"{with_error(100 * counted.zeta, counted.error)} %" in read.text
     assert "Fails." in read.text
     bounds = re.search(r"proved: ([\d.]+) to ([\d.]+) %", read.text)
-    certified = Verifier(scene, None, "certified", 0.02).verify(setup, scene.goals[0].target)
+    certified = Verifier(scene, None, "certified", 0.02).verify(setup, scene.targets[0].target)
     assert float(bounds[1]) <= 100 * certified.high
     assert float(bounds[2]) >= 100 * certified.low
-    centred = Verifier(scene, 0.1, "centre").verify(setup, scene.goals[0].target)
+    centred = Verifier(scene, 0.1, "centre").verify(setup, scene.targets[0].target)
     unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in centred.poses]
     for litres in unseen:
         assert f"{litres:,.1f} litres" in read.text

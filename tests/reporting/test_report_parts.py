@@ -78,13 +78,13 @@ def proof():
 @pytest.mark.parametrize("margin", [-0.2, 0.2])
 def test_a_requirement_is_decided_by_proof(proof, margin):
     required = (proof.high if margin > 0 else proof.low) + margin / 100
-    scene = paper_scene(goals=(replace(NEAR, at_least_percent=100 * required),))
+    scene = paper_scene(targets=(replace(NEAR, at_least_percent=100 * required),))
     (one,) = decide(scene, named_setup("n1_8_0"))
     assert one.passes == (margin < 0)
     assert one.low <= 100 * proof.high
     assert one.high >= 100 * proof.low
     assert f"{100 * required:g} %" in one.sentence
-    assert decide(paper_scene(goals=(NEAR,)), named_setup("n1_8_0")) == []
+    assert decide(paper_scene(targets=(NEAR,)), named_setup("n1_8_0")) == []
 
 
 def test_printed_parts_are_counted():

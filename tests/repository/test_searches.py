@@ -28,8 +28,8 @@ with pytest.MonkeyPatch.context() as path:
     import search_run
 
 SCENE = paper_scene(
-    goals=(Shell(0.5, weight=0.6), Shell(1.2, weight=0.4)),
-    limits={"forearm": Limits((0.2, 0.7), (-0.5, 0.4))},
+    targets=(Shell(0.5, weight=0.6), Shell(1.2, weight=0.4)),
+    mounts={"forearm": Limits((0.2, 0.7), (-0.5, 0.4))},
     rules=Rules(spacing=0.0),
 )
 BUDGET = 150  # evaluations

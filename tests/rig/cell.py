@@ -17,6 +17,6 @@ FLOOR, TABLE, BOX = obstacles_of(
     ]
 )
 SCENE = paper_scene(obstacles=(FLOOR, TABLE, BOX))
-SHELLS = replace(SCENE, goals=(Shell(0.25), Shell(0.2)))
+SHELLS = replace(SCENE, targets=(Shell(0.25), Shell(0.2)))
 SQUARE = Sensor(np.radians(45), 1.5, None, np.radians(30))
 SETUP = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 6, 0.0, 0.0, 0.08)))

@@ -44,11 +44,11 @@ def stops():
 
 def plans():
     options = CheckOptions(seconds=2.0, stops=10, trials=4, voxel=0.1)
-    return plan_check(SETUP, replace(SHELLS, goals=SHELLS.goals[1:]), options, moved=True)
+    return plan_check(SETUP, replace(SHELLS, targets=SHELLS.targets[1:]), options, moved=True)
 
 
 def recorded(folder, stops):
-    targets = [goal.target for goal in SHELLS.goals]
+    targets = [goal.target for goal in SHELLS.targets]
     plans = [
         plan_rod(SHELLS, SETUP, t, n, where=places(SHELLS, t, Rod(), 0.1))
         for t, n in zip(targets, (12, 8), strict=True)

@@ -549,7 +549,7 @@ def test_a_seven_axis_arm_is_checked_by_where_it_stood(tmp_path):
     """
     panda = robot("panda")
     pose = Pose(np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.0, 0.8]))
-    scene = replace(SCENE, robot=panda, poses=(pose,), goals=(Shell(0.25),))
+    scene = replace(SCENE, robot=panda, poses=(pose,), targets=(Shell(0.25),))
     setup = Setup((Ring("forearm", 0.5, 8, 0.4, 0.0, 0.09),))
     mounted = Setup((replace(setup.rings[0], tilt=0.4 + np.radians(3)),))
     world, rng, told = World(scene, mounted), np.random.default_rng(0), []

@@ -262,7 +262,7 @@ def test_a_check_of_the_simulated_rig_and_its_replay_find_what_was_injected(
 ):
     """Of a ring of single zones and a ring of sixteen."""
     pytest.importorskip("rtde_control")
-    scene = replace(SCENE, goals=SHELLS.goals[1:])
+    scene = replace(SCENE, targets=SHELLS.targets[1:])
     small, out = written(tmp_path, ZONED, scene), tmp_path / "live"
     monkeypatch.setattr(check_runs, "plan_check", lambda *_: plans)
     words = ["--rig", "sim", "--voxel", "0.1", "--bag"]

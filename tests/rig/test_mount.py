@@ -199,7 +199,7 @@ def test_what_was_done_is_found(plan, tmp_path):
     (tmp_path / "built.toml").write_text(built.toml("built", verifier))
     setup, _, file = read_proposal(tmp_path / "built.toml")
     assert setup == built.setup
-    zeta = built.zeta(SCENE.goals[0].target, verifier)
+    zeta = built.zeta(SCENE.targets[0].target, verifier)
     assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
     assert zeta.alive < zeta.built
 

@@ -26,7 +26,7 @@ from .cell import SCENE as CELL
 from .tape import Tape, about_file, recording_of
 from .tape import assessed as judged
 
-SCENE = replace(CELL, goals=(Shell(0.25),))
+SCENE = replace(CELL, targets=(Shell(0.25),))
 PAD = MountedSensor("forearm", (0.0, 0.12, 0.2), (0.0, 1.0, 0.0), name="pad")
 BARE = MountedSensor("forearm", (0.0, -0.12, 0.2), (0.0, -1.0, 0.0))
 RING = Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08)
@@ -37,9 +37,9 @@ def about(setup, mount):
     plan = plan_rod(
         SCENE,
         setup,
-        SCENE.goals[0].target,
+        SCENE.targets[0].target,
         6,
-        where=places(SCENE, SCENE.goals[0].target, Rod(), 0.1),
+        where=places(SCENE, SCENE.targets[0].target, Rod(), 0.1),
     )
     stops = planned(SCENE, setup, poses=10, frames=8, candidates=30) if mount else None
     return about_file("singles.toml", SCENE, setup, stops, [plan], voxel=0.05)

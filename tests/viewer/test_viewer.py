@@ -208,7 +208,7 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
 @pytest.mark.parametrize("target", [NEAR, ReachAndToolSpheres(), ProtectiveVolume(), Near(0.3)])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
     scene = paper_scene(
-        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), goals=(target,)
+        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), targets=(target,)
     )
     drawn, choice = (
         Drawing(QuickEstimate(scene, [target])),
@@ -364,7 +364,7 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
 def test_a_scene_with_one_target_shows_the_papers_beside_it():
     assert shown_targets(paper_scene()) == (NEAR, FAR, ReachAndToolSpheres())
     two = (FAR, ToolSphere())
-    assert shown_targets(paper_scene(goals=two)) == (FAR, ToolSphere())
+    assert shown_targets(paper_scene(targets=two)) == (FAR, ToolSphere())
 
 
 ROOM = ViewerSession(CoreScene(), {"a": SMALL})
