@@ -23,14 +23,7 @@ from .formats.schema.scene_models import SceneModel
 from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
 from .objectives.scene import CoreScene, Obstacle
-from .objectives.turned_cell import turned_attached, turned_obstacle, turned_single
-
-_KINDS: dict[str, type] = {
-    "sensor": Sensor,
-    "rules": Rules,
-    "safety": Safety,
-    "electronics": Electronics,
-}
+from .objectives.turned_cell import turned_scene
 
 
 def with_robot(core: CoreScene, changes: Mapping[str, Any]) -> CoreScene:
@@ -56,27 +49,33 @@ def robot_named(robot: Robot | str) -> Robot:
 
 
 def changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
-    """Return the scene with these arguments, except robot and poses.
+    """Return the scene with these arguments, except robot and poses; None stands for a default.
 
     Raises:
         InputError: for an invalid value, or a model of occlusion that needs the robot's bodies.
     """
-    fields, occlusion = _fields(given), given.get("occlusion")
-    turn = _turns(core.robot, given.get("base"))
-    if "base" in given:
-        fields["base_stated"] = given["base"] is not None
-    if turn:
-        fields |= _turned(fields)
-    if occlusion in ("shadow", "blind") and not core.robot.bodies:
+    fields = {
+        name: getattr(_DEFAULT, name) if value is None else _CHECKS[name](value, name)
+        for name, value in given.items()
+        if name in _CHECKS
+    }
+    if "ring_radius" in given:
+        fields["radius_stated"] = given["ring_radius"] is not None
+    if given.get("occlusion") in ("shadow", "blind") and not core.robot.bodies:
+        found = given["occlusion"]
         raise InputError(
-            f"found {occlusion}, allowed: ignore, because robot {core.robot.name} has no bodies",
+            f"found {found}, allowed: ignore, because robot {core.robot.name} has no bodies",
             "occlusion",
         )
     if "attached" in given:
-        each = _each(given["attached"], Attached, "attached", "attached(...)")
-        each = tuple(map(turned_attached, each)) if turn else each
+        solids = _each(Attached, "attached(...)")(given["attached"] or (), "attached")
         with input_errors("attached"):
-            fields["robot"] = core.robot.with_attached(each)
+            fields["robot"] = core.robot.with_attached(solids)
+    if _turns(core.robot, given.get("base")):
+        turned = turned_scene(CoreScene(**{"robot": core.robot, **fields}))
+        fields = {name: getattr(turned, name) for name in fields}
+    if "base" in given:
+        fields["base_stated"] = given["base"] is not None
     return replace(core, **fields)
 
 
@@ -90,100 +89,86 @@ def _turns(robot: Robot, base: Any) -> bool:
         raise InputError(f"found {base!r}, allowed: {error}", "base") from error
 
 
-def _turned(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those fields that hold coordinates in the base frame, turned by 180° about z."""
-    turns: dict[str, Callable[[Any], Any]] = {
-        "obstacles": turned_obstacle,
-        "cell_sensors": turned_single,
-        "targets": Target.turned,
-    }
-    new: dict[str, Any] = {
-        name: tuple(map(turn, fields[name])) for name, turn in turns.items() if name in fields
-    }
-    if "rules" in fields:
-        fixed = tuple(map(turned_single, fields["rules"].fixed_sensors))
-        new["rules"] = replace(fields["rules"], fixed_sensors=fixed)
-    return new
+def _choice(*allowed: str) -> Callable[[Any, str], str]:
+    """Return a check that a value is one of these."""
+
+    def check(value: Any, name: str) -> str:
+        if value not in allowed:
+            raise InputError(f"found {value!r}, allowed: {', '.join(allowed)}", name)
+        choice: str = value
+        return choice
+
+    return check
 
 
-def _fields(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the internal fields for all arguments except robot and poses; None becomes the
-    default.
+def _of_type(kind: type) -> Callable[[Any, str], Any]:
+    """Return a check that a value is of a type."""
 
-    Raises:
-        InputError: for values of the wrong type.
-    """
-    fields: dict[str, Any] = {}
-    for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
-        if name in given:
-            value = getattr(CoreScene, name) if given[name] is None else given[name]
-            if value not in one_of:
-                raise InputError(f"found {value!r}, allowed: {', '.join(one_of)}", name)
-            fields[name] = value
-    for name, kind in _KINDS.items():
-        if name in given:
-            value = kind() if given[name] is None else given[name]
+    def check(value: Any, name: str) -> Any:
+        if not isinstance(value, kind):
+            raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
+        return value
+
+    return check
+
+
+def _each(kind: type, allowed: str) -> Callable[[Any, str], tuple[Any, ...]]:
+    """Return a check that a value is one of a type, or several, which returns a tuple."""
+
+    def check(values: Any, name: str) -> tuple[Any, ...]:
+        if isinstance(values, kind):
+            values = (values,)
+        if not isinstance(values, Iterable):
+            raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name)
+        each = tuple(values)
+        for value in each:
             if not isinstance(value, kind):
-                raise InputError(f"found {value!r}, allowed: {kind.__name__}", name)
-            fields[name] = value
-    for name, kind in (("prices", Prices), ("person", Person)):
-        if name in given:
-            if not isinstance(given[name], kind | None):
-                raise InputError(f"found {given[name]!r}, allowed: {kind.__name__}", name)
-            fields[name] = given[name]
-    if "mounts" in given:
-        fields["mounts"] = _limits(given["mounts"])
-    if "obstacles" in given:
-        fields["obstacles"] = _each(given["obstacles"], Obstacle, "obstacles", "obstacle(...)")
-    if "cell_sensors" in given:
-        allowed = "MountedSensor on the link base"
-        some = given["cell_sensors"]
-        fields["cell_sensors"] = _each(some, MountedSensor, "cell_sensors", allowed)
-    if "targets" in given:
-        default = given["targets"] is None
-        fields["targets"] = CoreScene.targets if default else _goals(given["targets"])
-    if "ring_radius" in given:
-        radius = given["ring_radius"]
-        fields["radius_stated"] = radius is not None
-        fields["ring_radius"] = CoreScene.ring_radius if radius is None else radius
-    return fields
+                raise InputError(f"found {value!r}, allowed: {allowed}", name)
+        return each
+
+    return check
 
 
-def _limits(mounts: Any) -> dict[str, Limits]:
+def _mounts(mounts: Any, name: str) -> dict[str, Limits]:
     """Return limits by the name of the link; raise InputError for anything else."""
-    if not isinstance(mounts, Mapping | None):
-        raise InputError(f"found {mounts!r}, allowed: Limits by the name of the link", "mounts")
-    for link, limits in (mounts or {}).items():
+    if not isinstance(mounts, Mapping):
+        raise InputError(f"found {mounts!r}, allowed: Limits by the name of the link", name)
+    for link, limits in mounts.items():
         if not isinstance(link, str) or not isinstance(limits, Limits):
-            raise InputError(
-                f"found {limits!r} for {link!r}, allowed: Limits by the name of the link", "mounts"
-            )
-    return dict(mounts or {})
+            allowed = "Limits by the name of the link"
+            raise InputError(f"found {limits!r} for {link!r}, allowed: {allowed}", name)
+    return dict(mounts)
 
 
-def _each(values: Any, kind: type, name: str, allowed: str) -> tuple[Any, ...]:
-    """Return one value of a type, several, or None as a tuple; otherwise raise InputError."""
-    if isinstance(values, kind):
-        values = (values,)
-    if not isinstance(values, Iterable | None):
-        raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name)
-    each = tuple(values or ())
-    for one in each:
-        if not isinstance(one, kind):
-            raise InputError(f"found {one!r}, allowed: {allowed}", name)
-    return each
-
-
-def _goals(targets: Any) -> tuple[Any, ...]:
+def _targets(targets: Any, name: str) -> tuple[Target, ...]:
+    """Return one or more targets as a tuple; raise InputError for anything else."""
     kinds = (
         "Near, Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume"
         " of your own such as Box"
     )
-    each = _each(targets, Target, "targets", kinds)
+    each = _each(Target, kinds)(targets, name)
     if not each:
-        raise InputError("found none, allowed: one or more", "targets")
-    with input_errors("targets"):
+        raise InputError("found none, allowed: one or more", name)
+    with input_errors(name):
         return tuple(map(standalone, each))
+
+
+_DEFAULT = CoreScene()
+_CHECKS: dict[str, Callable[[Any, str], Any]] = {
+    "targets": _targets,
+    "sensor": _of_type(Sensor),
+    "occlusion": _choice(*OCCLUSIONS),
+    "ring_radius": lambda value, name: value,
+    "mounts": _mounts,
+    "rules": _of_type(Rules),
+    "obstacles": _each(Obstacle, "obstacle(...)"),
+    "cell_sensors": _each(MountedSensor, "MountedSensor on the link base"),
+    "over_poses": _choice("mean", "worst"),
+    "safety": _of_type(Safety),
+    "electronics": _of_type(Electronics),
+    "prices": _of_type(Prices),
+    "person": _of_type(Person),
+}
 
 
 def checked(core: CoreScene) -> CoreScene:

@@ -70,20 +70,32 @@ def with_attached_meshes(
     return replace(scene, robot=scene.robot.with_attached(tuple(attached)))
 
 
-def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
-    kind = path.suffix.lower().lstrip(".")
+def mesh_in(where: str, name: str | None, data: bytes) -> Any:
+    """Return the mesh in a file that a scene or a target names.
+
+    Args:
+        where: file and key that name it, for messages.
+        name: name of the file.
+        data: its content.
+
+    Raises:
+        UserError: if it is none.
+    """
+    kind = Path(name or "").suffix.lower().lstrip(".")
     if kind not in MESHES:
-        raise UserError(
-            f"{key}: found {shown(model.file)}, allowed: a mesh,"
-            f" {', '.join('.' + m for m in MESHES)}"
-        )
+        allowed = ", ".join("." + mesh for mesh in MESHES)
+        raise UserError(f"{where}: found {shown(name)}, allowed: a mesh, {allowed}")
+    refuse_stand_in(data, f"{where}: {shown(name)}")
+    try:
+        return read_scene_mesh(kind, data)
+    except MeshError as error:
+        raise UserError(f"{where}: {shown(name)}: allowed: {error}") from error
+
+
+def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
     import trimesh  # slow to load
 
-    refuse_stand_in(data, f"{key}: {shown(model.file)}")
-    try:
-        mesh = read_scene_mesh(kind, data)
-    except MeshError as error:
-        raise UserError(f"{key}: {shown(model.file)}: allowed: {error}") from error
+    mesh = mesh_in(key, model.file, data)
     parts = trimesh.graph.connected_component_labels(mesh.face_adjacency, len(mesh.faces))
     if not 0 < (count := int(parts.max(initial=-1)) + 1) <= _PIECES:
         raise UserError(f"{key}: found {count} separate parts, allowed: 1 to {_PIECES}")

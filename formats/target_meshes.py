@@ -8,11 +8,8 @@ from jaxtyping import Float, Int
 
 from ..coverage.targets.own import MOST_FACES, Mesh
 from .errors import InputError, UserError, shown
-from .mesh_readers.mesh_numbers import MeshError
-from .mesh_readers.scene_mesh import read_scene_mesh
-from .obstacle_meshes import MESHES
+from .obstacle_meshes import mesh_in
 from .schema.field_types import FARTHEST
-from .stand_ins import refuse_stand_in
 
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
@@ -32,15 +29,7 @@ def closed_mesh(
     Raises:
         UserError: if it cannot be read, is not closed, or is too large.
     """
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in MESHES:
-        allowed = ", ".join("." + mesh for mesh in MESHES)
-        raise UserError(f"{where}: found {shown(path.name)}, allowed: a mesh, {allowed}")
-    refuse_stand_in(data, f"{where}: {shown(path.name)}")
-    try:
-        mesh = read_scene_mesh(kind, data)
-    except MeshError as error:
-        raise UserError(f"{where}: {shown(path.name)}: allowed: {error}") from error
+    mesh = mesh_in(where, path.name, data)
     mesh.merge_vertices()
     corners, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     corners = np.round(corners * scale @ T[:3, :3].T + T[:3, 3], _DIGITS)

@@ -16,8 +16,7 @@ from . import named, own
 from .posed_robot import PosedRobot
 from .target import KINDS, WITH_RADIUS, Target, TargetTerms, name_faults, named_kinds
 
-_ALL = ("importance", "reachable", "weight", "at_least", "name")  # keys of the target, not its part
-_MADE_FROM: dict[str, type] = {"mesh": own.MeshFile}  # tables that name a file, by kind
+_OF_TARGET = {field.name for field in fields(Target)}  # not of a part
 
 
 class PartTable:
@@ -29,13 +28,13 @@ class PartTable:
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        tables = [(kind, KINDS[kind]) for kind in _kinds()]
+        tables: list[tuple[str, type]] = [(kind, KINDS[kind]) for kind in _kinds()]
         kinds = {"type": "string", "enum": _kinds(), "description": "kind of the volume"}
         return {
             "type": "object",
             "properties": {"kind": kinds},
             "required": ["kind"],
-            "oneOf": [_schema_of(*pair) for pair in (*tables, *_MADE_FROM.items())],
+            "oneOf": [_schema_of(*pair) for pair in (*tables, ("mesh", own.MeshFile))],
         }
 
 
@@ -53,7 +52,9 @@ def _kinds() -> list[str]:
 def _schema_of(kind: str, cls: type) -> dict[str, Any]:
     """Return the JSON Schema of a part's table."""
     whole = schema_of(cls)
-    keys = {k: v for k, v in whole.get("properties", {}).items() if k not in _ALL}
+    keys = {
+        k: v for k, v in whole.get("properties", {}).items() if k not in {"at_least", *_OF_TARGET}
+    }
     return {
         "title": cls.__name__,
         "properties": {"kind": {"const": kind}, **keys},
@@ -72,8 +73,11 @@ def _part_of(value: Any) -> Target:
     if not isinstance(kind, str) or kind not in _kinds():
         refuse([(("kind",), kind, kinds)])
     keys = {key: v for key, v in value.items() if key != "kind"}
-    table: type = _MADE_FROM[kind] if "file" in keys and kind in _MADE_FROM else KINDS[kind]
-    known = list(_schema_of(kind, table)["properties"])[1:]
+    table: Any = KINDS[kind]
+    if kind == "mesh" and not {"vertices", "faces"} & keys.keys():
+        table = own.MeshFile
+    stated = table.__pydantic_fields__.items()
+    known = [field.alias or name for name, field in stated if name not in _OF_TARGET]
     if odd := [key for key in keys if key not in known]:
         allowed = f"{', '.join(known) or 'no other key'}, because the kind is {kind}"
         refuse([((), odd[0], allowed)])
@@ -87,7 +91,7 @@ def _part_of(value: Any) -> Target:
 def _table_of(part: Target) -> dict[str, Any]:
     """Return the table of a part, with the keys that differ from their defaults."""
     keys = adapter(type(part)).dump_python(
-        part, mode="json", by_alias=True, exclude_defaults=True, exclude={*_ALL, "at_least_percent"}
+        part, mode="json", by_alias=True, exclude_defaults=True, exclude=_OF_TARGET
     )
     return {"kind": part.kind, **keys}
 

@@ -323,7 +323,7 @@ class Implicit(Target):
 
     def _turned(self) -> dict[str, Any]:
         (a, b, low), (c, d, high) = self.box
-        corners = (*turned((c, d, low)),), (*turned((a, b, high)),)
+        corners = turned((c, d, low)), turned((a, b, high))
         return {"function": TurnedFunction(self.function), "box": corners}
 
     def described(self) -> str:

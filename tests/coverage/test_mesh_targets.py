@@ -119,7 +119,7 @@ def test_open_meshes_are_refused(tmp_path):
 
 
 BAD = {
-    "{kind = 'mesh'}": "volume.vertices",
+    "{kind = 'mesh'}": "volume.file",
     "{kind = 'mesh', file = 'none.stl'}": "volume.file none.stl",
     "{kind = 'mesh', file = '../a.stl'}": "volume.file ../a.stl",
     "{kind = 'mesh', file = 'a.txt'}": "volume.file a.txt .stl",
