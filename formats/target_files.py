@@ -49,9 +49,9 @@ def _with_meshes(volume: Any, key: str, read: Read) -> Any:
             path, data = read(f"{key}.file", table.file)
             T = transform(table.centre, np.radians(table.rpy_deg))
             return closed_mesh(f"{key}.file", path, data, table.scale, T)
-        case {"of": [*parts], **keys}:
+        case {"of": [*parts]}:
             of = [_with_meshes(part, f"{key}.of[{i}]", read) for i, part in enumerate(parts)]
-            return {**keys, "of": of}
+            return dict(volume) | {"of": of}
     return volume
 
 
