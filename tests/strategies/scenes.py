@@ -86,8 +86,7 @@ class DrawnScene:
 
 def shells(least_mm: int, most_mm: int) -> st.SearchStrategy[Target]:
     """Targets V_S."""
-    radius = st.integers(least_mm, most_mm).map(lambda mm: mm / 1000)
-    return st.builds(Shell, radius)
+    return st.integers(least_mm, most_mm).map(lambda mm: Shell(mm / 1000))
 
 
 NEAR = st.integers(50, 1200).map(lambda mm: Near(mm / 1000))

@@ -1,6 +1,7 @@
 """Volumes of one's own: single ones, and trees of unions, differences and intersections."""
 
 from dataclasses import replace
+from typing import Any
 
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
@@ -23,21 +24,27 @@ from .units import FACINGS, TURNS, directions, points_mm
 ANYWHERE = PosedRobot(UR10, UR10.rest, Shape(), None, Safety())
 """Where volumes are made that do not depend on it."""
 PLACES = points_mm(900).map(lambda mm: tuple(x / 1000 for x in mm))
-_MM = st.integers(100, 1500)
-SIZES = _MM.map(lambda mm: mm / 1000)
-BOXES = st.builds(Box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
-CYLINDERS = st.builds(
-    Cylinder, st.integers(50, 800).map(lambda mm: mm / 1000), SIZES, PLACES, TURNS
-)
-CONES = st.builds(
-    Cone, st.integers(50, 800).map(lambda mm: mm / 1000), SIZES | st.just(0.0), SIZES, PLACES, TURNS
-)
-BALLS = st.builds(Sphere, st.integers(50, 900).map(lambda mm: mm / 1000), PLACES)
-HALF_SPACES = st.builds(HalfSpace, FACINGS.map(directions), PLACES)
+
+
+def _lengths(least_mm: int, most_mm: int) -> st.SearchStrategy[float]:
+    return st.integers(least_mm, most_mm).map(lambda mm: mm / 1000)
+
+
+def _made(kind: type[Target], *fields: st.SearchStrategy) -> st.SearchStrategy[Any]:
+    """Targets of a kind from its fields; ``st.builds`` would draw required ones twice."""
+    return st.tuples(*fields).map(lambda values: kind(*values))
+
+
+SIZES = _lengths(100, 1500)
+BOXES = _made(Box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
+CYLINDERS = _made(Cylinder, _lengths(50, 800), SIZES, PLACES, TURNS)
+CONES = _made(Cone, _lengths(50, 800), SIZES | st.just(0.0), SIZES, PLACES, TURNS)
+BALLS = _made(Sphere, _lengths(50, 900), PLACES)
+HALF_SPACES = _made(HalfSpace, FACINGS.map(directions), PLACES)
 NAMED = st.one_of(
     st.sampled_from([ReachSphere(), ToolSphere(), ReachAndToolSpheres(), RobotVolume()]),
-    st.integers(200, 1200).map(lambda mm: Shell(mm / 1000)),
-    st.integers(20, 1200).map(lambda mm: Near(mm / 1000)),
+    _lengths(200, 1200).map(Shell),
+    _lengths(20, 1200).map(Near),
 )
 
 
