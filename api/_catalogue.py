@@ -6,8 +6,8 @@ from ._errors import InputError
 from .coverage.robots.built_in import ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.sensors.catalogue import MODELS
-from .coverage.sensors.effective_range import effective
-from .coverage.sensors.sensor import Sensor, Use
+from .coverage.sensors.effective_range import Use
+from .coverage.sensors.sensor import Sensor, effective
 
 
 class SensorCatalogue(Mapping[str, Sensor]):
@@ -65,15 +65,15 @@ class SensorCatalogue(Mapping[str, Sensor]):
             >>> round(pr.sensors.under("vl53l1x", ambient="50kcps").range_m, 2)
             1.62
         """
+        if isinstance(name, str) and name not in MODELS:
+            raise InputError(f"found {name}, allowed: {', '.join(MODELS)}", "sensor")
         use = name.use if isinstance(name, Sensor) else Use(name)
         if use is None:
             raise InputError("found a nominal beam, allowed: a sensor with a model", "sensor")
-        if use.own is None and use.model not in MODELS:
-            raise InputError(f"found {use.model}, allowed: {', '.join(MODELS)}", "sensor")
         try:
-            return effective(Use(use.model, ambient, reflectance, target_size, use.own)).sensor
+            return effective(Use(use.model, ambient, reflectance, target_size)).sensor
         except ValueError as error:
-            raise InputError(str(error), "sensor", use.model) from error
+            raise InputError(str(error).removeprefix("Use: "), "sensor", use.name) from error
 
 
 class RobotCatalogue(Mapping[str, Robot]):

@@ -10,10 +10,10 @@ from ._proposal import Proposal
 from ._scene import Scene
 from ._urdf import urdf_options
 from .coverage.robots.robot import Robot
-from .coverage.sensors.effective_range import effective
-from .coverage.sensors.sensor import Sensor, Use
-from .formats.loader import read_proposal, read_robot, read_scene, read_sensor
-from .formats.model_reader import file_and_table
+from .coverage.sensors.effective_range import Use
+from .coverage.sensors.sensor import Sensor, effective
+from .formats.loader import read_proposal, read_robot, read_scene
+from .formats.model_reader import file_and_table, read_sensor
 from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
 from .formats.toml_text import toml_keys
@@ -92,7 +92,7 @@ def load(
             case "joints":
                 return read_robot(file)
             case "ranges":
-                return effective(Use.of(read_sensor(file))).sensor
+                return effective(Use(read_sensor(file))).sensor
             case _:
                 return Scene.of(read_scene(file))
 

@@ -12,7 +12,6 @@ from ..coverage.robots.base_frame import must_turn
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
-from ..coverage.sensors.sensor_model import Model
 from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene
@@ -21,7 +20,6 @@ from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
-from .schema.own_sensor_models import OwnSensorFile
 from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, robot_of
@@ -43,15 +41,6 @@ def read_robot(path: Path) -> Robot:
         UserError: if it cannot be read or is not valid.
     """
     return robot_of(read_model(path, RobotFile))
-
-
-def read_sensor(path: Path) -> Model:
-    """Return the model of the sensor in a TOML file.
-
-    Raises:
-        UserError: if it cannot be read or is not valid.
-    """
-    return read_model(path, OwnSensorFile).to_domain()
 
 
 def read_scene(path: Path, robot: Robot | None = None) -> CoreScene:

@@ -4,22 +4,22 @@ import os
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from ..coverage.definitions.definition import adapter
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
+from ..coverage.sensors.sensor_model import Model
 from .errors import UserError, explain, shown
 from .schema.calibration_models import CalibrationModel
-from .schema.own_sensor_models import OwnSensorFile, OwnSensorModel, with_tables
 from .schema.proposal_models import ProposalFile
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile
 from .schema.target_models import TargetFile
-from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
+from .schema.versions import FROM_FILE, SensorFile, refuse_newer
 from .target_files import with_contents
 from .toml_text import toml_keys
 from .user_files import beside, read_bytes, read_text
@@ -52,24 +52,20 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    name, proposal = str(path), issubclass(model, ProposalFile)
+    name, proposal = str(path), model is ProposalFile
     path, table = file_and_table(path) if proposal else (path, None)
     text = read_text(path, "TOML")
     try:
         raw = toml_keys(text)
         if proposal:
             raw = _one_proposal(path, raw, table)
-        if issubclass(model, VersionedFile | TargetFile):
-            refuse_newer(raw)
+        refuse_newer(raw)
         raw = _with_robot(path, raw, model)
         raw = _with_sensors(path, raw, model)
         raw = raw if robot is None else _on_robot(raw, robot)
         raw = _with_calibration(path, raw, model)
         raw = _with_target_files(path, raw, model)
-        if issubclass(model, BaseModel):
-            return model.model_validate(raw, context=FROM_FILE)
-        value: _Model = adapter(model).validate_python(raw)  # type: ignore[arg-type]
-        return value
+        return cast(_Model, adapter(model).validate_python(raw, context=FROM_FILE))
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -143,15 +139,43 @@ def read_calibration(path: Path, robot: Robot) -> Robot:
     return calibrated_from(robot, str(path), text)
 
 
-def _with_sensors(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
+def _with_sensors(path: Path, raw: dict[str, Any], model: type, at: str = "") -> dict[str, Any]:
     """Return the keys of a file; sensor files that a scene or proposal names are replaced by their
-    tables."""
+    sensors.
 
-    def read(key: str, name: str) -> OwnSensorModel:
-        file = read_model(beside(path, key, name), OwnSensorFile)
-        return OwnSensorModel(**{key: getattr(file, key) for key in OwnSensorModel.model_fields})
+    Args:
+        path: the file.
+        raw: keys of the table ``at`` of the file.
+        model: model of the file.
+        at: key of the table.
+    """
+    if model not in (SceneFile, ProposalFile):
+        return raw
 
-    return with_tables(raw, read) if model in (SceneFile, ProposalFile) else raw
+    def inlined(name: str, value: Any) -> Any:
+        key = f"{at}.{name}".lstrip(".")
+        match value:
+            case {"model": str() as file} if name == "sensor" and file.lower().endswith(".toml"):
+                return {**value, "model": read_sensor(beside(path, f"{key}.model", file))}
+            case dict():
+                return _with_sensors(path, value, model, key)
+            case list():
+                return [
+                    _with_sensors(path, v, model, f"{key}[{i}]") if isinstance(v, dict) else v
+                    for i, v in enumerate(value)
+                ]
+        return value
+
+    return {name: inlined(name, value) for name, value in raw.items()}
+
+
+def read_sensor(path: Path) -> Model:
+    """Return the model of the sensor in a TOML file.
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
+    return read_model(path, SensorFile)
 
 
 def _with_target_files(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:

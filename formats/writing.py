@@ -13,9 +13,9 @@ from typing import Any
 
 import tomli_w
 
+from ..coverage.definitions.definition import adapter
 from ..coverage.definitions.escaping import printable
 from .errors import UserError
-from .schema.base_model import StrictModel
 
 try:
     import fcntl
@@ -82,11 +82,12 @@ def _sync_folder(path: Path) -> None:
             os.close(folder)
 
 
-def to_toml(model: StrictModel, heading: str = "") -> str:
-    """Return a model as TOML below comment lines; keys without a value are omitted, because TOML
-    has no null."""
+def to_toml(model: Any, heading: str = "", file: Any = None) -> str:
+    """Return a model, or a definition as its ``file``, as TOML below comment lines; keys without a
+    value are omitted, because TOML has no null."""
+    stated = adapter(file).dump_python(model, mode="json") if file else model.stated()
     comment = "".join(f"# {printable(line)}\n" for line in heading.splitlines())
-    return comment + tomli_w.dumps(_drop_none(model.stated()))
+    return comment + tomli_w.dumps(_drop_none(stated))
 
 
 def _drop_none(value: Any) -> Any:

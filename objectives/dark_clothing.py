@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Setup
-from ..coverage.sensors.effective_range import effective
-from ..coverage.sensors.sensor import Sensor
+from ..coverage.sensors.sensor import Sensor, effective
 from ..coverage.targets.target import Target
 from .verified import Verified
 from .verify import Verifier

@@ -42,7 +42,7 @@ class Prices:
 
     def of_sensor(self, sensor: Sensor) -> float:
         """Return the price of one sensor."""
-        model = "" if sensor.use is None else sensor.use.model
+        model = "" if sensor.use is None else sensor.use.name
         return self.models.get(model, self.sensor)
 
     def of_ring(self, ring: Ring) -> float:

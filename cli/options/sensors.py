@@ -4,10 +4,11 @@ from pathlib import Path
 
 from place_rings._catalogue import sensors
 
-from ...coverage.sensors.effective_range import effective, size_of
-from ...coverage.sensors.sensor import Sensor, Use
+from ...coverage.sensors.catalogue import MODELS
+from ...coverage.sensors.effective_range import Use, size_of
+from ...coverage.sensors.sensor import Sensor, effective
 from ...formats.errors import UserError
-from ...formats.loader import read_sensor
+from ...formats.model_reader import read_sensor
 
 
 def resolve_sensor(
@@ -42,11 +43,11 @@ def resolve_sensor(
         )
     use = base or _use_of(str(name))
     try:
-        target_size = use.size if size is None else size_of(size)
+        target_size = use.target_size if size is None else size_of(size)
     except ValueError as error:
-        raise UserError(f"--sensor {use.model}: {error}") from error
+        raise UserError(f"--sensor {use.name}: {error}") from error
     return sensors.under(
-        use.model if use.own is None else effective(Use.of(use.own)).sensor,
+        effective(use).sensor,
         ambient=use.ambient if ambient is None else ambient,
         reflectance=use.reflectance if reflectance is None else reflectance,
         target_size=target_size,
@@ -54,5 +55,8 @@ def resolve_sensor(
 
 
 def _use_of(name: str) -> Use:
-    own = name.lower().endswith(".toml")
-    return Use.of(read_sensor(Path(name))) if own else Use(name)
+    if name.lower().endswith(".toml"):
+        return Use(read_sensor(Path(name)))
+    if name not in MODELS:
+        raise UserError(f"--sensor: found {name}, allowed: {', '.join(MODELS)}")
+    return Use(name)

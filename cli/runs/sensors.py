@@ -9,8 +9,8 @@ from rich.table import Table
 
 from ...coverage.sensors.boards import Board
 from ...coverage.sensors.catalogue import MODELS
-from ...coverage.sensors.effective_range import effective
-from ...coverage.sensors.sensor import Use
+from ...coverage.sensors.effective_range import Use
+from ...coverage.sensors.sensor import effective
 from ...coverage.sensors.sensor_model import Model
 from ...formats.schema.sensor_records import SensorRecord
 from ...reporting.explained import Explained
@@ -28,12 +28,12 @@ def sensors(as_json: bool, file: Path | None = None) -> None:
     """Print the catalogue, or the sensor in ``file``."""
     uses = [Use(name) for name in MODELS]
     if file is not None:
-        from ...formats.loader import read_sensor
+        from ...formats.model_reader import read_sensor
 
-        uses = [Use.of(read_sensor(file))]
+        uses = [Use(read_sensor(file))]
     found = [effective(use) for use in uses]
     if as_json:
-        records = [SensorRecord.from_domain(each).model_dump(mode="json") for each in found]
+        records = [SensorRecord.of(each).model_dump(mode="json") for each in found]
         say_json(json.dumps(records, indent=2))
         return
     models = [each.model for each in found]
@@ -70,8 +70,8 @@ def _table(models: list[Model]) -> Table:
 def _figures(model: Model) -> str:
     return ", ".join(
         f"{f.range_m:g}"
-        f" ({f.light.label}{'' if f.reflectance >= 0.88 else f', {100 * f.reflectance:.3g} %'})"
-        for f in model.figures
+        f" ({f.ambient}{'' if f.reflectance >= 0.88 else f', {100 * f.reflectance:.3g} %'})"
+        for f in model.ranges
     )
 
 

@@ -11,12 +11,17 @@ limits, and its unit in files where that differs; the docstring under it is its 
         turn: Annotated[float, Degrees(-360, 360, key="turn_deg")] = 0.0
         \"\"\"Rotation about z, rad.\"\"\"
 
+A file may also state a value through others: ``_of_table`` turns the keys that a file states into
+those of the fields, and ``_as_table`` those of the fields into what is written. The keys of a field
+that is ``INLINE``, itself a definition, stand among those of the table.
+
 Values are never converted: a text is no number, and 1.0 is no integer. Rules between fields stand
 in ``__post_init__``, which calls ``refuse``. A wrong argument raises an ``InputError`` in the terms
 of Python, a wrong key of a file a pydantic ``ValidationError``, which ``explain`` puts in one line.
 """
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterable
 from functools import cache, partial, wraps
 from typing import Any, TypeVar, dataclass_transform, overload
@@ -28,7 +33,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from .docstrings import docstrings
 from .errors import InputError, explain_argument, explained, schema_of, shown
 from .field_types import as_python
-from .units import in_file, with_keys
+from .units import in_file, inline_in, units_in, with_keys
 
 C = TypeVar("C")
 _CONFIG = ConfigDict(
@@ -74,6 +79,11 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
     return new
 
 
+class _Marked(dict[str, Any]):
+    """A table with its units marked: a class's own validator sees it again inside that of another
+    class."""
+
+
 def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any) -> Any:
     """Return the core schema of a definition: a table of a file is also accepted, whose values in
     other units than the fields' are marked as such."""
@@ -81,42 +91,90 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
 
     inner = node = handler(source)
     while node["type"] != "dataclass":
+        if node["type"] == "function-before":
+            return inner  # the schema of a class that is complete already
         node = node["schema"]
     node["strict"] = False  # the class alone; its fields stay strict
-    if not keys:
+    inline = inline_in(cls)
+    of_table, as_table = (getattr(cls, name, None) for name in ("_of_table", "_as_table"))
+    if not (keys or inline or of_table or as_table):
         return inner
     names, of_files = {name for name, key in keys.items() if key != name}, set(keys.values())
 
     def marked(value: Any) -> Any:
-        if not isinstance(value, dict):
+        if not isinstance(value, dict) or isinstance(value, _Marked):
             return value
         refuse(((name,), value[name], f"the key {keys[name]}") for name in names & value.keys())
-        return {key: in_file(v) if key in of_files else v for key, v in value.items()}
+        table = {key: in_file(v) if key in of_files else v for key, v in value.items()}
+        for name, kind in inline.items():
+            if name in table:
+                refuse([((name,), table[name], f"the keys {', '.join(fields_of(kind))}")])
+            own = {key: table.pop(key) for key in fields_of(kind) if key in table}
+            if any(v is not None for v in own.values()):
+                table[name] = adapter(kind).validate_python(own)
+        return _Marked(of_table(table) if of_table else table)
 
-    return core_schema.no_info_before_validator_function(marked, inner)
+    def written(value: Any, dump: Any, info: Any) -> Any:
+        table = dump(value)
+        for name in inline.keys() & table.keys():
+            table |= table.pop(name) or dict.fromkeys(fields_of(inline[name]))
+        table = as_table(value, table) if as_table else table
+        return {k: v for k, v in table.items() if v is not None or not info.exclude_none}
+
+    own_schema = {key: value for key, value in inner.items() if key != "ref"}
+    return core_schema.no_info_before_validator_function(
+        marked,
+        own_schema,
+        ref=inner.get("ref"),
+        serialization=core_schema.wrap_serializer_function_ser_schema(
+            written, info_arg=True, schema=own_schema
+        )
+        if inline or as_table
+        else None,
+    )
+
+
+def fields_of(cls: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a definition."""
+    return tuple(field.name for field in dataclasses.fields(cls))
 
 
 def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> Any:
     """Return the JSON Schema of a definition, with the docstrings of fields as descriptions."""
     whole = handler(schema)
     table = handler.resolve_ref_schema(whole)
-    for name, text in field_docs(cls).items():
+    for name, kind in inline_in(cls).items():
+        if table["properties"].pop(name, None) is None:
+            continue  # a table that stands in several places is visited for each
+        own = handler.resolve_ref_schema(handler(adapter(kind).core_schema))
+        for key, part in own["properties"].items():
+            optional = part if "default" in part else {"anyOf": [part, {"type": "null"}]}
+            table["properties"][key] = {"default": None} | optional
+    docs = [field_docs(kind) for kind in (cls, *inline_in(cls).values())]
+    for name, text in itertools.chain(*(lines.items() for lines in docs)):
         key = keys.get(name, name)
         if key in table.get("properties", {}):
             text = text.replace(", rad", ", degrees") if key.endswith("_deg") else text
             table["properties"][key]["description"] = text
-            _count_items(table["properties"][key])
+    for name, unit in units_in(cls).items():
+        default = cls.__pydantic_fields__[name].default  # type: ignore[attr-defined]
+        if isinstance(default, int | float):
+            table["properties"][keys[name]]["default"] = unit.to_file(default)
+    for part in table["properties"].values():
+        _limit_items(part)
     return whole
 
 
-def _count_items(node: dict[str, Any]) -> None:
-    """State limits on the length of a list as JSON Schema does; pydantic takes those of a list that
-    is converted first for limits of a text."""
-    for option in (node, *node.get("anyOf", ())):
-        if option.get("type") == "array":
-            for end in ("min", "max"):
-                if (length := option.pop(f"{end}Length", None)) is not None:
-                    option[f"{end}Items"] = length
+def _limit_items(part: dict[str, Any]) -> None:
+    """Rename the limits of a list's length, which pydantic calls those of a text where a function
+    reads the list first."""
+    if part.get("type") == "array":
+        for end in ("min", "max"):
+            if f"{end}Length" in part:
+                part[f"{end}Items"] = part.pop(f"{end}Length")
+    for inner in (part.get("items"), *part.get("anyOf", ())):
+        if isinstance(inner, dict):
+            _limit_items(inner)
 
 
 def field_docs(cls: type) -> dict[str, str]:

@@ -151,6 +151,9 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
     keys = {name: field.alias or name for name, field in fields.items()}
     own = {key: name for name, key in keys.items()}
     path = [own.get(str(part), part) if i == 0 else part for i, part in enumerate(loc)]
+    if fault["type"] == "unexpected_keyword_argument":
+        line = f"found an unknown argument, allowed: {', '.join(keys)}"
+        return InputError(line, f"{definition.__name__}: {loc[0]}")
     schema = schema_of(definition)
     named = {own.get(key, key): node for key, node in schema.get("properties", {}).items()}
     line = _line({**fault, "loc": tuple(path)}, {**schema, "properties": named})
@@ -248,7 +251,9 @@ def _descend(
 def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
     """Return the text for the values that a part of a JSON Schema allows."""
     if "enum" in node:
-        return ", ".join(node["enum"])
+        return ", ".join(map(str, node["enum"]))
+    if "oneOf" in node:
+        return " or ".join(_allowed(_resolve(kind, schema), schema) for kind in node["oneOf"])
     if "const" in node:
         return str(node["const"])
     kind = node.get("type")

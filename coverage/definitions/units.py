@@ -112,6 +112,20 @@ def UnderKey(key: str, **limits: float) -> FileUnit:
     return FileUnit(key, float, float, limits)
 
 
+INLINE = "in line"
+"""Annotation of a field whose own keys stand in a file among those of the table."""
+
+
+def inline_in(cls: type) -> dict[str, Any]:
+    """Return the definitions of the fields of a class that are ``INLINE``."""
+    hints = get_type_hints(cls, include_extras=True)
+    return {
+        name: get_args(get_args(hint)[0])[0]
+        for name, hint in hints.items()
+        if get_origin(hint) is Annotated and INLINE in hint.__metadata__
+    }
+
+
 def units_of(annotation: Any) -> Iterator[FileUnit]:
     """Yield the units in an annotation: of the value, of its items, or of one of its kinds."""
     if get_origin(annotation) is Annotated:
@@ -120,18 +134,21 @@ def units_of(annotation: Any) -> Iterator[FileUnit]:
         yield from units_of(inner)
 
 
+def units_in(cls: type) -> dict[str, FileUnit]:
+    """Return the unit of each field with one, of the class and its bases."""
+    hints = get_type_hints(cls, include_extras=True)
+    units = {name: next(units_of(hint), None) for name, hint in hints.items()}
+    return {name: unit for name, unit in units.items() if unit is not None}
+
+
 def with_keys(cls: type) -> dict[str, str]:
     """State the keys of a class's fields with units as their aliases, for pydantic, and return the
     key of each field with a unit, of the class and its bases."""
-    keys: dict[str, str] = {}
-    for name, annotation in get_type_hints(cls, include_extras=True).items():
-        unit = next(units_of(annotation), None)
-        if unit is None:
-            continue
-        keys[name] = unit.key or name
-        if unit.key and name in vars(cls).get("__annotations__", {}):
-            cls.__annotations__[name] = Annotated[annotation, Field(alias=unit.key)]
-    return keys
+    units, own = units_in(cls), vars(cls).get("__annotations__", {})
+    for name, unit in units.items():
+        if unit.key and name in own:
+            own[name] = Annotated[own[name], Field(alias=unit.key)]
+    return {name: unit.key or name for name, unit in units.items()}
 
 
 def in_file(value: Any) -> Any:

@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from ..sensors.catalogue import MODELS, model_of
+from ..sensors.catalogue import MODELS
+from ..sensors.effective_range import model_of
 from ..sensors.sensor import Sensor
 from ..sensors.sensor_model import Supply
 from .bus_load import SUPPLY
@@ -148,7 +149,8 @@ def supply_of(sensor: Sensor) -> Supply | None:
     except ValueError:
         return model_of(sensor.use).supply
     watts = SUPPLY * carrier.peak_ma / 1000
-    return stated or Supply(watts, True, f"peak of the {carrier.title}; {carrier.source}")
+    source = f"peak of the {carrier.title}; {carrier.source}"
+    return stated or Supply(power_w=watts, limit=True, source=source)
 
 
 def driver(sensor: Sensor) -> Driver:
@@ -158,7 +160,7 @@ def driver(sensor: Sensor) -> Driver:
         ValueError: if none reads it; the message lists the sensors that one reads.
     """
     name = model_name(sensor)
-    own = sensor.use is not None and sensor.use.own is not None
+    own = sensor.use is not None and not isinstance(sensor.use.model, str)
     for one in _ROW:
         if name in one.models and not own:
             return one

@@ -13,9 +13,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from ..definitions.definition import definition
-from ..sensors.catalogue import model_of
-from ..sensors.effective_range import effective
-from ..sensors.sensor import Sensor, Use
+from ..sensors.effective_range import Use, model_of
+from ..sensors.sensor import Sensor, effective
 from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard, ControllerName
 from .drivers import driver
 from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses

@@ -4,8 +4,7 @@ import math
 from dataclasses import replace
 
 from ..definitions.units import degrees
-from ..sensors.effective_range import effective
-from ..sensors.sensor import Sensor
+from ..sensors.sensor import Sensor, effective
 from .ring import Ring, Setup
 
 DIGITS_DEG = 4  # decimals of an angle in a file
@@ -62,5 +61,4 @@ def _rounded(sensor: Sensor) -> Sensor:
     if sensor.use is not None:
         model = effective(sensor.use).sensor
         return replace(model, board=sensor.board or model.board)
-    read_back = sensor.with_angles(lambda angle: math.radians(degrees(angle)))
-    return read_back if read_back.square else replace(read_back, zones=1)
+    return sensor.with_angles(lambda angle: math.radians(degrees(angle)))

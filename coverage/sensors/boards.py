@@ -4,7 +4,13 @@ commercial boards.
 Lengths are in metres, seen from the front: x to the right, y up, from the middle of the board.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
+
+from pydantic import Field
+
+from ..definitions.definition import definition, refuse
+from ..definitions.field_types import Items, Pair
 
 MM = 0.001  # m
 # JST SH, side entry: 2.95 mm above the board, by the maker's sheet; the room beyond the edge, for
@@ -12,33 +18,47 @@ MM = 0.001  # m
 _SH_REACH, _SH_HEIGHT = 7 * MM, 3 * MM
 PLUG_HALF = 3 * MM
 """Half the width of the room of a plug along its edge, or half the edge where that is less, m."""
+_Small = Annotated[float, Field(gt=0, le=0.2)]
+_Room = Annotated[float, Field(ge=0, le=0.1)]
+_Place = Pair[Annotated[float, Field(ge=-0.1, le=0.1, description="coordinate from the middle, m")]]
 
 
-@dataclass(frozen=True)
+@definition
 class Board:
-    """A board with one sensor."""
+    """The board that carries a sensor, seen from the front; x points right, y up, from its
+    middle."""
 
-    width: float
-    """Width of the outline, m."""
-    height: float
-    """Height of the outline, m."""
-    thickness: float
+    width: _Small
+    """Width of the board, m."""
+    height: _Small
+    """Height of the board, m."""
+    thickness: _Small = 0.0016
     """Thickness of the board, m."""
-    lens: tuple[float, float] = (0.0, 0.0)
-    """Middle of the sensor's package from the middle of the outline, (x, y) m."""
-    lens_height: float = 0.001
+    lens: _Place = (0.0, 0.0)
+    """Position of the middle of the sensor's package, m."""
+    lens_height: _Room = 0.001
     """Height of the package's front above the board's front, m."""
-    holes: tuple[tuple[float, float], ...] = ()
-    """Centres of the screw holes, (x, y) m."""
-    hole: float = 0.0025
-    """Diameter of the screw holes, m."""
-    source: str = ""
-    """Source of the dimensions."""
-    plugs: tuple[float, float] = (0.0, 0.0)
-    """Room for plugs and the bend of their wires beyond the edges left and right, and beyond those
-    above and below, m; 0: none."""
-    plug_height: float = 0.003
-    """Height of plugs, and of the tallest other part, above the board's front, m."""
+    holes: Annotated[Items[_Place], Field(max_length=16)] = ()
+    """Positions of the screw holes, m."""
+    hole: _Small = 0.0025
+    """Diameter of the holes, m."""
+    plugs: Pair[_Room] = (0.0, 0.0)
+    """Room for plugs and the bend of their wires beyond the edges left and right, and above and
+    below, m."""
+    plug_height: _Room = 0.003
+    """Height of plugs, and of other parts under a lid, above the board's front, m."""
+    source: Annotated[str, Field(max_length=1000)] = ""
+    """Source of the figures."""
+
+    def __post_init__(self) -> None:
+        half = (self.width / 2, self.height / 2)
+        spots = [(("lens",), self.lens, 0.0)]
+        spots += [(("holes", i), at, self.hole / 2) for i, at in enumerate(self.holes)]
+        refuse(
+            (loc, str([*at]), f"within the outline of {self.width:g} by {self.height:g} m")
+            for loc, at, radius in spots
+            if any(abs(x) + radius > h for x, h in zip(at, half, strict=True))
+        )
 
     @property
     def turned(self) -> "Board":

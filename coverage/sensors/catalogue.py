@@ -8,22 +8,26 @@ together. A figure that no source states is absent.
 from dataclasses import replace
 
 from . import boards
-from .sensor import Use
-from .sensor_model import DARK, Figure, Light, Model, Supply
+from .sensor_model import DARK, Model, Range, Supply
 
 WHITE = 0.88  # reflectance of the manufacturers' white target
 _SECOND_HAND = "maker's datasheet as quoted by a third party"
 
 
-def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> tuple[Figure, ...]:
-    """Return figures of a bright target from pairs of light (0: dark) and range, m."""
-    return tuple(Figure(Light(f"{v:g}{unit}", v) if v else DARK, white, r) for v, r in pairs)
+def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> tuple[Range, ...]:
+    """Return ranges of a bright target from pairs of light (0: dark) and range, m."""
+    return tuple(
+        Range(ambient=f"{v:g}{unit}" if v else DARK, reflectance=white, range_m=r) for v, r in pairs
+    )
 
 
 _L1X = Model(
     name="vl53l1x",
     title="ST VL53L1X, long mode",
-    figures=(*_by_light("kcps", (0, 3.6), (50, 1.66), (200, 0.73)), Figure(DARK, 0.17, 1.70)),
+    ranges=(
+        *_by_light("kcps", (0, 3.6), (50, 1.66), (200, 0.73)),
+        Range(reflectance=0.17, range_m=1.70),
+    ),
     source=f"{_SECOND_HAND}; beam: 27° full angle",
     diagonal_deg=27.0,
     corners="sines",
@@ -36,7 +40,7 @@ _L1X = Model(
 _L5CX = Model(
     name="vl53l5cx",
     title="ST VL53L5CX, 8×8 zones",
-    figures=_by_light("klx", (0, 3.5), (5, 1.1)),
+    ranges=_by_light("klx", (0, 3.5), (5, 1.1)),
     source=f"{_SECOND_HAND}; targets: ST's user manual as quoted by a third party",
     fov_deg=45.0,
     fov_up_deg=45.0,
@@ -53,7 +57,7 @@ _L5CX = Model(
 _L7CX = Model(
     name="vl53l7cx",
     title="ST VL53L7CX, 8×8 zones",
-    figures=_by_light("klx", (0, 2.0), (5, 0.5)),
+    ranges=_by_light("klx", (0, 2.0), (5, 0.5)),
     source=_SECOND_HAND,
     fov_deg=60.0,
     fov_up_deg=60.0,
@@ -66,7 +70,7 @@ _L7CX = Model(
 _L8CX = Model(
     name="vl53l8cx",
     title="ST VL53L8CX, 4×4 zones",
-    figures=_by_light("klx", (0, 4.0)),
+    ranges=_by_light("klx", (0, 4.0)),
     source="ST, UM3109 and DS14161; least range and power of DS14161 as quoted by a third party",
     fov_deg=45.0,
     fov_up_deg=45.0,
@@ -79,12 +83,12 @@ _L8CX = Model(
     separation_m=0.6,
     life_cycle="active (datasheet of July 2025)",
     note="no range in light is quoted",
-    supply=Supply(0.215, False, "ST, DS14161, continuous, as quoted by a third party"),
+    supply=Supply(power_w=0.215, source="ST, DS14161, continuous, as quoted by a third party"),
 )
 _L9CX = Model(
     name="vl53l9cx-precision",
     title="ST VL53L9CX, precision mode",
-    figures=_by_light("klx", (0, 8.8)),
+    ranges=_by_light("klx", (0, 8.8)),
     source="ST, AN6522 and DS14879 revisions 6 and 7, as quoted by third parties",
     fov_deg=55.0,
     fov_up_deg=42.0,
@@ -100,7 +104,7 @@ _L9CX = Model(
 _TMF882 = Model(
     name="tmf8820",
     title="ams-OSRAM TMF8820, 3×3 zones",
-    figures=_by_light("klx", (0, 5.0)),
+    ranges=_by_light("klx", (0, 5.0)),
     source="ams-OSRAM, product pages; histogram: a distributor's page",
     diagonal_deg=63.0,
     zones=3,
@@ -112,7 +116,7 @@ _TMF882 = Model(
 _TERARANGER = Model(
     name="teraranger-one",
     title="TeraRanger One",
-    figures=_by_light("klx", (0, 14.0)),
+    ranges=_by_light("klx", (0, 14.0)),
     source="Terabee, ROS driver",
     fov_deg=3.4,
     least_m=0.2,
@@ -122,9 +126,9 @@ _ROW = (
     Model(
         name="vl53l0x",
         title="ST VL53L0X",
-        figures=(
-            Figure(Light("indoors", 1.0), WHITE, 2.0),
-            Figure(Light("overcast", 2.0), WHITE, 0.8),
+        ranges=(
+            Range(ambient="indoors", range_m=2.0),
+            Range(ambient="overcast", range_m=0.8),
         ),
         source=f"{_SECOND_HAND}; rate and beam: MathWorks, VL53L0X block of the STM32 blockset",
         fov_deg=25.0,
@@ -138,18 +142,18 @@ _ROW = (
         _L1X,
         name="vl53l1x-medium",
         title="ST VL53L1X, medium mode",
-        figures=_by_light("kcps", (0, 2.9), (200, 0.76)),
+        ranges=_by_light("kcps", (0, 2.9), (200, 0.76)),
     ),
     replace(
         _L1X,
         name="vl53l1x-short",
         title="ST VL53L1X, short mode",
-        figures=_by_light("kcps", (0, 1.36), (200, 1.35)),
+        ranges=_by_light("kcps", (0, 1.36), (200, 1.35)),
     ),
     Model(
         name="vl53l3cx",
         title="ST VL53L3CX",
-        figures=_by_light("klx", (0, 3.0)),
+        ranges=_by_light("klx", (0, 3.0)),
         source="ST, datasheet of the VL53L3CX, features; targets: ST, user manual of its driver",
         fov_deg=25.0,
         targets=4,
@@ -159,7 +163,7 @@ _ROW = (
     Model(
         name="vl53l4cd",
         title="ST VL53L4CD",
-        figures=_by_light("klx", (0, 1.2)),
+        ranges=_by_light("klx", (0, 1.2)),
         source="ST, brief of STSW-IMG026",
         fov_deg=18.0,
         least_m=0.001,
@@ -169,7 +173,7 @@ _ROW = (
     Model(
         name="vl53l4cx",
         title="ST VL53L4CX",
-        figures=_by_light("klx", (0, 6.0)),
+        ranges=_by_light("klx", (0, 6.0)),
         source="ST, brief of STSW-IMG029; histogram: ST, community forum",
         fov_deg=18.0,
         histogram=True,
@@ -181,7 +185,7 @@ _ROW = (
         _L5CX,
         name="vl53l5cx-4x4",
         title="ST VL53L5CX, 4×4 zones",
-        figures=_by_light("klx", (0, 4.0), (5, 1.7)),
+        ranges=_by_light("klx", (0, 4.0), (5, 1.7)),
         zones=4,
         rate_hz=60.0,
         note="",
@@ -191,7 +195,7 @@ _ROW = (
         _L7CX,
         name="vl53l7cx-4x4",
         title="ST VL53L7CX, 4×4 zones",
-        figures=_by_light("klx", (0, 3.5)),
+        ranges=_by_light("klx", (0, 3.5)),
         source="ST, brief of STSW-IMG036",
         zones=4,
         rate_hz=60.0,
@@ -211,7 +215,7 @@ _ROW = (
         _L9CX,
         name="vl53l9cx-ambient",
         title="ST VL53L9CX, ambient mode",
-        figures=_by_light("klx", (0, 8.5)),
+        ranges=_by_light("klx", (0, 8.5)),
         least_m=0.45,
     ),
     _TMF882,
@@ -237,7 +241,7 @@ _ROW = (
     Model(
         name="afbr-s50mv85g",
         title="Broadcom AFBR-S50MV85G",
-        figures=_by_light("klx", (0, 10.0)),
+        ranges=_by_light("klx", (0, 10.0)),
         source="Broadcom, datasheet, and a distributor's parameters",
         fov_deg=4.0,
         fov_up_deg=4.0,
@@ -248,7 +252,7 @@ _ROW = (
     Model(
         name="safevisionary2",
         title="SICK safeVisionary2",
-        figures=_by_light("klx", (0, 2.0)),
+        ranges=_by_light("klx", (0, 2.0)),
         source="SICK, operating instructions 8025919, tables 4 and 5",
         fov_deg=68.0,
         fov_up_deg=42.0,
@@ -261,7 +265,7 @@ _ROW = (
         _TERARANGER,
         name="teraranger-evo-60m",
         title="TeraRanger Evo 60m",
-        figures=_by_light("klx", (0, 60.0)),
+        ranges=_by_light("klx", (0, 60.0)),
         fov_deg=2.0,
         least_m=0.5,
     ),
@@ -269,7 +273,7 @@ _ROW = (
         _TERARANGER,
         name="teraranger-evo-3m",
         title="TeraRanger Evo 3m",
-        figures=_by_light("klx", (0, 3.0)),
+        ranges=_by_light("klx", (0, 3.0)),
         fov_deg=2.0,
         least_m=0.1,
     ),
@@ -277,39 +281,41 @@ _ROW = (
         _TERARANGER,
         name="teraranger-evo-mini",
         title="TeraRanger Evo Mini, 1 px, long",
-        figures=_by_light("klx", (0, 3.3)),
+        ranges=_by_light("klx", (0, 3.3)),
         fov_deg=20.0,
         least_m=0.03,
     ),
     Model(
         name="tfmini",
         title="Benewake TFmini",
-        figures=(*_by_light("klx", (0, 12.0), white=0.9), Figure(DARK, 0.1, 5.0)),
+        ranges=(*_by_light("klx", (0, 12.0), white=0.9), Range(reflectance=0.1, range_m=5.0)),
         source="Benewake, SJ-GU-TFmini-01 (12 m at 90 %, 5 m at 10 %, indoors)",
         fov_deg=2.3,
         least_m=0.3,
         rate_hz=100.0,
-        supply=Supply(0.6, True, "Benewake, SJ-GU-TFmini-T-01 A02, average power"),
+        supply=Supply(
+            power_w=0.6, limit=True, source="Benewake, SJ-GU-TFmini-T-01 A02, average power"
+        ),
     ),
     Model(
         name="tfmini-s",
         title="Benewake TFmini-S",
-        figures=_by_light("klx", (0, 12.0), white=0.9),
+        ranges=_by_light("klx", (0, 12.0), white=0.9),
         source="Benewake, datasheet",
         fov_deg=2.0,
         least_m=0.1,
         rate_hz=100.0,
-        supply=Supply(0.7, True, "Benewake, SJ-GU-TFmini-S-01 A00"),
+        supply=Supply(power_w=0.7, limit=True, source="Benewake, SJ-GU-TFmini-S-01 A00"),
     ),
     Model(
         name="tfmini-plus",
         title="Benewake TFmini Plus",
-        figures=_by_light("klx", (0, 12.0), white=0.9),
+        ranges=_by_light("klx", (0, 12.0), white=0.9),
         source="Benewake, datasheet (12 m at 90 %, indoors)",
         fov_deg=3.6,
         least_m=0.1,
         rate_hz=1000.0,
-        supply=Supply(0.55, False, "Benewake, SJ-GU-TFmini-Plus-01 A04"),
+        supply=Supply(power_w=0.55, source="Benewake, SJ-GU-TFmini-Plus-01 A04"),
     ),
 )
 MODELS = {model.name: model for model in _ROW}
@@ -320,9 +326,3 @@ def model(name: str) -> Model:
     if name not in MODELS:
         raise ValueError(f"unknown sensor {name!r}; known: {', '.join(MODELS)}")
     return MODELS[name]
-
-
-def model_of(use: Use) -> Model:
-    """Return the model of a use: the user's own, or that of the catalogue; raise a ``ValueError``
-    for an unknown name."""
-    return model(use.model) if use.own is None else use.own

@@ -18,131 +18,129 @@ The minimum range does not shorten the beam: no source states that a nearer targ
 
 import math
 import re
-from dataclasses import dataclass
+from typing import Annotated
 
-from .catalogue import model_of
-from .sensor import Sensor, Use
-from .sensor_model import DARK, Figure, Light, Model
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from ..definitions.definition import definition, refuse
+from ..definitions.errors import IN_LINE, NAMED
+from ..definitions.field_types import Metres, Pair, Text
+from .catalogue import MODELS
+from .sensor_model import DARK, Model
 
 
-@dataclass(frozen=True)
+def _not_of_the_catalogue(model: Model) -> Model:
+    if model.name in MODELS:
+        refuse([(("name",), model.name, "a name that the catalogue lacks")])
+    return model
+
+
+OwnModel = Annotated[Model, AfterValidator(_not_of_the_catalogue)]
+"""A user's own sensor."""
+
+
+@definition
+class Use:
+    """A sensor model under its operating conditions; None: as the manufacturer measured."""
+
+    model: Annotated[
+        Annotated[Text, Tag(NAMED)] | Annotated[OwnModel, Tag(IN_LINE)],
+        Discriminator(lambda value: IN_LINE if isinstance(value, dict | Model) else NAMED),
+    ]
+    """Model in the catalogue, a sensor file (.toml), or a sensor's table in-line."""
+    ambient: Text | None = None
+    """Ambient light, for example 50kcps or 5klx."""
+    reflectance: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Reflectance of the target, as a share."""
+    target_size: Pair[Metres] | None = None
+    """Width and height of the target, m."""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.model, str) and self.model not in MODELS:
+            refuse([(("model",), self.model, f"{', '.join(MODELS)}, or a sensor file (.toml)")])
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.model if isinstance(self.model, str) else self.model.name
+
+
+def model_of(use: Use) -> Model:
+    """Return the model of a use: the user's own, or that of the catalogue."""
+    return MODELS[use.model] if isinstance(use.model, str) else use.model
+
+
+@definition
 class Step:
-    """One rule of the derivation."""
+    """A rule that limits a range."""
 
     rule: str
     """Name of the rule."""
     found: str
-    """The values to which it was applied, as text."""
-    range_m: float
+    """Data behind the rule."""
+    range_m: Metres
     """Range after the rule, m."""
     measured: bool
-    """Whether the range is a measured figure, as the manufacturer states it, or follows from a
-    law."""
+    """Whether the rule is a measurement; otherwise it is a law."""
 
 
-@dataclass(frozen=True)
-class Effective:
-    """A sensor for a use, and the derivation of its range."""
-
-    model: Model
-    """The model, of the catalogue or the user's own."""
-    use: Use
-    """The use."""
-    steps: tuple[Step, ...]
-    """The applied rules; the range of the last one is used."""
-
-    @property
-    def range_m(self) -> float:
-        return self.steps[-1].range_m
-
-    @property
-    def sensor(self) -> Sensor:
-        """The resulting sensor."""
-        m = self.model
-        along, up = (math.radians(side) for side in m.sides_deg)
-        return Sensor(along, self.range_m, self.use, up if m.square else None, m.zones, m.board)
-
-
-def effective(use: Use) -> Effective:
-    """Return the effective range of a sensor for ``use``.
+def steps(use: Use) -> tuple[Step, ...]:
+    """Return the rules that limit the range of a sensor for ``use``, each with the range after it.
 
     Raises:
-        ValueError: if the model is unknown, the light has no figure, the reflectance is outside
-            (0, 1], or a size is not positive.
+        ValueError: if the light has no figure.
     """
     m = model_of(use)
-    best = max((f for f in m.figures if f.light == m.lights[0]), key=lambda f: f.reflectance)
-    steps = [
-        Step(
-            "as stated",
-            f"{_percent(best.reflectance)} target that fills the beam, {best.light.label}",
-            best.range_m,
-            True,
-        )
-    ]
-    light = m.lights[0] if use.ambient is None else _light(m, use.ambient)
-    figure = max((f for f in m.figures if f.light == light), key=lambda f: f.reflectance)
+    dark, *_ = m.levels
+    best = m.brightest(m.levels[dark])
+    target = f"{_percent(best.reflectance)} target that fills the beam, {best.ambient}"
+    rules = [Step("as stated", target, best.range_m, True)]
+    light = dark if use.ambient is None else _light(m, use.ambient)
     if use.ambient is not None:
-        same = light.label == use.ambient
-        steps.append(
-            Step(
-                "light",
-                use.ambient + ("" if same else f", by the figure for {light.label}"),
-                figure.range_m,
-                same,
-            )
-        )
+        same = light == use.ambient
+        text = use.ambient + ("" if same else f", by the figure for {light}")
+        rules.append(Step("light", text, m.brightest(m.levels[light]).range_m, same))
     if use.reflectance is not None:
-        steps.append(_by_reflectance(m, light, use.reflectance))
-    if use.size is not None:
-        steps.append(_by_size(m, use.size, steps[-1]))
-    steps.append(_by_base(m, steps[-1].range_m))
-    return Effective(m, use, tuple(steps))
+        rules.append(_by_reflectance(m, m.levels[light], use.reflectance))
+    if use.target_size is not None:
+        rules.append(_by_size(m, use.target_size, rules[-1]))
+    rules.append(_by_base(m, rules[-1].range_m))
+    return tuple(rules)
 
 
-def _light(m: Model, ambient: str) -> Light:
-    """Return the weakest light with a figure that is at least as strong as ``ambient``."""
-    if ambient == DARK.label:
-        return m.lights[0]
-    named = [light for light in m.lights if light.label == ambient]
-    if named:
-        return named[0]
-    most = m.lights[-1]
-    known = (
-        f"dark, or a number of {m.unit} up to {most.label}"
-        if m.unit and most.value
-        else ", ".join(x.label for x in m.lights)
-    )
+def _light(m: Model, ambient: str) -> str:
+    """Return the weakest level of light with a figure that is at least as strong as ``ambient``."""
+    if ambient in m.levels:
+        return ambient
+    (weakest, *_), most = m.levels, [*m.levels][-1]
+    if ambient == DARK:
+        return weakest
+    known = f"dark, or a number of {m.unit} up to {most}" if m.unit else ", ".join(m.levels)
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([a-z]+)", ambient) if m.unit else None
-    if match is None or match[2] != m.unit or float(match[1]) > most.value:
+    if match is None or match[2] != m.unit or float(match[1]) > m.levels[most]:
         raise ValueError(
             f"found ambient light {ambient!r}, allowed for {m.name}: {known}; no source states a"
             " range in stronger light"
         )
-    return next(light for light in m.lights if light.value >= float(match[1]))
+    return next(light for light, level in m.levels.items() if level >= float(match[1]))
 
 
-def _by_reflectance(m: Model, light: Light, rho: float) -> Step:
-    if not 0 < rho <= 1:
-        raise ValueError(f"reflectance must be above 0 and at most 1, got {rho:g}")
-
-    def known(figures: list[Figure]) -> Figure | None:
-        return max(figures, key=lambda f: f.range_m) if figures else None
-
-    here = [f for f in m.figures if f.light == light]
-    brighter = [f for f in here if f.reflectance >= rho] or [max(here, key=lambda f: f.reflectance)]
-    above = min(brighter, key=lambda f: f.reflectance)
+def _by_reflectance(m: Model, level: float, rho: float) -> Step:
+    here = [r for r in m.ranges if m.levels[r.ambient] == level]
+    brighter = [r for r in here if r.reflectance >= rho] or [m.brightest(level)]
+    above = min(brighter, key=lambda r: r.reflectance)
     by_law = above.range_m * math.sqrt(min(rho / above.reflectance, 1.0))
-    darker = known([f for f in m.figures if f.light.value >= light.value and f.reflectance <= rho])
     text = _percent(rho)
-    if darker is not None and darker.range_m >= by_law:
+    darker = [r for r in m.ranges if m.levels[r.ambient] >= level and r.reflectance <= rho]
+    measured = max(darker, key=lambda r: r.range_m, default=None)
+    if measured is not None and measured.range_m >= by_law:
         return Step(
             "reflectance",
-            f"{text}, by the figure for {_percent(darker.reflectance)}, {darker.light.label}",
-            darker.range_m,
+            f"{text}, by the figure for {_percent(measured.reflectance)}, {measured.ambient}",
+            measured.range_m,
             True,
         )
-    least = min(f.reflectance for f in m.figures)
+    least = min(r.reflectance for r in m.ranges)
     beyond = f", darker than any measured ({_percent(least)})" if rho < least else ""
     return Step(
         "reflectance",
@@ -159,10 +157,6 @@ def _by_size(m: Model, size: tuple[float, float], before: Step) -> Step:
     products, each falling with d. The solution of fill(d) (range / d)^2 = 1 is therefore the least
     of the four solutions for the single products.
     """
-    if not all(math.isfinite(s) and s > 0 for s in size):
-        raise ValueError(
-            f"the target's width and height must be positive, got {size[0]:g} x {size[1]:g} m"
-        )
     a, b = (
         s / (2 * math.tan(math.radians(deg) / 2)) for s, deg in zip(size, m.zone_deg, strict=True)
     )

@@ -3,96 +3,119 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from ..angles import radians_hint
+from pydantic import Field
+from pydantic_core import PydanticCustomError
+
+from ..definitions.definition import Fault, definition, fields_of, refuse
+from ..definitions.field_types import Metres
+from ..definitions.units import INLINE, Degrees, InFile, degrees
 from .boards import Board
+from .effective_range import Step, Use, model_of, steps
 from .sensor_model import Model
 
 Shape = Literal["beam", "dome", "fan"]
+_WIDEST = {"beam": "below 180", "dome": "at most 180", "fan": "at most 360"}  # degrees
+_SAME = 1e-6  # degrees and metres
+# The catalogue may become more precise; a file keeps a beam that it states and that is as near to
+# the catalogue's as this: degrees of an angle, and a share of a range.
+_CLOSE_ANGLE, _CLOSE_RANGE = 0.2, 0.02
 
 
-@dataclass(frozen=True)
-class Use:
-    """A sensor model and its use. None: as the manufacturer measured."""
-
-    model: str
-    """Name in the catalogue, or of ``own``."""
-    ambient: str | None = None
-    """Ambient light in the catalogue's notation, such as ``50kcps``."""
-    reflectance: float | None = None
-    """Reflectance of the target, in (0, 1]."""
-    size: tuple[float, float] | None = None
-    """Width and height of the target, m."""
-    own: Model | None = None
-    """The user's own model, of a sensor file; None: that of the catalogue."""
-
-    @classmethod
-    def of(cls, own: Model) -> "Use":
-        """Return the use of a user's own model, as its source measured."""
-        return cls(own.name, own=own)
-
-
-@dataclass(frozen=True)
+@definition
 class Sensor:
-    """A sensor whose beam is a cone or a pyramid, a dome or a fan."""
+    """A sensor whose beam is a cone or a pyramid, a dome or a fan.
 
-    fov: float = math.radians(25)
-    """Full angle of a cone, or of a pyramid along its ring, rad, in (0, pi); of a dome up to pi, of
-    a fan up to 2 pi."""
-    range_m: float = 1.5
-    """Height of the cone or pyramid, radius of the dome or fan, m."""
-    use: Use | None = None
-    """The use from which the range of a catalogue model follows; None for other sensors."""
-    fov_up: float | None = None
-    """Full angle of a pyramid along its ring's axis (tilted with the sensor), rad; None: a cone."""
-    zones: int = 1
-    """Zones in a row of a pyramid, each of which reports its own first return; 1: the whole beam
-    reports one distance, as a cone does."""
+    In a file a model with its operating conditions determines the beam. A file may state both if
+    they agree; files that place-rings writes do. A square beam with neither a model nor a number of
+    zones counts as one zone, so that coverage is not overstated.
+    """
+
+    fov: Annotated[float, Degrees("fov_deg", gt=0, le=360)] = math.radians(25)
+    """Full field of view, rad: below 180°, of a dome up to 180°, of a fan up to 360°."""
+    range_m: Metres = 1.5
+    """Range, m; a cone or pyramid ends in a plane across its axis there."""
+    use: Annotated[Use | None, INLINE] = None
+    """The use from which the range of a model follows; None for other sensors."""
+    fov_up: Annotated[float, Degrees("fov_up_deg", gt=0, lt=180)] | None = None
+    """Full field of view along the ring's axis (tilted with the sensor), rad, for a square beam;
+    omit for a round beam."""
+    zones: Annotated[int, Field(ge=1, le=1000)] = 1
+    """Zones in a row of a square beam, each with its own reading; 1: one reading for the whole
+    beam."""
     board: Board | None = None
-    """The board that carries the sensor, if known."""
+    """Board that carries the sensor; default: the catalogue's, if it has one."""
     shape: Shape = "beam"
-    """``beam``: a cone or pyramid. ``dome``: a cone that ends in a ball about its apex, such as the
-    field of a capacitive pad. ``fan``: a sector in the plane across ``up``, as of a laser
-    scanner."""
-    thickness: float | None = None
-    """Thickness of a fan, m; None for other shapes."""
-    near_m: float = 0.0
+    """beam: a cone or pyramid; dome: a cone that ends in a ball about its apex, as of a capacitive
+    pad; fan: a sector across up, as of a laser scanner."""
+    thickness: Metres | None = None
+    """Thickness of a fan, m."""
+    near_m: Annotated[float, Field(ge=0, le=100)] = 0.0
     """Distance along the axis at which a cone or pyramid begins, m."""
 
     def __post_init__(self) -> None:
-        """Reject values outside their range with a ``ValueError``."""
-        up, fan = self.fov_up, self.shape == "fan"
-        fov = {
-            "beam": ("rad, above 0 and below pi", 0 < self.fov < math.pi),
-            "dome": ("rad, above 0 and at most pi", 0 < self.fov <= math.pi),
-            "fan": ("rad, above 0 and at most 2 pi", 0 < self.fov <= 2 * math.pi),
+        """Refuse values that do not belong to the shape."""
+        shape, fan, plain = self.shape, self.shape == "fan", self.shape == "beam"
+        fov, faults = degrees(self.fov), list[Fault]()
+        if self.use is not None and not plain:
+            faults.append((("shape",), shape, "beam, the shape of all models"))
+        if (fov >= 180) if plain else (fov > (360 if fan else 180)):
+            allowed = f"a number above 0 and {_WIDEST[shape]} (full field of view, degrees)"
+            faults.append((("fov_deg",), fov, allowed))
+        if self.fov_up is not None and not plain:
+            faults.append((("fov_up_deg",), degrees(self.fov_up), f"no such key for a {shape}"))
+        if fan != (self.thickness is not None):
+            allowed = "the thickness of the fan, m" if fan else "no such key, except for a fan"
+            faults.append((("thickness",), self.thickness, allowed))
+        if self.near_m >= self.range_m or (self.near_m > 0 and not plain):
+            allowed = "below range_m" if plain else f"no such key for a {shape}"
+            faults.append((("near_m",), self.near_m, allowed))
+        if self.zones > 1 and self.fov_up is None:
+            faults.append((("zones",), self.zones, "1 for a round beam; more only with fov_up_deg"))
+        refuse(faults)
+
+    @classmethod
+    def _of_table(cls, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a table with the beam of its model under its conditions; a stated one is kept if
+        it is close."""
+        if (use := table.get("use")) is None:
+            return table
+        try:
+            sensor = effective(use).sensor
+        except ValueError as error:
+            raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
+        beam: dict[str, tuple[Any, Any, float]] = {
+            "fov_deg": (sensor.fov, math.degrees(sensor.fov), _CLOSE_ANGLE),
+            "range_m": (sensor.range_m, sensor.range_m, _CLOSE_RANGE * sensor.range_m),
+            "zones": (sensor.zones, sensor.zones, _SAME),
         }
-        if self.shape not in fov:
-            raise ValueError(f"Sensor: shape: found {self.shape}, allowed: {', '.join(fov)}")
-        thick = self.thickness
-        for name, value, allowed, holds in (
-            ("fov", self.fov, *fov[self.shape]),
-            ("range_m", self.range_m, "m, above 0", 0 < self.range_m < math.inf),
-            ("fov_up", up, "None, or rad, above 0 and below pi", up is None or 0 < up < math.pi),
-            ("zones", self.zones, "at least 1", self.zones >= 1),
-            ("fov_up", up, f"None for a {self.shape}", up is None or self.shape == "beam"),
-            (
-                "thickness",
-                thick,
-                "m, above 0, for a fan; None for others",
-                0 < thick < math.inf if fan and thick is not None else thick is None and not fan,
-            ),
-            (
-                "near_m",
-                self.near_m,
-                "m, at least 0 and below the range; 0 for a dome or fan",
-                0 <= self.near_m < self.range_m and (self.shape == "beam" or self.near_m == 0),
-            ),
-        ):
-            if not holds:
-                hint = radians_hint(value or 0.0) if name in ("fov", "fov_up") else ""
-                raise ValueError(f"Sensor: {name}: found {value}, allowed: {allowed}{hint}")
+        if sensor.fov_up is not None:
+            beam["fov_up_deg"] = sensor.fov_up, math.degrees(sensor.fov_up), _CLOSE_ANGLE
+        elif (up := table.pop("fov_up_deg", None)) is not None:
+            allowed = f"no such key, because the beam of {use.name} is round"
+            refuse([(("fov_up_deg",), _number(up), allowed)])
+        for key, (value, of_file, close) in beam.items():
+            stated = _number(table.get(key))
+            if stated is None:
+                table[key] = value
+            elif isinstance(stated, int | float):  # the validation of the field refuses others
+                if not abs(stated - of_file) <= close:
+                    allowed = f"{of_file:.9g}, the value of {use.name} here, or omit the key"
+                    refuse([((key,), stated, allowed)])
+                if abs(stated - of_file) <= _SAME:
+                    table[key] = value
+        return {"board": sensor.board} | table
+
+    def _as_table(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a table with its keys in the order of files, without the board of the model."""
+        known = None if self.use is None else effective(self.use).sensor.board
+        board = {"board": table.pop("board")} if "board" in table else {}
+        if self.board == known:
+            board = dict.fromkeys(board)
+        last = {key: table.pop(key) for key in ("shape", "thickness", "near_m") if key in table}
+        own = {k: table.pop(k) for k in fields_of(Use) if k in table}
+        return table | own | last | board
 
     def __repr__(self) -> str:
         up = "" if self.fov_up is None else f", fov_up={self.fov_up:.6g}, zones={self.zones}"
@@ -182,4 +205,41 @@ class Sensor:
         return math.pi / 3 * long * wide**2
 
 
+@dataclass(frozen=True)
+class Effective:
+    """A sensor for a use, and the derivation of its range."""
+
+    model: Model
+    """The model, of the catalogue or the user's own."""
+    use: Use
+    """The use."""
+    steps: tuple[Step, ...]
+    """The applied rules; the range of the last one is used."""
+
+    @property
+    def range_m(self) -> float:
+        return self.steps[-1].range_m
+
+    @property
+    def sensor(self) -> Sensor:
+        """The resulting sensor."""
+        m = self.model
+        along, up = (math.radians(side) for side in m.sides_deg)
+        return Sensor(along, self.range_m, self.use, up if m.square else None, m.zones, m.board)
+
+
+def effective(use: Use) -> Effective:
+    """Return the effective range of a sensor for ``use``.
+
+    Raises:
+        ValueError: if the light has no figure.
+    """
+    return Effective(model_of(use), use, steps(use))
+
+
 PAPER_SENSOR = Sensor()
+
+
+def _number(value: Any) -> Any:
+    """Return the number that a file states."""
+    return value.value if isinstance(value, InFile) else value

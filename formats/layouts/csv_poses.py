@@ -35,7 +35,7 @@ def read_csv(name: str, text: str) -> tuple[LayoutModel, tuple[MountedSensor, ..
             f"{name}: the lines that begin with {_MARK} are not TOML: {error}"
         ) from error
     rows = _rows(name, "".join(lines[count:]), count)
-    return model, tuple(_single(name, line, row, model.sensor.to_domain()) for line, row in rows)
+    return model, tuple(_single(name, line, row, model.sensor) for line, row in rows)
 
 
 def _rows(name: str, text: str, above: int) -> list[tuple[int, LayoutRow]]:

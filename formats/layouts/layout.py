@@ -136,7 +136,7 @@ def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
         raise UserError(
             f"{path}: pose_deg: found an angle of {chain.joints[beyond]} beyond its limits"
         )
-    return CoreScene(robot=robot, poses=(Pose(q),), sensor=about.sensor.to_domain())
+    return CoreScene(robot=robot, poses=(Pose(q),), sensor=about.sensor)
 
 
 def _setup(path: Path, file: LayoutFile, scene: CoreScene) -> Setup:

@@ -7,7 +7,7 @@ from typing import Any
 MODELS = {
     "scene": ("scene_models", "SceneFile"),
     "robot": ("robot_models", "RobotFile"),
-    "sensor": ("own_sensor_models", "OwnSensorFile"),
+    "sensor": ("versions", "SensorFile"),
     "target": ("target_models", "TargetFile"),
     "layout": ("layout_models", "LayoutFile"),
     "proposal": ("proposal_models", "ProposalFile"),
@@ -24,7 +24,7 @@ MODELS = {
 
 
 def model_named(name: str) -> Any:
-    """Return the model of a name in ``MODELS``; imports no other file than its own.
+    """Return the model or definition of a name in ``MODELS``; imports no other file than its own.
 
     Raises:
         KeyError: for another name.

@@ -8,11 +8,11 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel, refuse
 from .field_types import JointAngle
 from .mounted_sensor_models import MountedSensorModel
 from .ring_models import RingModel
-from .sensor_models import SensorModel
 from .versions import VersionedFile
 
 _Text = Annotated[str, Field(min_length=1, max_length=2000)]
@@ -34,7 +34,7 @@ class LayoutModel(StrictModel):
     robot: _Name = Field(
         description="robot: a built-in one, or a robot file (.toml) or URDF beside the layout"
     )
-    sensor: SensorModel = Field(description="beam of the sensors")
+    sensor: Sensor = Field(description="beam of the sensors")
     beam_source: _Text = Field(description="where the figures of the beam are from")
     pose_deg: Annotated[list[JointAngle], Field(min_length=1, max_length=20)] | None = Field(
         default=None, description="joint angles, degrees; default: those of the robot"

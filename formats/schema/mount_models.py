@@ -8,10 +8,10 @@ from pydantic import (
     model_validator,
 )
 
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.mount_rules import Limits, Mounting, Rules
 from .field_types import Interval, RingRadius, Tilt, ascending
 from .mapping import DEGREES, MappedModel, Of
-from .sensor_models import SensorModel
 
 _FORMER = "rings_per_link"  # a command's option of that name sets a number, not a maximum
 
@@ -33,7 +33,7 @@ class MountModel(MappedModel[Limits]):
         max_length=100,
         description="intervals without rings, from 0 proximal to 1 distal",
     )
-    sensor: SensorModel | None = Field(
+    sensor: Sensor | None = Field(
         default=None, description="sensor on this link; default: the scene's"
     )
     ring_radius: Annotated[RingRadius | None, Of("radius")] = Field(

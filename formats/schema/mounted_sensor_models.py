@@ -11,7 +11,6 @@ from ...coverage.sensors.sensor import Sensor
 from .base_model import Fault, refuse
 from .field_types import FARTHEST, LONGEST_NAME, THREE, Point
 from .mapping import MappedModel, Of, rounded_millimetres
-from .sensor_models import SensorModel
 
 _Way = Annotated[
     list[Annotated[float, Field(ge=-1e6, le=1e6, description="component of a vector")]],
@@ -32,7 +31,7 @@ class CellSensorModel(MappedModel[MountedSensor]):
             " beam is round"
         ),
     )
-    sensor: SensorModel = Field(description="beam of the sensor")
+    sensor: Sensor = Field(description="beam of the sensor")
 
     @property
     def frame(self) -> str:
@@ -43,7 +42,7 @@ class CellSensorModel(MappedModel[MountedSensor]):
     def _some_pose(self) -> Self:
         beam = self.sensor  # None: the scene's, whose beam may need an up: single_faults tells
         try:
-            self.to_domain(sensor=Sensor() if beam is None else beam.to_domain())
+            self.to_domain(sensor=Sensor() if beam is None else beam)
         except ValueError as error:
             text = str(error).removeprefix("MountedSensor: ")
             key, _, text = text.partition(": found ")
@@ -63,7 +62,7 @@ class MountedSensorModel(CellSensorModel):
     link: Annotated[str, Field(max_length=100)] = Field(
         description="link that carries the sensor: a link with a mount, a joint, tcp, or base"
     )
-    sensor: SensorModel | None = Field(  # type: ignore[assignment]
+    sensor: Sensor | None = Field(  # type: ignore[assignment]
         default=None, description="sensor; default: the scene's"
     )
     lifted_mm: Annotated[float, Of("lifted", rounded_millimetres(6))] = Field(
@@ -87,9 +86,7 @@ def singles_of(models: Sequence[MountedSensorModel], sensor: Sensor) -> tuple[Mo
     Raises:
         ValueError: if the scene's sensor needs an ``up`` that one lacks.
     """
-    return tuple(
-        one.to_domain(sensor=one.sensor.to_domain() if one.sensor else sensor) for one in models
-    )
+    return tuple(one.to_domain(sensor=one.sensor or sensor) for one in models)
 
 
 def single_models(singles: Sequence[MountedSensor], sensor: Sensor) -> list[MountedSensorModel]:
@@ -103,13 +100,13 @@ def single_models(singles: Sequence[MountedSensor], sensor: Sensor) -> list[Moun
 
 
 def single_faults(
-    models: Sequence[MountedSensorModel], robot: Robot, sensor: SensorModel, key: str
+    models: Sequence[MountedSensorModel], robot: Robot, sensor: Sensor, key: str
 ) -> Iterator[Fault]:
     """Yield links that the robot lacks, and beams of the scene's sensor without their ``up``."""
     for i, one in enumerate(models):
         if one.link not in robot.frames:
             yield (key, i, "link"), one.link, links_text(robot)
-        if one.sensor is None and one.up is None and sensor.to_domain().oriented:
+        if one.sensor is None and one.up is None and sensor.oriented:
             allowed = "the direction of fov_up_deg, because the scene's sensor is not round"
             yield (key, i, "up"), None, allowed
 

@@ -11,7 +11,6 @@ from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
 from .field_types import Metres, Position, RingRadius, Tilt
 from .mapping import MappedModel, Of, Unit, decimals
-from .sensor_models import SensorModel
 
 _TILT = Of("tilt", Unit(math.radians, tilt_deg))
 _PHASE = Of("phase", Unit(math.radians, phase_deg))
@@ -32,7 +31,7 @@ class RingModel(MappedModel[Ring]):
         default=0.0, ge=-360, le=360, description="azimuth of the first sensor, degrees"
     )
     radius: RingRadius | None = Field(default=None, description="radius, m; default: the scene's")
-    sensor: SensorModel | None = Field(default=None, description="sensor; default: the scene's")
+    sensor: Sensor | None = Field(default=None, description="sensor; default: the scene's")
     serial: str | None = Field(
         default=None,
         pattern=f"^{SERIAL}$",
@@ -54,7 +53,7 @@ def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS
         tuple(
             ring.to_domain(
                 radius=radius if ring.radius is None else ring.radius,
-                sensor=ring.sensor.to_domain() if ring.sensor else sensor,
+                sensor=ring.sensor or sensor,
             )
             for ring in rings
         )

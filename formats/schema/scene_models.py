@@ -25,6 +25,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.robots.separation_distance import Safety
 from ...coverage.sensors.board_packing import Printing
 from ...coverage.sensors.lids import lid_fault
+from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.combined import TargetInFiles
 from ...coverage.targets.posed_robot import Shape
 from ...coverage.targets.target import Target
@@ -53,7 +54,6 @@ from .mounted_sensor_models import (
 from .obstacle_models import ObstacleModel, obstacles_of
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
-from .sensor_models import SensorModel
 from .versions import FILE_VERSION, VersionedFile
 
 
@@ -96,7 +96,7 @@ class SceneModel(MappedModel[CoreScene]):
             f"radius of the rings, m; default {RING_RADIUS:g}, or more where a real ring needs it"
         ),
     )
-    sensor: SensorModel = Field(default=SensorModel(), description="sensor of the rings")
+    sensor: Sensor = Field(default=Sensor(), description="sensor of the rings")
     curve: Shape = Field(default=Shape(), description="pose curve and the volumes about it")
     mounts: dict[str, MountModel] = Field(default={}, description="limits of rings by link")
     poses: list[PoseModel] = Field(
@@ -249,7 +249,7 @@ class SceneModel(MappedModel[CoreScene]):
             if link not in robot.links:
                 yield ("mounts", link), link, _links_of(robot)
         sensors = [self.sensor, *(mount.sensor for mount in self.mounts.values() if mount.sensor)]
-        for sensor in (model.to_domain() for model in sensors if self.printing.cover):
+        for sensor in sensors if self.printing.cover else ():
             terms = sensor, self.printing.clearance, self.printing.least_wall
             if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
                 yield ("printing", "cover"), True, f"false, because {why}"
@@ -257,7 +257,7 @@ class SceneModel(MappedModel[CoreScene]):
 
     def to_domain(self, **given: Any) -> CoreScene:
         """Return the scene without the meshes and poses that other files hold."""
-        sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
+        sensor, radius = self.sensor, self.ring_radius or RING_RADIUS
         robot = robot_of(self.robot)
         if self.calibration is not None:
             robot = self.calibration.applied(robot)

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel, refuse
 from .field_types import JointAngle, Name, Point
-from .sensor_models import SensorModel
 from .versions import VersionedFile
 
 _Xyzw = Annotated[
@@ -60,7 +60,7 @@ class RingPosesModel(StrictModel):
 
     link: Name | None = Field(default=None, description="link that carries the ring, if known")
     frame: Name = Field(description="joint that moves the link, or tcp")
-    sensor: SensorModel = Field(default=SensorModel(), description="sensor of the ring")
+    sensor: Sensor = Field(default=Sensor(), description="sensor of the ring")
     sensors: list[SensorPoseModel] = Field(
         min_length=1, max_length=1000, description="poses of the sensors"
     )
@@ -70,7 +70,7 @@ class SinglePoseModel(SensorPoseModel):
     """A single sensor: its pose on a link, and its beam."""
 
     frame: Name = Field(description="joint that moves the link, tcp, or base")
-    sensor: SensorModel = Field(default=SensorModel(), description="beam of the sensor")
+    sensor: Sensor = Field(default=Sensor(), description="beam of the sensor")
 
 
 class SensorPosesFile(VersionedFile):

@@ -1,16 +1,16 @@
 """Records of sensors with a model: those of a setup, and their effective ranges."""
 
 import math
-from typing import Annotated, Any, Self
+from typing import Self
 
 from pydantic import Field
 
+from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
-from ...coverage.sensors.catalogue import model_of
-from ...coverage.sensors.effective_range import Effective, Step, effective
-from ...coverage.sensors.sensor import Sensor
+from ...coverage.sensors.effective_range import Step, model_of
+from ...coverage.sensors.sensor import Effective, Sensor, effective
+from .base_model import StrictModel
 from .field_types import Metres
-from .mapping import MappedModel, Of
 
 _STATED = (
     "least_m",
@@ -25,16 +25,7 @@ _STATED = (
 )
 
 
-class RuleModel(MappedModel[Step]):
-    """A rule that limits a range."""
-
-    rule: str = Field(description="name of the rule")
-    found: str = Field(description="data behind the rule")
-    range_m: Metres = Field(description="range after the rule, m")
-    measured: bool = Field(description="whether the rule is a measurement; otherwise it is a law")
-
-
-class SensorRecord(MappedModel[Effective]):
+class SensorRecord(StrictModel):
     """A sensor of the catalogue or of a sensor file: operating conditions, effective range rule by
     rule, and source."""
 
@@ -55,7 +46,7 @@ class SensorRecord(MappedModel[Effective]):
     beam: str = Field(default="", description="which of the stated angles the beam is taken from")
     zones: list[int] = Field(default=[1, 1], description="zones in a row, and rows")
     range_m: Metres = Field(description="effective range, m")
-    rules: Annotated[list[RuleModel], Of("steps")] = Field(description="rules that limit the range")
+    rules: Items[Step] = Field(description="rules that limit the range")
     least_m: float | None = Field(default=None, description="least measurable distance, m")
     rate_hz: float | None = Field(default=None, description="rate of readings, Hz")
     targets: int | None = Field(default=None, description="most targets that a zone reports")
@@ -71,22 +62,22 @@ class SensorRecord(MappedModel[Effective]):
     note: str = Field(default="", description="remark")
 
     @classmethod
-    def from_domain(cls, value: Effective, **given: Any) -> Self:
+    def of(cls, value: Effective) -> Self:
         """Return the record of a sensor under its operating conditions."""
         model, use = value.model, value.use
-        return super().from_domain(
-            value,
+        return cls(
             model=model.name,
             title=model.title,
             ambient=use.ambient,
             reflectance=use.reflectance,
-            target_size=None if use.size is None else list(use.size),
+            target_size=None if use.target_size is None else list(use.target_size),
             fov_deg=model.sides_deg[0],
             fov_up_deg=model.sides_deg[1] if model.square else None,
             beam=model.definition,
             zones=[model.zones, model.rows],
+            range_m=value.range_m,
+            rules=value.steps,
             **{key: getattr(model, key) for key in _STATED},
-            **given,
         )
 
 
@@ -110,4 +101,4 @@ def title(sensor: Sensor) -> str:
 
 def sensor_records(setup: Setup) -> list[SensorRecord]:
     """Return the records of ``used``."""
-    return [SensorRecord.from_domain(effect) for effect in used(setup)]
+    return [SensorRecord.of(effect) for effect in used(setup)]

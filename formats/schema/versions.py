@@ -7,10 +7,12 @@ seldom states its version; without one it has today's meaning.
 """
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, ValidationInfo, model_validator
+from pydantic_core import core_schema
 
+from ...coverage.sensors.effective_range import OwnModel
 from .base_model import StrictModel, refuse
 
 FILE_VERSION = 2
@@ -48,6 +50,36 @@ class VersionedFile(StrictModel):
         for step in range(version, FILE_VERSION):
             keys = UPGRADES[step](cls, keys)
         return keys | {"version": FILE_VERSION}
+
+
+class _Versioned:
+    """Annotation of a definition that is a file of its own, with a version; the meaning of its keys
+    has never changed."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        inner = handler(source)
+
+        def read(keys: Any) -> Any:
+            if not isinstance(keys, dict):
+                return keys
+            version = keys.get("version", FILE_VERSION)
+            if type(version) is not int or version < 1:
+                refuse([(("version",), version, f"an integer from 1 to {FILE_VERSION}")])
+            refuse_newer(keys)
+            return {key: value for key, value in keys.items() if key != "version"}
+
+        return core_schema.no_info_before_validator_function(
+            read,
+            inner,
+            serialization=core_schema.wrap_serializer_function_ser_schema(
+                lambda value, dump: {"version": FILE_VERSION} | dump(value), schema=inner
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        table = handler.resolve_ref_schema(handler(schema))
+        version = VersionedFile.model_json_schema()["properties"]["version"]
+        return table | {"properties": {"version": version} | table["properties"]}
 
 
 Upgrade = Callable[[type[VersionedFile], dict[str, Any]], dict[str, Any]]
@@ -88,3 +120,7 @@ def refuse_newer(keys: dict[str, Any]) -> None:
     if type(version) is int and version > FILE_VERSION:
         known = "1" if FILE_VERSION == 1 else f"1 to {FILE_VERSION}"
         refuse([(("version",), version, f"{known}; update place-rings to read newer files")])
+
+
+SensorFile = Annotated[OwnModel, _Versioned()]
+"""A user's own sensor (TOML): the fields of the catalogue, for one mode of the sensor."""

@@ -18,7 +18,6 @@ from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, shown
 from ..schema.result_models import joint_keys_of
 from ..schema.robot_models import BASE_FRAME, TCP_FRAME
-from ..schema.sensor_models import SensorModel
 from ..schema.sensor_pose_models import (
     RingPosesModel,
     SensorPoseModel,
@@ -67,7 +66,7 @@ def poses_file(scene: CoreScene, setup: Setup, pose: int) -> SensorPosesFile:
     rings, singles = [], []
     for i, group in enumerate(setup.groups):
         some = [s for s in each if s.ring == i]
-        beam, frame = SensorModel.from_domain(group.sensor), link_name(robot, some[0].frame)
+        beam, frame = group.sensor, link_name(robot, some[0].frame)
         if isinstance(group, Ring):
             poses = [SensorPoseModel(**keys(s)) for s in some]
             ring = RingPosesModel(link=group.link, frame=frame, sensor=beam, sensors=poses)
@@ -114,7 +113,7 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                 raise UserError(
                     f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}"
                 )
-        frame, unit = names.index(ring.frame), ring.sensor.to_domain()
+        frame, unit = names.index(ring.frame), ring.sensor
         for k, sensor in enumerate(ring.sensors):
             T = _transform(sensor.xyz, sensor.xyzw)
             if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
@@ -149,9 +148,7 @@ def _singles(
             here = T if frame == BASE else frames[frame] @ T
             stated = _transform(one.base_xyz, one.base_xyzw)
             _check_base(f"{name}: sensors[{i}]", here, stated, "q_deg" if file.q is None else "q")
-        yield single_at(
-            robot, frame, looking_along_z(T, file.beam), one.sensor.to_domain(), one.name
-        )
+        yield single_at(robot, frame, looking_along_z(T, file.beam), one.sensor, one.name)
 
 
 def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.ndarray, " J"] | None:

@@ -1,7 +1,7 @@
 """Lines about what a ring can carry electrically, before a search."""
 
 from ...coverage.electronics.electronics import most_on_ring, unknown_reason
-from ...coverage.sensors.catalogue import model_of
+from ...coverage.sensors.effective_range import model_of
 from ...objectives.scene import CoreScene
 
 

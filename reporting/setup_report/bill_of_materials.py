@@ -8,7 +8,7 @@ from collections import Counter
 from ...coverage.electronics.drivers import supply_of
 from ...coverage.electronics.electronics import readings_hz
 from ...coverage.rings.ring import Group, Setup
-from ...coverage.sensors.catalogue import model_of
+from ...coverage.sensors.effective_range import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...formats.firmware.cabling import cable_run
 from ...formats.firmware.wiring import FEED_V, RingWiring

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...coverage.rings.ring import Group, Ring, Setup
-from ...coverage.sensors.catalogue import model_of
+from ...coverage.sensors.effective_range import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...formats.ring_frame import MOST_ZONES
 

@@ -140,12 +140,12 @@ def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():
     ("wrong", "parts"),
     [
         ({"shape": "dome", "fov": 3.2}, "fov 3.2"),
-        ({"shape": "fan", "fov": 3.2}, "thickness None"),
+        ({"shape": "fan", "fov": 3.2}, "thickness nothing"),
         ({"shape": "fan", "thickness": 0.1, "fov": 6.4}, "fov 6.4"),
         ({"thickness": 0.1}, "thickness 0.1"),
         ({"near_m": 1.5}, "near_m 1.5"),
         ({"shape": "dome", "near_m": 0.1}, "near_m 0.1"),
-        ({"shape": "dome", "fov_up": 0.5}, "fov_up 0.5"),
+        ({"shape": "dome", "fov_up": 0.5}, "fov_up dome"),
     ],
 )
 def test_a_shape_that_cannot_be_is_refused(wrong, parts):

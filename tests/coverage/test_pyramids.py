@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced_cones
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
@@ -21,7 +22,6 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import paper_scene
@@ -190,12 +190,13 @@ def test_mixed_setups_and_sensors_of_links_read_back():
 
 
 def test_zones_are_the_models_or_those_that_are_said_and_one_else():
+    of = adapter(Sensor)
     one, eight, up = {"model": "vl53l1x"}, {"model": "vl53l5cx"}, {"fov_up_deg": 30}
     said = ((one, 1), (eight, 8), (up, 1), (up | {"zones": 4}, 4), ({}, 1))
     for keys, zones in said:
-        found = SensorModel(**keys).to_domain()
+        found = of.validate_python(keys)
         assert (found.zones, found.zoned) == (zones, zones > 1)
-        assert SensorModel.from_domain(found).to_domain().zones == zones
+        assert of.validate_python(of.dump_python(found)).zones == zones
     for wrong in ({"zones": 4}, one | {"zones": 8}, eight | {"zones": 1}, {"zones": 0}):
         with pytest.raises(ValidationError, match="zones"):
-            SensorModel(**wrong)
+            of.validate_python(wrong)

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space, hull

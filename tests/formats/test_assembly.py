@@ -12,8 +12,8 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.board_packing import Printing
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.printing.print_files import ring_files
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose

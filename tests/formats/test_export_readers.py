@@ -27,8 +27,8 @@ from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.robot import Body
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.export import link_contacts
 from place_rings.formats.export import ring_bodies as rings_as_bodies

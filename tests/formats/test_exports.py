@@ -26,8 +26,8 @@ from place_rings.coverage.robots.attached import Attached
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.coverage.targets.named import Shell

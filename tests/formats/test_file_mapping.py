@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.electronics.electronics import Electronics
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
@@ -18,8 +19,8 @@ from place_rings.coverage.robots.kinematics import rotation_rpy, rpy_of
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.boards import Board
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.coverage.targets.posed_robot import Shape
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
@@ -27,7 +28,6 @@ from place_rings.formats.schema.mapping import DEGREES, MappedModel, Of
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import LinkLimits
 from place_rings.objectives.motion_limits import Motion
@@ -278,9 +278,11 @@ def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sen
 @given(SENSORS)
 def test_a_sensor_is_what_its_table_says(sensor):
     sensor = made(sensor)
-    table = SensorModel.from_domain(sensor)
-    assert table.to_domain() == sensor
-    assert SensorModel.from_domain(table.to_domain()) == table
+    of = adapter(Sensor)
+    table = of.dump_python(sensor, mode="json")
+    again = of.validate_python(table)
+    assert again == sensor
+    assert of.dump_python(again, mode="json") == table
 
 
 @pytest.mark.parametrize("name", ROBOTS)

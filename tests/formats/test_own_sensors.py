@@ -1,21 +1,22 @@
 """A user's own sensor: its file has the catalogue's fields, and it counts as the catalogue does."""
 
 import json
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import place_rings as pr
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.cli.runs.sensors import sensors as listing
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.catalogue import MODELS, model
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
-from place_rings.coverage.sensors.sensor_model import DARK, Figure, Light, Model, Price, Supply
-from place_rings.formats.loader import read_proposal, read_scene, read_sensor
-from place_rings.formats.schema.own_sensor_models import OwnSensorFile, OwnSensorModel
-from place_rings.formats.schema.sensor_models import SensorModel
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
+from place_rings.coverage.sensors.sensor_model import DARK, Model, Price, Range, Supply
+from place_rings.formats.loader import read_proposal, read_scene
+from place_rings.formats.model_reader import read_sensor
+from place_rings.formats.schema.versions import SensorFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import paper_scene
 from place_rings.reporting.setup_report.bill_of_materials import materials
@@ -51,25 +52,29 @@ def mine(tmp_path):
 
 def own_models():
     """Models as a file may state them; ranges fall with light and with the target's darkness."""
-    lights = st.sampled_from([(DARK,), (DARK, Light("5klx", 5.0)), (Light("a", 1), Light("b", 2))])
+    lights = st.sampled_from([(DARK,), (DARK, "5klx"), ("a", "b")])
     share = st.floats(0.3, 1.0)
 
     def model_of(lights, first, falls, square, zones, least):
-        figures = tuple(
-            Figure(light, reflectance, round(first * falls[0] ** i * falls[1] ** (j + i), 6))
+        ranges = tuple(
+            Range(
+                ambient=light,
+                reflectance=reflectance,
+                range_m=round(first * falls[0] ** i * falls[1] ** (j + i), 6),
+            )
             for i, light in enumerate(lights)
             for j, reflectance in enumerate((0.8, 0.2))
         )
         shape = {"fov_deg": 40.0} if square is None else square
         return Model(
-            "own",
-            "Own",
-            figures,
-            "drawn",
+            name="own",
+            title="Own",
+            ranges=ranges,
+            source="drawn",
             **shape,
             zones=1 if square is None else zones,
             least_m=least,
-            supply=Supply(0.5, True, "drawn"),
+            supply=Supply(power_w=0.5, limit=True, source="drawn"),
             price=Price(5.0, "EUR", "2026-11-22", "a shop"),
         )
 
@@ -89,7 +94,7 @@ def own_models():
 
 def as_file(own: Model, folder):
     path = folder / "own.toml"
-    path.write_text(to_toml(OwnSensorFile.from_domain(own)))
+    path.write_text(to_toml(own, file=SensorFile))
     return path
 
 
@@ -97,26 +102,21 @@ def as_file(own: Model, folder):
 def test_a_file_states_all_that_the_catalogue_does(name, tmp_path):
     own = replace(model(name), name="own")
     assert read_sensor(as_file(own, tmp_path)) == own
-    assert {field.name for field in fields(Model)} - {"figures"} == (
-        set(OwnSensorModel.model_fields) - {"ranges"}
-    )
 
 
 @given(own_models())
 def test_a_model_reads_back_from_its_table(own):
-    assert OwnSensorModel.from_domain(own).to_domain() == own
-    sensor = effective(Use.of(own)).sensor
-    table = SensorModel.from_domain(sensor)
-    assert table.to_domain() == sensor
-    dumped = table.model_dump(exclude_none=True)
-    assert SensorModel.model_validate(dumped).to_domain() == sensor
+    for value in (own, effective(Use(own)).sensor):
+        of = adapter(type(value))
+        for mode in ("python", "json"):
+            assert of.validate_python(of.dump_python(value, mode=mode)) == value
 
 
 @given(own_models(), st.floats(0.05, 1.0), st.floats(0.1, 1.0), st.booleans())
 def test_rules_only_take_away_from_an_own_sensor(own, reflectance, darker, small):
     size = (0.1, 0.2) if small else None
-    for light in own.lights:
-        use = replace(Use.of(own), ambient=light.label, reflectance=reflectance, size=size)
+    for light in own.levels:
+        use = replace(Use(own), ambient=light, reflectance=reflectance, target_size=size)
         found = effective(use)
         ranges = [step.range_m for step in found.steps]
         assert ranges == sorted(ranges, reverse=True)
@@ -127,14 +127,14 @@ def test_rules_only_take_away_from_an_own_sensor(own, reflectance, darker, small
 def test_the_same_sensor_by_file_scene_and_python_scores_the_same(mine, tmp_path, run):
     beam = {"fov_deg": 40.0, "fov_up_deg": 30.0, "zones": 8}
     own = read_sensor(mine)
-    used = effective(replace(Use.of(own), ambient="5klx")).sensor
+    used = effective(replace(Use(own), ambient="5klx")).sensor
     scene_file = tmp_path / "scene.toml"
     scene_file.write_text("[sensor]\nmodel = 'mine.toml'\nambient = '5klx'\n")
     by_scene = read_scene(scene_file)
     loaded = pr.load(mine)
-    assert loaded == effective(Use.of(own)).sensor
+    assert loaded == effective(Use(own)).sensor
     assert by_scene.sensor == used == pr.sensors.under(loaded, ambient="5klx")
-    nominal = SensorModel(**beam, range_m=used.range_m).to_domain()
+    nominal = adapter(Sensor).validate_python({**beam, "range_m": used.range_m})
     by_beam = pr.verify("n1_8_0", pr.Scene(sensor=nominal), voxel=0.1)
     assert by_beam.coverage == pr.verify("n1_8_0", pr.Scene(sensor=used), voxel=0.1).coverage
     command = ["verify", "n1_8_0", "--voxel", "0.1", "--target", "V_S", "--radius", "0.5", "--json"]
@@ -238,4 +238,4 @@ def test_conditions_without_a_figure_are_refused(mine):
     with refused("", error=pr.InputError):
         pr.sensors.under(pr.Sensor())
     with pytest.raises(ValidationError, match="range_m"):
-        SensorModel(model=OwnSensorModel.from_domain(read_sensor(mine)), range_m=1.9)
+        adapter(Sensor).validate_python({"model": read_sensor(mine), "range_m": 1.9})

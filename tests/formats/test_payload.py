@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS, T_flange_tcp
 from place_rings.coverage.robots.kinematics import transform
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.printing.payload import (
     BOARD,
     PARTS,

@@ -26,8 +26,8 @@ from place_rings.coverage.sensors.board_packing import (
 )
 from place_rings.coverage.sensors.boards import VL53L4CD, VL53L5CX, Board
 from place_rings.coverage.sensors.catalogue import MODELS
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.formats.loader import read_scene
 from place_rings.formats.printing.blocks import thread
 from place_rings.formats.printing.primitives import FACETS, union

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.sensors.catalogue import MODELS, model
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.objectives.dark_clothing import REFLECTANCE
 from place_rings.objectives.verify_breakdown import PARTS
 
 VOXEL = 0.08
 CAMERA = pr.MountedSensor("base", (0.4, 0.9, 1.2), (0.0, -0.7, -1.0), pr.Sensor(1.0, 2.0))
-LIGHTS = [(name, light.label) for name in sorted(MODELS) for light in model(name).lights]
+LIGHTS = [(name, light) for name in sorted(MODELS) for light in model(name).levels]
 
 
 def laid_out(sensor, cell=()):

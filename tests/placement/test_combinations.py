@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.mounting_errors import MountingErrors
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from place_rings.cli.runs import place
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.catalogue import model
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Sensor, effective
 from place_rings.formats.loader import read_scene
-from place_rings.formats.schema.own_sensor_models import OwnSensorFile
 from place_rings.formats.schema.price_models import PriceModel
+from place_rings.formats.schema.versions import SensorFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.prices import Prices
@@ -68,7 +68,7 @@ def test_the_bill_of_materials_adds_up_to_the_price():
 
 def test_a_sensor_of_ones_own_has_a_price_by_its_name(tmp_path):
     own = replace(model("vl53l1x"), name="mine")
-    (tmp_path / "mine.toml").write_text(to_toml(OwnSensorFile.from_domain(own)))
+    (tmp_path / "mine.toml").write_text(to_toml(own, file=SensorFile))
     text = '[sensor]\nmodel = "mine.toml"\n[prices]\nsensor = 1\nmodels = { mine = 7 }\n'
     (tmp_path / "scene.toml").write_text(text)
     scene = read_scene(tmp_path / "scene.toml")

@@ -25,8 +25,8 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.catalogue import MODELS
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import voxels
 from place_rings.formats.loader import how_found, resolve

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
 from place_rings.formats.fingerprints import scene_sha256

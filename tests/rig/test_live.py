@@ -23,8 +23,8 @@ import pytest
 from place_rings.cli.options import rig as rig_options
 from place_rings.cli.runs import check as check_runs
 from place_rings.coverage.rings.ring import Setup
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.motion_limits import Motion

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.rounding import rounded
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml

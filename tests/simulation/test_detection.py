@@ -16,8 +16,8 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.separation_distance import Safety
-from place_rings.coverage.sensors.effective_range import effective
-from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import point_to_segment

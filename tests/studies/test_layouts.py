@@ -22,7 +22,6 @@ from place_rings.formats.export.urdf import urdf
 from place_rings.formats.layouts.csv_poses import layout_csv
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.formats.schema.layout_models import LayoutModel
-from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.scene import CoreScene, Pose, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.engine.runner import TASKS
@@ -39,7 +38,7 @@ ABOUT = LayoutModel(
     licence="none",
     how="drawn",
     robot="ur10",
-    sensor=SensorModel(),
+    sensor=Sensor(),
     beam_source="the paper's",
 )
 KEYS = """title = "t"
@@ -62,9 +61,8 @@ def commented(keys):
 @given(st.lists(singles(), min_size=1, max_size=4), SENSORS)
 def test_a_drawn_layout_is_scored_as_verify_counts_it(tmp_path_factory, some, sensor):
     path = tmp_path_factory.mktemp("layout") / "drawn.csv"
-    beam = SensorModel.from_domain(sensor)
-    each = tuple(replace(one, sensor=beam.to_domain(), name=f"s{i}") for i, one in enumerate(some))
-    path.write_text(layout_csv(ABOUT.model_copy(update={"sensor": beam}), each), "utf-8")
+    each = tuple(replace(one, sensor=sensor, name=f"s{i}") for i, one in enumerate(some))
+    path.write_text(layout_csv(ABOUT.model_copy(update={"sensor": sensor}), each), "utf-8")
     layout = read_layout(path)
     assert layout.setup == Setup((), each)
     assert layout.about.title == ABOUT.title
@@ -74,7 +72,7 @@ def test_a_drawn_layout_is_scored_as_verify_counts_it(tmp_path_factory, some, se
         "rule": "centre",
         "voxel": 0.1,
     }
-    scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), sensor=beam.to_domain())
+    scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), sensor=sensor)
     for target in study.TARGETS[:2]:
         asked = {"target": target.name, "radius": target.radius}
         scored = TASKS["zeta"](**cell, **asked)
@@ -242,9 +240,7 @@ def small(monkeypatch, tmp_path):
     (tmp_path / "published").mkdir()
     one = MountedSensor("panda_joint5", (0.02, 0.08, 0.0), (0, 1, 0), name="pad")
     dome = Sensor(math.pi, 0.4, shape="dome")
-    about = ABOUT.model_copy(
-        update={"robot": "panda", "sensor": SensorModel.from_domain(dome), "lift_mm": 90.0}
-    )
+    about = ABOUT.model_copy(update={"robot": "panda", "sensor": dome, "lift_mm": 90.0})
     text = layout_csv(about, [replace(one, sensor=dome)])
     (tmp_path / "published/pad.csv").write_text(text, "utf-8")
 
