@@ -105,7 +105,7 @@ class Sensor:
                     refuse([((key,), stated, allowed)])
                 if abs(stated - of_file) <= _SAME:
                     table[key] = value
-        return {"board": sensor.board} | table
+        return table | {"board": table.get("board") or sensor.board}
 
     def _as_table(self, table: dict[str, Any]) -> dict[str, Any]:
         """Return a table with its keys in the order of files, without the board of the model."""
