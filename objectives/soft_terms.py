@@ -116,7 +116,6 @@ class SoftTerms:
         sample: Sample,
         width: Any,
         chosen: Choices,
-        counts: Any = None,
     ) -> tuple[Any, Any]:
         """Return the criterion, reduced for missed floors, and the degrees (T, U, N) to which the
         points count as covered; traceable.
@@ -127,9 +126,8 @@ class SoftTerms:
             sample: the points.
             width: width of the sigmoid, m.
             chosen: result of ``choose`` for the same values and points.
-            counts: real numbers of sensors of the rings; None: those of ``arrays``.
         """
-        zetas, degrees = self._zetas(arrays, values, sample, width, chosen, counts)  # (T, U)
+        zetas, degrees = self._zetas(arrays, values, sample, width, chosen)  # (T, U)
         share, weights = self.of_pose / self.aim.mountings, self.weights
         by_pose = jnp.zeros((len(weights), len(share), zetas.shape[1]), zetas.dtype)
         by_pose = by_pose.at[self.goal, self.pose].add(zetas)  # sums over the mountings
@@ -159,10 +157,9 @@ class SoftTerms:
         points: Any,
         width: Any,
         most: int,
-        counts: Any = None,
     ) -> Choices:
         """Return what is discrete about the sensors, for each term; see ``criterion``."""
-        rings, _, occluders = self._placed(arrays, values, counts, None)
+        rings, _, occluders = self._placed(arrays, values, None)
 
         def term(here: Any, hidden: Any, points: Any) -> Choices:
             return choices(here, points, most, width, hidden)
@@ -177,12 +174,11 @@ class SoftTerms:
         sample: Sample,
         width: Any,
         chosen: Choices,
-        counts: Any = None,
     ) -> tuple[Float[jax.Array, "T U"], Float[jax.Array, "T U N"]]:
         """Return the soft ζ of each term: one, or without each ring or sensor that may be lost; and
         the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
-        rings, seat, hidden = self._placed(arrays, values, counts, wide)
+        rings, seat, hidden = self._placed(arrays, values, wide)
         sensors = arrays.turn.shape[0]
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
@@ -194,7 +190,7 @@ class SoftTerms:
         return sample.rest + sample.share * degrees.mean(axis=-1), degrees
 
     def _placed(
-        self, arrays: RingArrays, values: Any, counts: Any, width: Any
+        self, arrays: RingArrays, values: Any, width: Any
     ) -> tuple[RingsAt, Any, Occluding | None]:
         """Return rings and seats in all mountings at all poses, and what occludes at all poses;
         without the first returns if no ``width`` of the sigmoid is given."""
@@ -205,10 +201,6 @@ class SoftTerms:
         values = jnp.asarray(values, jnp.float32)
         values = jnp.pad(values, ((0, 0), (0, arrays.length.shape[0] - values.shape[1])))
         rings, seat = rings_at(arrays, values, self.frames, self._drawn(arrays))
-        if counts is not None:
-            held = rings.count[..., len(counts) :]
-            every = jnp.broadcast_to(counts, (*held.shape[:-1], len(counts)))
-            rings = replace(rings, count=jnp.concatenate([every, held], axis=-1))
         if seat is not None:
             seat = jnp.where(self._of_cell(arrays)[None, :, None], _STRAIGHT, seat)
         return rings, seat, self._occluding(arrays, values, width)

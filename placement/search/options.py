@@ -61,7 +61,9 @@ class SearchOptions(Options):
     takes about a minute more. Not with ``tolerant``, obstacles, attached solids, weight fields or
     volumes of your own."""
     device: Device = "auto"
-    """Use an accelerator where JAX finds one (auto), demand one (gpu), or do without (cpu)."""
+    """Use an accelerator where JAX finds one (auto), demand one (gpu), or do without (cpu). It
+    serves searches of rings with given links and counts, for at most four pairs of a
+    target and a pose."""
     seed: Seed = 0
     """Random seed; the same seed gives the same answer."""
     searches: Annotated[int, Whole(1, 1000)] = 1

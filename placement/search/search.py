@@ -69,7 +69,7 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
     stage = LocalStage(space, fields) if brake.limit > _SHORT else None
     try:
         context.tell(progress)
-        if stage is not None and accelerated(options.device) and suits(space, stage.soft):
+        if stage is not None and accelerated(options.device) and suits(space, context.aim):
             for c in gradient_stage(space, stage.soft, starts, seed, brake)[:_TAKEN]:
                 if space.apart(c):
                     record.take(c)
