@@ -164,9 +164,9 @@ def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, m
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "64")
     assert (code, err.strip()) == (2, "place-rings: enough")
     ((where, budgets),) = measured
-    assert SceneModel.from_domain(scene_from(where)) == SceneModel.from_domain(
-        read_scene(tmp_path / "cell.toml")
-    )
+    scenes = scene_from(where), read_scene(tmp_path / "cell.toml")
+    first, second = (SceneModel.from_domain(scene).stated() for scene in scenes)
+    assert first == second
     assert len(where["poses"]) == 6
     assert list(budgets) == [48, 80, 112, 64]  # 24 are fewer than the fixed ring has
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "24")
