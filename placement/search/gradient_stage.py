@@ -85,7 +85,7 @@ def suits(space: Space, aim: Criterion) -> bool:
     Where links and counts are free, the exchange finds more; for many poses it takes less time.
     """
     scene = space.scene
-    if space.layout is None or len(scene.goals) * len(scene.poses) > _TERMS:
+    if space.layout is None or len(scene.targets) * len(scene.poses) > _TERMS:
         return False
     still = scene.obstacles or scene.robot.carried or scene.occlusion == "blind"
     shared = scene.rules.shared_tilt
@@ -192,9 +192,9 @@ def _stepped(one: _Batch, values: Any, step: Any) -> Any:
     return jnp.where(one.segment >= 0, _clipped(one, values + step), values)
 
 
-def _loss(terms: SoftTerms, most: int, values: Any, one: _Batch, candidates: Any) -> Any:
+def _loss(terms: SoftTerms, most: int, values: Any, one: _Batch, at: Any) -> Any:
     """Return minus the soft coverage, and what lack of room costs."""
-    sample, width = candidates
+    sample, width = at
     still = jax.lax.stop_gradient(values)
     chosen = terms.choose(one.arrays, still, sample.points, width, most)
     value, _ = terms.criterion(one.arrays, values, sample, width, chosen)
