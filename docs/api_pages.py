@@ -136,7 +136,9 @@ def _type(annotation: ast.expr) -> str:
 
 
 def _tree(value: Any) -> Any:
-    if "__signature__" in getattr(value, "__dict__", {}):  # made from the fields of options
+    if "__signature__" in getattr(value, "__dict__", {}) and not isinstance(
+        value, type
+    ):  # made from the fields of options
         names = r"(?:[a-z_]\w*\.)+(?=\w)|'(?=Setup)|(?<=Setup)'"  # of modules, and quotes
         text = re.sub(names, "", str(inspect.signature(value)))
         return ast.parse(f"def {value.__name__}{text}: ...").body[0]

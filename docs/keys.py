@@ -70,7 +70,7 @@ class KeyTables:
             return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
         if value.get("type") == "array":
             least, most = value.get("minItems", 0), value.get("maxItems")
-            inner = self._kind(value.get("items", {}))
+            inner = self._kind(value.get("items") or value.get("prefixItems", [{}])[0])
             return f"{least} of: {inner}" if least == most else f"list of: {inner}"
         if value.get("type") == "object":
             inner = value.get("additionalProperties")
@@ -92,7 +92,21 @@ def _kinds_in(inner: dict[str, Any]) -> list[str]:
 def _schema(name: str) -> dict[str, Any]:
     with redirect_stdout(io.StringIO()) as printed:
         schema(name)  # type: ignore[arg-type]
-    return json.loads(printed.getvalue())
+    whole = json.loads(printed.getvalue())
+    _name_tables(whole, whole.setdefault("$defs", {}))
+    return whole
+
+
+def _name_tables(inner: Any, names: dict[str, Any]) -> None:
+    """Name the tables of which a value may be one by their titles."""
+    if isinstance(inner, dict):
+        if all("properties" in table for table in inner.get("oneOf", [{}])):
+            names |= {table["title"]: table for table in inner["oneOf"]}
+            inner["oneOf"] = [{"$ref": f"#/$defs/{table['title']}"} for table in inner["oneOf"]]
+        inner = [value for key, value in inner.items() if key != "oneOf"]
+    if isinstance(inner, list):
+        for value in inner:
+            _name_tables(value, names)
 
 
 def _default(value: dict[str, Any]) -> str:

@@ -60,11 +60,13 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
         if proposal:
             raw = _one_proposal(path, raw, table)
         refuse_newer(raw)
-        raw = _with_robot(path, raw, model)
         raw = _with_sensors(path, raw, model)
-        raw = raw if robot is None else _on_robot(raw, robot)
-        raw = _with_calibration(path, raw, model)
-        raw = _with_target_files(path, raw, model)
+        if model is TargetFile:
+            raw = with_contents(raw, str(path), beside_of(path))
+        elif model is SceneFile:
+            raw = _with_files(path, raw, "", robot)
+        elif model is ProposalFile and isinstance(raw.get("scene"), dict):
+            raw = {**raw, "scene": _with_files(path, raw["scene"], "scene.")}
         return cast(_Model, adapter(model).validate_python(raw, context=FROM_FILE))
     except ValidationError as error:
         raise explain(name, error, model) from error
@@ -92,39 +94,44 @@ def _one_proposal(path: Path, raw: dict[str, Any], table: str | None) -> dict[st
     return raw
 
 
-def _with_robot(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
-    """Return the keys of a file; a robot file that its scene names is replaced by the robot
-    in-line."""
-    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
-    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
-        return raw
-    reference = scene.get("robot")
-    if not isinstance(reference, str) or not reference.lower().endswith((".toml", ".urdf")):
-        return raw
-    if reference.lower().endswith(".urdf"):
+def _with_files(
+    path: Path, scene: dict[str, Any], key: str, robot: Robot | None = None
+) -> dict[str, Any]:
+    """Return the keys of a scene with the contents of the files that it names: a robot, a
+    calibration, and the meshes and weights of targets.
+
+    Args:
+        path: the scene's file.
+        scene: the keys.
+        key: what precedes their names in messages.
+        robot: takes the place of the scene's own, if given.
+    """
+    scene = dict(scene)
+    if isinstance(name := scene.get("robot"), str) and name.lower().endswith((".toml", ".urdf")):
+        scene["robot"] = _robot_in(path, f"{key}robot", name)
+    if robot is not None:
+        scene = _on_robot(scene, robot)
+    if isinstance(name := scene.get("calibration"), str):
+        own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
+        file = beside(path, f"{key}calibration", name)
+        scene["calibration"] = CalibrationModel.of(read_calibration(file, robot_of(own.robot)))
+    if isinstance(targets := scene.get("targets"), list):
+        read, where = beside_of(path), f"{path}: {key}targets"
+        scene["targets"] = [
+            with_contents(table, f"{where}[{i}]", read) for i, table in enumerate(targets)
+        ]
+    return scene
+
+
+def _robot_in(path: Path, key: str, name: str) -> RobotModel:
+    """Return the robot in a file that a scene names."""
+    if name.lower().endswith(".urdf"):
         raise UserError(
-            f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
-            " URDF with place-rings robot"
+            f"{path}: {key}: found {shown(name)}, allowed: a robot file (.toml); convert a URDF"
+            " with place-rings robot"
         )
-    robot = read_model(beside(path, key, reference), RobotFile)
-    table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
-    inside = {**scene, "robot": table}
-    return {**raw, "scene": inside} if model is ProposalFile else inside
-
-
-def _with_calibration(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
-    """Return the keys of a file; a calibration file that its scene names is replaced by the
-    calibration in-line."""
-    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
-    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
-        return raw
-    if not isinstance(reference := scene.get("calibration"), str):
-        return raw
-    own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
-    file = beside(path, f"{key}calibration", reference)
-    calibrated = read_calibration(file, robot_of(own.robot))
-    inside = {**scene, "calibration": CalibrationModel.of(calibrated)}
-    return {**raw, "scene": inside} if model is ProposalFile else inside
+    robot = read_model(beside(path, key, name), RobotFile)
+    return RobotModel(**{field: getattr(robot, field) for field in RobotModel.model_fields})
 
 
 def read_calibration(path: Path, robot: Robot) -> Robot:
@@ -176,23 +183,6 @@ def read_sensor(path: Path) -> Model:
         UserError: if it cannot be read or is not valid.
     """
     return read_model(path, SensorFile)
-
-
-def _with_target_files(path: Path, raw: dict[str, Any], model: type) -> dict[str, Any]:
-    """Return the keys of a file, in which the meshes and weights that its targets name are read."""
-    read = beside_of(path)
-    if model is TargetFile:
-        keys: dict[str, Any] = with_contents(raw, str(path), read)
-        return keys
-    key, scene = ("scene.", raw.get("scene")) if model is ProposalFile else ("", raw)
-    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
-        return raw
-    if not isinstance(targets := scene.get("targets"), list):
-        return raw
-    where = f"{path}: {key}targets"
-    new = [with_contents(table, f"{where}[{i}]", read) for i, table in enumerate(targets)]
-    inside = {**scene, "targets": new}
-    return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
 def beside_of(path: Path) -> Callable[[str, str], tuple[Path, bytes]]:

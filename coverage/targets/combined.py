@@ -57,6 +57,7 @@ def _schema_of(kind: str, cls: type) -> dict[str, Any]:
     }
     return {
         "title": cls.__name__,
+        "description": whole.get("description", "").partition("\n\n")[0],
         "properties": {"kind": {"const": kind}, **keys},
         "required": ["kind", *whole.get("required", ())],
         "additionalProperties": False,
