@@ -1,5 +1,6 @@
 """A table of the terminal with a title and an explanation of its columns."""
 
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -22,6 +23,32 @@ class Explained:
     """The table, without title and caption."""
     text: str
     """What the columns mean."""
+
+    @staticmethod
+    def of(
+        title: str,
+        heads: Sequence[str],
+        rows: Iterable[Sequence[str]],
+        text: str,
+        left: Collection[str] = (),
+        bold: Collection[str] = (),
+    ) -> "Explained":
+        """Return a table of rows.
+
+        Args:
+            title: the line above the table.
+            heads: heads of the columns.
+            rows: cells of each row; the last ones may be left out.
+            text: what the columns mean.
+            left: heads of the columns that are aligned on the left; the others are on the right.
+            bold: first cells of the rows in bold type.
+        """
+        table = Table()
+        for head in heads:
+            table.add_column(head, justify="left" if head in left else "right")
+        for row in rows:
+            table.add_row(*row, style="bold" if row[0] in bold else None)
+        return Explained(title, table, text)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         wanted = self.table.__rich_measure__(console, options.update(width=_ENDLESS)).maximum

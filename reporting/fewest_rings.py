@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-from rich.table import Table
-
 from ..formats.schema.proposal_models import FewestRingsModel, TriedRingsModel
 from ..objectives.prices import Prices
 from .explained import Explained
@@ -12,32 +10,27 @@ from .text import counted, listed
 
 def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Explained:
     """Return a table with a row for each number of rings; the answer is bold."""
-    table = Table()
-    heads = (
-        *("rings", "coverage", "below the best"),
-        *(["price"] if prices else []),
-        *("seconds", "search"),
-    )
-    for name in heads:
-        table.add_column(name, justify="right")
-    best = max(one.exact_percent for one in record.tried)
-    answer = next((one.rings for one in record.tried if one.within), None)
-    for one in record.tried:
-        price = [] if prices is None or one.price is None else [prices.text(one.price)]
-        table.add_row(
-            str(one.rings),
-            f"{one.exact_percent:.2f}",
-            f"{best - one.exact_percent:.2f}",
-            *price,
-            f"{one.seconds:.0f}",
-            "complete" if one.finished else "cut short",
-            style="bold" if one.rings == answer else None,
+    best = max(tried.exact_percent for tried in record.tried)
+    answer = next((str(tried.rings) for tried in record.tried if tried.within), "")
+    rows = [
+        (
+            str(tried.rings),
+            f"{tried.exact_percent:.2f}",
+            f"{best - tried.exact_percent:.2f}",
+            *([] if prices is None or tried.price is None else [prices.text(tried.price)]),
+            f"{tried.seconds:.0f}",
+            "complete" if tried.finished else "cut short",
         )
-    return Explained(
+        for tried in record.tried
+    ]
+    price = ["price"] if prices else []
+    return Explained.of(
         "Fewest rings: coverage in percent of the best setup found for each number of rings",
-        table,
+        ("rings", "coverage", "below the best", *price, "seconds", "search"),
+        rows,
         "below the best: loss against the best row, in percentage points; seconds: time of the"
         " search for this number of rings; search: whether it ended by itself.",
+        bold=(answer,),
     )
 
 

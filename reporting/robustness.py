@@ -1,7 +1,5 @@
 """Robustness of a setup as table rows and text: lost sensors and rings, and mounting errors."""
 
-from rich.table import Table
-
 from ..formats.schema.robustness_models import LossModel, RobustnessResult
 from .explained import Explained
 from .tables import target_label, target_legend
@@ -32,17 +30,13 @@ def robustness_table(results: list[RobustnessResult]) -> Explained:
     """Return the same rows as a table for the terminal."""
     first = results[0]
     title = f"{first.setup}: coverage ζ in percent (rule sampled, voxels of {first.voxel:g} m)"
-    table = Table()
-    table.add_column("")
-    for r in results:
-        table.add_column(target_label(r), justify="right")
-    for row in robustness_rows(results):
-        table.add_row(*row)
-    return Explained(
+    return Explained.of(
         title,
-        table,
+        ("", *map(target_label, results)),
+        robustness_rows(results),
         "worst: the sensor or ring whose loss costs most; mountings: random errors of position and"
         f" direction. {target_legend(results)}",
+        left=("",),
     )
 
 

@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
-from rich.table import Table
-
-from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
 from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
@@ -23,32 +22,20 @@ def ring_table(
 ) -> Explained:
     """Return a table of rings: link, position, sensors, tilt, phase, and what errors of these cost
     where that is known."""
-    table = Table()
     costs = ("points/mm", "points/°") if sensitivity else ()
-    known = {(one.link, one.position): _costs(one) for one in sensitivity}
+    known = {(e.link, e.position): (100 * e.per_mm, 100 * e.per_degree) for e in sensitivity}
     each = [known.get((r.link, r.position)) for r in setup.rings]
-    for name in ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °", *costs):
-        table.add_column(name, justify="left" if name == "link" else "right")
+    none, rows = ["–" for _ in costs], []
     for i, r in enumerate(setup.rings):
         length = robot.mount(r.link).length
-        place = (
-            (f"{r.position:.3f}", f"{1000 * r.position * length:.0f}")
-            if length > 0
-            else ("flange", "–")
-        )
-        cost = [f"{a:.3f}" for a in each[i] or ()] or ["–" for _ in costs]
-        table.add_row(
-            str(i),
-            r.link,
-            *place,
-            str(r.count),
-            f"{math.degrees(r.tilt):+.1f}",
-            f"{math.degrees(r.phase):.1f}",
-            *cost,
-        )
-    for i, one in enumerate(setup.singles, start=len(setup.rings)):
-        table.add_row(str(i), one.link, "single", "–", "1", "–", "–", *["–" for _ in costs])
-    title = f"{counted(len(setup.rings), 'ring')}, {counted(setup.sensors, 'sensor')}"
+        place = ("flange", "–")
+        if length > 0:
+            place = (f"{r.position:.3f}", f"{1000 * r.position * length:.0f}")
+        angles = (f"{math.degrees(r.tilt):+.1f}", f"{math.degrees(r.phase):.1f}")
+        cost = [f"{a:.3f}" for a in each[i] or ()] or none
+        rows.append([str(i), r.link, *place, str(r.count), *angles, *cost])
+    for i, single in enumerate(setup.singles, start=len(setup.rings)):
+        rows.append([str(i), single.link, "single", "–", "1", "–", "–", *none])
     below = (
         "position: 0 at the link's proximal end, 1 at its distal end; mm: distance from the"
         " proximal end; tilt: positive towards the distal end; phase: angle of the first sensor"
@@ -60,11 +47,9 @@ def ring_table(
             " points/mm and points/°: coverage lost if the ring is off along the link, or in tilt"
             f" or phase. Mount ring {dearest} most carefully."
         )
-    return Explained(title, table, below)
-
-
-def _costs(one: RingSensitivity) -> tuple[float, float]:
-    return 100 * one.per_mm, 100 * one.per_degree
+    heads = ("ring", "link", "position", "mm", "sensors", "tilt °", "phase °", *costs)
+    title = f"{counted(len(setup.rings), 'ring')}, {counted(setup.sensors, 'sensor')}"
+    return Explained.of(title, heads, rows, below, left=("link",))
 
 
 def target_label(result: VerifyResult | RobustnessResult) -> str:
@@ -143,9 +128,46 @@ def dark_columns(results: Sequence[VerifyResult]) -> dict[str, dict[str, str]]:
     return known
 
 
+_MODELS: dict[Occlusion, str] = {
+    "ignore": "ignore: beams pass through the robot",
+    "shadow": "shadow: points behind the robot's body are not covered",
+    "blind": "blind: a one-zone sensor covers nothing beyond the nearest surface in its beam",
+}
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """The first columns of a table of setups; the setup ``proposal`` is bold."""
+
+    sensors: Mapping[str, int]
+    """Number of sensors of each setup."""
+    where: str
+    """Scene and way to count, for the title."""
+    prices: Mapping[str, str]
+    """Price of each setup, as text; none without prices."""
+
+    def table(
+        self,
+        results: Sequence[VerifyResult],
+        columns: Mapping[str, Mapping[str, str]],
+        below: str,
+    ) -> Explained:
+        """Return a table with a row for each setup of ``results``; ``columns`` are cells by head
+        and setup."""
+        columns = ({"price": self.prices} if self.prices else {}) | dict(columns)
+        rows = [
+            [name, str(self.sensors[name]), *(cells.get(name, "") for cells in columns.values())]
+            for name in dict.fromkeys(r.setup for r in results)
+        ]
+        title = "Coverage ζ in percent: the share of a volume that at least one sensor sees"
+        heads = ("setup", "sensors", *columns)
+        title = f"{title} ({self.where})"
+        return Explained.of(title, heads, rows, below, left=("setup",), bold=("proposal",))
+
+
 def zeta_table(
-    results: list[VerifyResult],
-    sensors: dict[str, int],
+    results: Sequence[VerifyResult],
+    sensors: Mapping[str, int],
     where: str,
     prices: Mapping[str, str] = MappingProxyType({}),
 ) -> Explained:
@@ -159,43 +181,48 @@ def zeta_table(
         where: scene and way to count, for the title.
         prices: price of each setup, as text; none without prices.
     """
-    labels = list(dict.fromkeys(target_label(r) for r in results))
-    table = Table()
-    table.add_column("setup")
-    table.add_column("sensors", justify="right")
-    if prices:
-        table.add_column("price", justify="right")
-    for label in labels:
-        table.add_column(label, justify="right")
-    worst = [label for label in labels if any(r.worst for r in results if target_label(r) == label)]
-    worst = worst if len(labels) <= _WIDE else []
-    for label in worst:
-        table.add_column(f"{label} worst", justify="right")
-    dark = dark_columns(results)
-    for label in dark:
-        table.add_column(f"{label} dark clothing", justify="right")
-    for name in dict.fromkeys(r.setup for r in results):
-        cells = {target_label(r): percent(r, r.rule) for r in results if r.setup == name}
-        least = {
-            target_label(r): percent(r.worst, r.rule)
-            for r in results
-            if r.setup == name and r.worst
-        }
-        style = "bold" if name == "proposal" else None
-        table.add_row(
-            name,
-            str(sensors[name]),
-            *([prices.get(name, "")] if prices else []),
-            *(cells.get(label, "") for label in labels),
-            *(least.get(label, "") for label in worst),
-            *(of_setup.get(name, "") for of_setup in dark.values()),
-            style=style,
-        )
-    title = f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})"
+    columns: dict[str, dict[str, str]] = {}
+    worst: dict[str, dict[str, str]] = {}
+    for r in results:
+        label = target_label(r)
+        columns.setdefault(label, {})[r.setup] = percent(r, r.rule)
+        if r.worst:
+            worst.setdefault(f"{label} worst", {})[r.setup] = percent(r.worst, r.rule)
+    worst = worst if len(columns) <= _WIDE else {}
+    dark = {f"{label} dark clothing": cells for label, cells in dark_columns(results).items()}
     poses = " Each figure is the mean over the poses" if any(r.worst for r in results) else ""
     poses += "; worst: the pose with the least coverage." if worst else "." * bool(poses)
     below = target_legend(results) + poses + (f" {DARK[0].upper()}{DARK[1:]}." if dark else "")
-    return Explained(title, table, below)
+    return _Compared(sensors, where, prices).table(results, columns | worst | dark, below)
+
+
+def occlusion_table(
+    results: Sequence[VerifyResult],
+    sensors: Mapping[str, int],
+    where: str,
+    prices: Mapping[str, str] = MappingProxyType({}),
+) -> Explained | None:
+    """Return ζ with a row for each setup and a column for each target and model of occlusion, the
+    scene's own model first; None if the models were not counted. Arguments: see ``zeta_table``."""
+    shown = [r for r in results if r.by_occlusion_percent]
+    if not shown:
+        return None
+    own, columns = shown[0].occlusion, dict[str, dict[str, str]]()
+    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion_percent for r in shown)]
+    models = [own, *(m for m in common if m != own)]
+    faulty = {r.setup: len(r.unmounted) for r in results if r.by_occlusion_percent}
+    if any(faulty.values()):
+        columns["rings not mountable"] = {n: str(rings or "–") for n, rings in faulty.items()}
+    dark = dark_columns(shown)
+    for label in dict.fromkeys(target_label(r) for r in shown):
+        mine = [r for r in shown if target_label(r) == label]
+        for model in models:
+            columns[f"{label} {model}"] = {r.setup: percent_under(r, model) for r in mine}
+            if model == own and label in dark:
+                columns[f"{label} dark clothing"] = dark[label]
+    legend = filter(None, [target_legend(shown)[:-1]])
+    below = "; ".join([*legend, *(_MODELS[m] for m in models), *[DARK] * bool(dark)]) + "."
+    return _Compared(sensors, where, prices).table(shown, columns, below)
 
 
 def count_error_line(voxel: float) -> str:

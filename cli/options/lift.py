@@ -6,7 +6,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
 from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
-from ...reporting.lines.lifts import lift_lines
+from ...reporting.lines.scene import lift_lines
 from ...reporting.terminal import Terminal
 
 _MOST = 1000.0  # mm

@@ -9,7 +9,6 @@ from pathlib import Path
 from place_rings._improve import improved
 from place_rings._improvement import Improvement, improvement_files, write_improvement
 from place_rings._validation import ResolvedSetup
-from rich.table import Table
 
 from ...formats.schema.redesign_models import ImproveResult
 from ...formats.writing import output_files
@@ -116,24 +115,18 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
 
 def _table(record: ImproveResult) -> Explained:
     """Return the table of coverage and work by the number of changes."""
-    table = Table()
     labels = [target_label(r) for r in record.zeta]
-    for column in ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °"):
-        table.add_column(column, justify="right")
-    table.add_row("0", *(percent(r, r.rule) for r in record.zeta))
+    rows = [["0", *(percent(r, r.rule) for r in record.zeta)]]
     for step in record.steps:
         cells = [percent(r, r.rule) for r in step.zeta] or [""] * len(labels)
         w = step.work
-        costs = (
-            f"{w.sensors_added:+d}",
-            f"{w.moved_mm:.0f}",
-            f"{w.tilted_deg:.1f}",
-            f"{w.turned_deg:.1f}",
-        )
-        table.add_row(str(len(step.changes)), *cells, f"{step.gain_percent:+.2f}", *costs)
-    return Explained(
+        costs = (f"{w.moved_mm:.0f}", f"{w.tilted_deg:.1f}", f"{w.turned_deg:.1f}")
+        gain = f"{step.gain_percent:+.2f}"
+        rows.append([str(len(step.changes)), *cells, gain, f"{w.sensors_added:+d}", *costs])
+    return Explained.of(
         f"{record.setup}: coverage ζ in percent, and the work of each number of changes",
-        table,
+        ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °"),
+        rows,
         "changes: rings changed; gain: in percentage points; sensors: added; mm: moved along"
         f" links; tilt, turn: degrees. {target_legend(record.zeta)}",
     )

@@ -17,24 +17,30 @@ from ...placement.search.progress import Outcome, Progress
 from ...placement.search.result import SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
-from ...reporting.lines.electronics import electronics_lines
-from ...reporting.lines.gap import gap_line
-from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import (
-    occlusion_table,
     part_lines,
     print_sight,
     shared_tilt_line,
     unmounted_lines,
     without_lines,
 )
-from ...reporting.lines.prices import price_line
-from ...reporting.lines.protective_volume import protective_lines
-from ...reporting.lines.reach import reach_lines
-from ...reporting.lines.sensors import sensor_lines
+from ...reporting.lines.results import (
+    gap_line,
+    protective_lines,
+    reach_lines,
+    sensor_lines,
+    worst_line,
+)
+from ...reporting.lines.scene import electronics_lines, price_line, record_line
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar
-from ...reporting.tables import count_error_line, result_caption, ring_table, zeta_table
+from ...reporting.tables import (
+    count_error_line,
+    occlusion_table,
+    result_caption,
+    ring_table,
+    zeta_table,
+)
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
 from .late_progress import late_progress

@@ -6,7 +6,7 @@ from pathlib import Path
 from place_rings._report import PDF, write_report
 from place_rings._validation import ResolvedSetup
 
-from ...formats.schema.written_models import ReportResult, RequirementModel, VerdictModel
+from ...formats.schema.written_models import ReportResult
 from ...formats.writing import made_folder
 from ...objectives.options import ReportOptions
 from ...reporting.setup_report.coverage_section import answer
@@ -29,20 +29,8 @@ def report(
             page=str(page),
             pdf=None if pdf is None else str(pdf),
             zeta=facts.own,
-            requirements=[
-                RequirementModel(
-                    target=one.target,
-                    required_percent=one.percent,
-                    low_percent=one.low,
-                    high_percent=one.high,
-                    passes=one.passes,
-                )
-                for one in facts.required
-            ],
-            verdicts=[
-                VerdictModel(question=v.question, state=v.state, figure=v.figure)
-                for v in verdicts(facts)
-            ],
+            requirements=facts.required,
+            verdicts=list(verdicts(facts)),
         )
         say_json(record.model_dump_json(indent=2))
         return

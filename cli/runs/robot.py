@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import tomli_w
-from rich.table import Table
 
 from ...coverage.choices import Surface
 from ...coverage.definitions.escaping import printable
@@ -125,40 +124,42 @@ def robot(
 
 
 def _mount_table(robot: Robot) -> Explained:
-    table = Table()
-    columns = ("link", "moved by", "length, mm", "usable", "section, mm", "confidence")
-    for column in columns:
-        left = column in ("link", "moved by", "confidence")
-        table.add_column(column, justify="left" if left else "right")
     names = (*robot.chain.joints, "tcp")
-    for m in robot.mounts:
-        usable = f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else ""
-        table.add_row(
+    rows = [
+        (
             m.link,
             names[m.frame],
             f"{1000 * m.length:.0f}",
-            usable,
+            f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else "",
             f"{1000 * m.section:.1f}",
             ": ".join(filter(None, (m.confidence, m.basis))),
         )
-    return Explained(
+        for m in robot.mounts
+    ]
+    return Explained.of(
         f"{robot.name}: where rings can sit",
-        table,
+        ("link", "moved by", "length, mm", "usable", "section, mm", "confidence"),
+        rows,
         "length: of the axis along which rings sit; usable: the part of it around which a ring can"
         " be closed (0 proximal, 1 distal); section: largest radius of the link there.",
+        left=("link", "moved by", "confidence"),
     )
 
 
 def _body_table(fit: RobotFit) -> Explained:
-    table = Table()
-    for column in ("link", "capsules", "radii, mm", "volume ratio"):
-        table.add_column(column, justify="left" if column == "link" else "right")
-    for link in fit.links:
-        radii = ", ".join(f"{1000 * c.radius:.0f}" for c in link.capsules)
-        ratio = f"{link.ratio:.2f}" if np.isfinite(link.ratio) else "flat"
-        table.add_row(link.name, str(len(link.capsules)), radii, ratio)
-    return Explained(
+    rows = [
+        (
+            link.name,
+            str(len(link.capsules)),
+            ", ".join(f"{1000 * c.radius:.0f}" for c in link.capsules),
+            f"{link.ratio:.2f}" if np.isfinite(link.ratio) else "flat",
+        )
+        for link in fit.links
+    ]
+    return Explained.of(
         "Capsules that contain each link",
-        table,
+        ("link", "capsules", "radii, mm", "volume ratio"),
+        rows,
         "volume ratio: volume of the capsules divided by that of the link; 1 is a perfect fit.",
+        left=("link",),
     )

@@ -11,8 +11,7 @@ from place_rings._validation import ResolvedSetup
 
 from ...formats.schema.separation_models import SafetyResult
 from ...formats.writing import made_folder
-from ...reporting.lines.protective_volume import formula
-from ...reporting.lines.sensors import sensor_lines
+from ...reporting.lines.results import formula, sensor_lines
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say_json
 from ...simulation.safety_options import SafetyOptions

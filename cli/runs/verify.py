@@ -11,14 +11,18 @@ from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import CoreScene
 from ...objectives.verify import VOXEL
-from ...reporting.lines.calibration import calibration_lines
-from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import occlusion_table, part_lines, print_sight, unmounted_lines
-from ...reporting.lines.protective_volume import protective_lines
-from ...reporting.lines.reach import record_lines
-from ...reporting.lines.sensors import sensor_lines
+from ...reporting.lines.occlusion import part_lines, print_sight, unmounted_lines
+from ...reporting.lines.results import (
+    calibration_lines,
+    protective_lines,
+    record_lines,
+    sensor_lines,
+    worst_line,
+)
+from ...reporting.lines.scene import record_line
 from ...reporting.tables import (
     count_error_line,
+    occlusion_table,
     percent,
     proof_line,
     target_label,

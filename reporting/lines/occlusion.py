@@ -1,13 +1,9 @@
 """Lines and tables about occlusion: ζ under all models, advice, and sensors that cover nothing."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
-from types import MappingProxyType
 
-from rich.table import Table
-
-from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.base_frame import base_frame, frame_text
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
@@ -16,8 +12,7 @@ from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import states_coordinates
 from ...objectives.verify_breakdown import PARTS
-from ..explained import Explained
-from ..tables import DARK, dark_columns, percent_under, target_label, target_legend
+from ..tables import target_label
 from ..terminal import Terminal
 from ..text import counted
 
@@ -57,81 +52,6 @@ def shared_tilt_line(scene: CoreScene, setup: Setup) -> str | None:
     if not each:
         return None
     return f"The fixed rings stay as they are: not at the shared tilt are {', '.join(each)}."
-
-
-def occlusion_table(
-    results: Sequence[VerifyResult],
-    sensors: Mapping[str, int],
-    where: str,
-    prices: Mapping[str, str] = MappingProxyType({}),
-) -> Explained | None:
-    """Return ζ with a row for each setup and a column for each target and model of occlusion, the
-    scene's own model first.
-
-    Args:
-        results: the counts.
-        sensors: number of sensors of each setup.
-        where: scene and way to count, for the title.
-        prices: price of each setup, as text; none without prices.
-
-    Returns:
-        None if the models were not counted.
-    """
-    shown = [r for r in results if r.by_occlusion_percent]
-    if not shown:
-        return None
-    own = shown[0].occlusion
-    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion_percent for r in shown)]
-    models, rings = [own, *(m for m in common if m != own)], _unmounted(shown)
-    table = Table()
-    table.add_column("setup")
-    table.add_column("sensors", justify="right")
-    if prices:
-        table.add_column("price", justify="right")
-    if rings is not None:
-        table.add_column("rings not mountable", justify="right")
-    labels = list(dict.fromkeys(target_label(r) for r in shown))
-    dark = dark_columns(shown)
-    for label in labels:
-        for model in models:
-            table.add_column(f"{label} {model}", justify="right")
-            if model == own and label in dark:
-                table.add_column(f"{label} dark clothing", justify="right")
-    for name in dict.fromkeys(r.setup for r in shown):
-        mine = {target_label(r): r for r in shown if r.setup == name}
-        cells = []
-        for label in labels:
-            each = [percent_under(mine[label], m) if label in mine else "" for m in models]
-            cells += [each[0], *([dark[label].get(name, "")] if label in dark else []), *each[1:]]
-        faulty = [] if rings is None else [str(rings[name]) if rings[name] else "–"]
-        style = "bold" if name == "proposal" else None
-        price = [prices.get(name, "")] if prices else []
-        table.add_row(name, str(sensors[name]), *price, *faulty, *cells, style=style)
-    return Explained(
-        f"Coverage ζ in percent: the share of a volume that at least one sensor sees ({where})",
-        table,
-        "; ".join(
-            [
-                *filter(None, [target_legend(shown)[:-1]]),
-                *(_MODELS[m] for m in models),
-                *[DARK] * bool(dark),
-            ]
-        )
-        + ".",
-    )
-
-
-_MODELS: dict[Occlusion, str] = {
-    "ignore": "ignore: beams pass through the robot",
-    "shadow": "shadow: points behind the robot's body are not covered",
-    "blind": "blind: a one-zone sensor covers nothing beyond the nearest surface in its beam",
-}
-
-
-def _unmounted(results: Sequence[VerifyResult]) -> dict[str, int] | None:
-    """Return how many rings of each setup could not be mounted; None if all of them could."""
-    rings = {r.setup: len(r.unmounted) for r in results}
-    return rings if any(rings.values()) else None
 
 
 def unmounted_lines(results: Sequence[VerifyResult]) -> list[str]:

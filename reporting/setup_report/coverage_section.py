@@ -4,8 +4,7 @@ from collections.abc import Iterator
 
 from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..lines.occlusion import ASSUMPTIONS, part_lines, scene_lines, unseeing_lines
-from ..lines.protective_volume import protective_lines
-from ..lines.reach import record_lines
+from ..lines.results import protective_lines, record_lines
 from ..pages import escaped, table
 from ..robustness import lines, robustness_rows
 from ..tables import (

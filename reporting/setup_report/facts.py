@@ -9,6 +9,7 @@ from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
 from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
 from ...formats.schema.robustness_models import RobustnessResult
+from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.feasibility.mounting import Fault
@@ -21,7 +22,7 @@ from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..progress import ProgressBar
 from ..terminal import Terminal
-from .requirements import Requirement, decide
+from .requirements import decide
 
 _SEEN = 3  # largest k for which k-coverage is counted
 _LOOKED = 8  # largest number of poses at which blind spots are computed
@@ -37,10 +38,8 @@ class Facts:
     """The setup."""
     scene: CoreScene
     """Its scene."""
-    voxel: float
-    """Side of a voxel, m."""
-    seed: int
-    """Random seed of the drawn mountings."""
+    options: ReportOptions
+    """How it is counted."""
     sensors: dict[str, int]
     """Number of sensors of each setup, by name."""
     zetas: list[VerifyResult]
@@ -57,10 +56,15 @@ class Facts:
     """Record of the search that found the setup, or None."""
     calibration: list[CalibrationEffectModel]
     """What the calibration of the arm changes, for each goal; empty without one."""
-    required: list[Requirement]
+    required: list[RequirementModel]
     """Required coverages of the scene, decided."""
     sensitivity: tuple[RingSensitivity, ...]
     """What small errors of each ring cost."""
+
+    @property
+    def voxel(self) -> float:
+        """Side of a voxel, m."""
+        return self.options.voxel
 
     @property
     def own(self) -> list[VerifyResult]:
@@ -139,8 +143,7 @@ def gather(
         name,
         setup,
         scene,
-        voxel,
-        options.seed,
+        options,
         sensors,
         zetas,
         robust,

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from ...formats.schema.sensor_records import sensor_records
 from ..detection_page import DISCLAIMER
 from ..lines.occlusion import ADVICE
-from ..lines.sensors import sensor_lines
+from ..lines.results import sensor_lines
 from ..pages import code, escaped
 from ..text import counted
 from .bill_of_materials import materials

@@ -44,7 +44,7 @@ def reproduction_section(
             reached, bound = f.found.exact_percent, f.found.bound_percent
             yield "No layout within the budget and the rules of that search reaches more than"
             yield f"{bound:.2f} %; its answer reached {reached:.2f} %.\n"
-    yield f"This report, with seed {f.seed} for its random draws, was created by"
+    yield f"This report, with seed {f.options.seed} for its random draws, was created by"
     yield f"{_listed_versions(versions)}:\n"
     yield command(["place-rings", *words])
     yield "To prove a ζ, as a guaranteed interval:\n"

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from ...coverage.robots.joint_values import joint_text
 from ...formats.schema.sensor_records import title
 from ...objectives.scene import CoreScene
-from ..lines.calibration import calibration_lines
-from ..lines.motion import record_line
 from ..lines.occlusion import ASSUMPTIONS
+from ..lines.results import calibration_lines
+from ..lines.scene import record_line
 from ..pages import escaped
 from ..text import counted, listed
 from .facts import Facts

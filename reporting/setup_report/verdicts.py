@@ -1,43 +1,33 @@
 """Verdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
 each with its figure."""
 
-from dataclasses import dataclass
 from typing import Literal
 
 from ...coverage.electronics.electronics import limit_text, unknown_reason
+from ...formats.schema.written_models import VerdictModel
 from ...objectives.feasibility.violations import ELECTRONICS
 from ..tables import target_label
 from ..text import counted
 from .cable_section import arm_power, wirings
 from .facts import Facts
+from .requirements import requirement_sentence
 
-Question = Literal["mountable", "wireable", "powered", "covered"]
 State = Literal["pass", "fail", "not known"]
 
 
-@dataclass(frozen=True)
-class CoverVerdict:
-    """Verdict on one question."""
-
-    question: Question
-    """The question."""
-    state: State
-    """The verdict."""
-    figure: str
-    """Its figure, or the reason, as one line of text."""
-
-
-def verdicts(f: Facts) -> tuple[CoverVerdict, ...]:
-    """Return the verdict on each question."""
-    return (
-        CoverVerdict("mountable", *_mountable(f)),
-        CoverVerdict("wireable", *_wireable(f)),
-        CoverVerdict("powered", *_powered(f)),
-        CoverVerdict("covered", *_covered(f)),
-    )
+def verdicts(f: Facts) -> tuple[VerdictModel, ...]:
+    """Return the verdict on each question, with its figure or the reason as one line of text."""
+    questions = {
+        "mountable": _mountable,
+        "wireable": _wireable,
+        "powered": _powered,
+        "covered": _covered,
+    }
+    each = ((name, *decided(f)) for name, decided in questions.items())
+    return tuple(VerdictModel(question=q, state=state, figure=text) for q, state, text in each)
 
 
-def overall(each: tuple[CoverVerdict, ...]) -> str:
+def overall(each: tuple[VerdictModel, ...]) -> str:
     """Return ``Passes.`` if all questions pass, ``Fails.`` if one fails, or ``Not decided.``"""
     states = {one.state for one in each}
     if "fail" in states:
@@ -100,7 +90,7 @@ def _powered(f: Facts) -> tuple[State, str]:
 def _covered(f: Facts) -> tuple[State, str]:
     if f.required:
         state: State = "pass" if all(one.passes for one in f.required) else "fail"
-        return state, "; ".join(one.sentence for one in f.required)
+        return state, "; ".join(requirement_sentence(one) for one in f.required)
     counts = ", ".join(f"{target_label(r)}: {r.zeta_percent:.2f} %" for r in f.own)
     how = "state one as --require V_S:0.5=90"
     return "not known", f"no requirement is stated ({how}); counted: {counts}"

@@ -21,9 +21,11 @@ from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.formats.firmware.power_plan import _GAUGES, power_plan
 from place_rings.formats.firmware.sketch import sketch
 from place_rings.formats.firmware.wiring import FEED_V, plan_ring, plan_setup
+from place_rings.formats.schema.written_models import RequirementModel, VerdictModel
 from place_rings.objectives.feasibility.board_fit import unwired
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.options import ReportOptions
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.space.design import Space
@@ -32,8 +34,7 @@ from place_rings.placement.space.starts import fresh
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.cable_section import cable_section
 from place_rings.reporting.setup_report.facts import Facts
-from place_rings.reporting.setup_report.requirements import Requirement
-from place_rings.reporting.setup_report.verdicts import CoverVerdict, overall, verdicts
+from place_rings.reporting.setup_report.verdicts import overall, verdicts
 
 from ..support.refusals import refused
 
@@ -219,7 +220,7 @@ def test_electronics_of_a_file_are_checked(run, tmp_path, line, parts):
 def facts(setup, scene, required=()):
     """Facts of a report without counts."""
     few = ([], [], 1, [], faults(scene, setup.rings), None, [])
-    return Facts("mine", setup, scene, 0.05, 0, {}, *few, [*required], ())
+    return Facts("mine", setup, scene, ReportOptions(voxel=0.05), {}, *few, [*required], ())
 
 
 @settings(max_examples=25)
@@ -236,7 +237,10 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
     sensors = [pr.Sensor() if name is None else pr.sensors[name] for name in models]
     setup = Setup(tuple(Ring("forearm", 0.5, count, 0.0, 0.0, 0.08, s) for s in sensors))
     scene = CoreScene(electronics=electronics, rules=Rules(mount="free"))
-    required = [] if low is None else [Requirement("V_S(0.5)", 85.0, low, low + 1)]
+    required = []
+    if low is not None:
+        percents = {"required_percent": 85.0, "low_percent": low, "high_percent": low + 1}
+        required = [RequirementModel(target="V_S(0.5)", **percents, passes=low >= 85)]
     each = {v.question: v for v in verdicts(facts(setup, scene, required))}
     broken = faults(scene, setup.rings)  # rings without bodies may break other rules
     assert each["mountable"].state == ("fail" if broken else "not known")
@@ -252,7 +256,7 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
         assert f"{total:.0f} mA" in each["powered"].figure
     states = {v.state for v in each.values()}
     assert overall(tuple(each.values())) == ("Fails." if "fail" in states else "Not decided.")
-    assert overall((CoverVerdict("covered", "pass", ""),)) == "Passes."
+    assert overall((VerdictModel(question="covered", state="pass", figure=""),)) == "Passes."
 
 
 @given(ELECTRONICS, st.sampled_from(sorted(MODELS)), st.integers(1, 8))

@@ -41,7 +41,7 @@ from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
-from place_rings.reporting.lines.reach import reach_lines
+from place_rings.reporting.lines.results import reach_lines
 from scipy.ndimage import map_coordinates
 
 from ..support import drawing

@@ -24,7 +24,7 @@ from place_rings.reporting import pdf
 from place_rings.reporting.pages import html
 from place_rings.reporting.setup_report.cable_section import bus_cable, wirings
 from place_rings.reporting.setup_report.printed_parts import DENSITY, printed_parts
-from place_rings.reporting.setup_report.requirements import decide
+from place_rings.reporting.setup_report.requirements import decide, requirement_sentence
 
 from ..support.browser import CHROMIUM
 
@@ -81,9 +81,9 @@ def test_a_requirement_is_decided_by_proof(proof, margin):
     scene = paper_scene(targets=(replace(NEAR, at_least_percent=100 * required),))
     (one,) = decide(scene, named_setup("n1_8_0"))
     assert one.passes == (margin < 0)
-    assert one.low <= 100 * proof.high
-    assert one.high >= 100 * proof.low
-    assert f"{100 * required:g} %" in one.sentence
+    assert one.low_percent <= 100 * proof.high
+    assert one.high_percent >= 100 * proof.low
+    assert f"{100 * required:g} %" in requirement_sentence(one)
     assert decide(paper_scene(targets=(NEAR,)), named_setup("n1_8_0")) == []
 
 
