@@ -4,10 +4,11 @@ import math
 import warnings
 from collections.abc import Callable
 from functools import wraps
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any, ParamSpec, TypeVar
 
 from ._errors import InputError
+from .coverage.definitions.options import Whole
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -48,11 +49,7 @@ def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:
     Raises:
         InputError: otherwise.
     """
-    allowed = f"{least} or more" if most == math.inf else f"{least} to {most:g}"
-    if isinstance(value, bool) or not isinstance(value, Integral):
-        raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
-    if not least <= int(value) <= most:
-        raise InputError(f"found {value}, allowed: {allowed}", name)
+    Whole(least, most).check(name, value)
 
 
 def number(name: str, value: Any, allowed: str = "a number") -> None:

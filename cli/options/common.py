@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from ...reporting.options import WHOLE as WHOLE
 from .panels import SCENE
@@ -79,12 +78,6 @@ PaperOption = Annotated[
         ),
     ),
 ]
-Voxel = Annotated[
-    float,
-    Parameter(
-        help="Edge length in metres of the small cubes (voxels) in which coverage is counted."
-    ),
-]
 Json = Annotated[
     bool, Parameter(name="--json", negative=(), help="Print JSON instead of text, for scripts.")
 ]
@@ -109,9 +102,4 @@ Floors = Annotated[
             " V_S:1.5=60. Repeatable."
         ),
     ),
-]
-Seed = Annotated[
-    int,
-    WHOLE,
-    Parameter(validator=Number(gte=0), help="Random seed; the same seed gives the same answer."),
 ]

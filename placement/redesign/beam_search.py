@@ -8,7 +8,7 @@ fixed. The best results are counted exactly, rounded as in a file.
 
 import math
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..search.context import SearchContext
 from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
 from .changes import Change, Touched, Work, changes, work
-from .moves import as_it_is, touched
+from .moves import touched
 from .problem import EncodedSetup, RedesignProblem
 
 # smallest gain of ζ for which a change is proposed, or a value is not put back
@@ -130,7 +130,8 @@ class BeamSearch:
         for t, place in pairs:
             if self.context.brake.on():
                 return []
-            some += [as_it_is(t, place)] if self.rework.before[place] is not None else []
+            if self.rework.before[place] is not None:  # as it is, free to move
+                some.append(replace(t, free=tuple(sorted((*t.free, place)))))
             some += [
                 touched(self.rework, t, place, rng)
                 for _ in range(-(-self.plan.draws // len(pairs)))

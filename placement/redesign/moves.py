@@ -30,11 +30,6 @@ def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched 
     return _shifted(work, t, place, rng) if rng.uniform() < _COUNT else t
 
 
-def as_it_is(t: Touched, place: int) -> Touched:
-    """Return ``t`` with one more mounted ring free to move, but not yet moved."""
-    return replace(t, free=tuple(sorted((*t.free, place))))
-
-
 def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     """Return a ring at a random place."""
     how = int(rng.choice(len(_WHERE), p=_WHERE))

@@ -68,6 +68,7 @@ class FeasibleSet:
             InfeasibleError: if no setup satisfies the rules.
         """
         self.scene, self.layout = scene, layout
+        self._given = layout.rings if layout else ()
         self.clear = MountClearance(_with_sensors_of(scene, layout)) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
@@ -86,7 +87,7 @@ class FeasibleSet:
         if each is not None:
             self.free = (self.rings or 0) * each
         self.sensors = self.free + held
-        self.square = scene.square or any_square(layout.rings if layout else ())
+        self.square = scene.square or any_square(self._given)
         groups = layout.groups if layout else ()
         self.special = any(s.special for s in (*scene.sensors, *(g.sensor for g in groups)))
         self.least, self.most = scene.rules.sensors if each is None else (each, each)
@@ -111,11 +112,7 @@ class FeasibleSet:
     def _radius(self, link: str) -> float:
         """Return the radius of new rings on ``link``, m: the layout's or the scene's, enlarged as
         in ``MountClearance.radius``."""
-        like = (
-            next((r.radius for r in self.layout.rings if r.link == link), None)
-            if self.layout
-            else None
-        )
+        like = next((r.radius for r in self._given if r.link == link), None)
         if self.clear is None:
             return self.scene.radius_of(link) if like is None else like
         stated = self.scene.stated_radius(link) is not None
@@ -130,19 +127,14 @@ class FeasibleSet:
         """
         if self.clear is None:
             return None
-        links = (
-            {r.link for r in self.layout.rings}
-            if self.layout
-            else {s.link for s in segments(self.scene)}
-        )
+        links = [ring.link for ring in self._given]
+        if self.layout is None:
+            links = [s.link for s in segments(self.scene)]
         for link in self.scene.robot.links:
             least = self.scene.least_radius(link)
             if link in links and self.radii[link] < least - _ROUNDING:
-                key = (
-                    "ring_radius"
-                    if self.scene.limits_of(link).radius is None
-                    else f"mounts.{link}.ring_radius"
-                )
+                own = self.scene.limits_of(link).radius is not None
+                key = f"mounts.{link}.ring_radius" if own else "ring_radius"
                 raise InfeasibleError(
                     f"{self.radii[link]:g} m is too small: a real ring on {link} needs at least"
                     f" {least:g} m with standoff {self.scene.rules.standoff:g}; raise the radius"
@@ -156,7 +148,8 @@ class FeasibleSet:
         end of a sentence."""
         if self.clear is None:
             return ""
-        wired = [] if link else [self._wired(s.link) for s in self.segments]
+        each = () if link else self.segments
+        wired = [most_wired(self.scene, self.ring(s.link, 1)) for s in each]
         few = [n for n in wired if n is not None and n < self.scene.rules.sensors[1]]
         least = f" (electronics: at most {min(few)} sensors on a ring)" if few else ""
         links = (
@@ -164,10 +157,6 @@ class FeasibleSet:
         )
         why = "; ".join(text for x in links if (text := self.clear.why(x, self.radii[x])))
         return least + (f" (rules.mount is real: {why})" if why else "")
-
-    def _wired(self, link: str) -> int | None:
-        """Return the largest sensor count of a ring on ``link`` by its electronics; None: any."""
-        return most_wired(self.scene, self.ring(link, 1))
 
     def _check_electronics(self) -> None:
         """Refuse a search in which no ring can carry the fewest sensors.
@@ -268,9 +257,9 @@ class FeasibleSet:
 
     def ring(self, link: str, count: int) -> Ring:
         """Return a new ring of ``count`` sensors at the start of ``link``."""
-        like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
-        ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
-        return ring if like is None else replace(ring, sensor=like.sensor)
+        own = self.scene.sensor_of(link)
+        sensor = next((r.sensor for r in self._given if r.link == link), own)
+        return Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], sensor)
 
 
 def segment_length(scene: CoreScene, s: Segment) -> float:

@@ -161,19 +161,5 @@ def test_rings_in_python(monkeypatch):
     scene = pr.Scene(occlusion="ignore", rules=pr.Rules(mount="free"))
     result = pr.search(scene, sensors=20, rings=3, voxel=0.1)
     assert (len(result.setup.rings), result.setup.sensors) == (3, 20)
-    for wrong, says in (
-        ({"rings": 3, "rings_per_link": 2}, r"rings: found 3 .*rings_per_link 2"),
-        ({"fewest_rings": True}, "fewest_rings: .*sensors"),
-        ({"fewest_rings": True, "sensors": 9, "rings": 2}, "fewest_rings: .*rings 2"),
-        ({"fewest_rings": True, "reach": 9.0}, "fewest_rings: .*reach 9"),
-        ({"within": 1.0}, "within: found 1.*sensors"),
-        ({"within": 1.0, "sensors": 9, "any_rings": True}, "within: .*any_rings"),
-        ({"any_rings": True}, "any_rings: .*sensors"),
-        ({"any_rings": True, "sensors": 9, "rings": 2}, "any_rings: .*rings 2"),
-        ({"any_rings": True, "sensors": 9, "fewest_rings": True}, "fewest_rings: .*any_rings"),
-        ({"within": -1.0, "fewest_rings": True, "sensors": 9}, "within: found -1"),
-        ({"rings": 0}, "rings: found 0"),
-        ({"rings": 4, "sensors": 8}, "8 sensors .*4 rings"),
-    ):
-        with pytest.raises(ValueError, match=says):
-            pr.search(scene, **wrong)
+    with pytest.raises(ValueError, match=r"8 sensors .*4 rings"):
+        pr.search(scene, rings=4, sensors=8)

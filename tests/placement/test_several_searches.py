@@ -362,11 +362,3 @@ def test_each_search_is_the_one_with_its_seed_and_the_command_shows_all(run, tmp
     for one in record:
         assert one["exact_percent"] == pytest.approx(100 * both.searched[one["seed"]])
         assert f"{one['seed']}: {one['exact_percent']:.2f}" in out
-
-
-@pytest.mark.parametrize("more", [{"reach": 50}, {"sensors": 20}])
-def test_searches_for_the_fewest_are_not_repeated(more):
-    with pytest.raises(pr.InputError, match=r"searches: found 2.*any_rings"):
-        pr.search(searches=2, **more)
-    with pytest.raises(pr.InputError, match="searches: found 0"):
-        pr.search(searches=0)
