@@ -38,7 +38,8 @@ def test_an_example_is_a_valid_command(line):
 
 @pytest.mark.parametrize("name", [None, *COMMANDS])
 def test_every_option_is_explained(name):
-    collection = (app if name is None else app[name]).assemble_argument_collection(parse_docstring=True)
+    command = app if name is None else app[name]
+    collection = command.assemble_argument_collection(parse_docstring=True)
     for argument in collection:
         if argument.show:
             text = argument.parameter.help or ""
