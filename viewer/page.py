@@ -20,13 +20,12 @@ from .closing import closing
 from .controls import STEPS, Controls
 from .cut import BEHIND, CUTS, NONE, facing
 from .drawn_parts import SHOWN_CONES
-from .guarded_state import GuardedState
 from .link_state import read_query
 from .long_task import LongTask
 from .page_drawing import PageDrawing
 from .page_edits import PageEdits, finite
 from .page_files import PageFiles
-from .page_state import PageState
+from .page_state import GuardedState, PageState
 from .page_tasks import PageTasks
 from .playback import Player
 from .ring_controls import RingControls

@@ -7,8 +7,8 @@ from typing import Any
 from .control_values import set_value
 from .controls import STEPS, UNDO, Controls
 from .edited_setup import EditedSetup
-from .guarded_state import GuardedState
 from .history import Version
+from .page_state import GuardedState
 from .ring_controls import NO_PRESET, POSITIONS
 from .session import ViewerSession
 

@@ -14,8 +14,7 @@ from ..objectives.scene import CoreScene
 from ..reporting.text import with_error
 from .controls import Controls
 from .html import UNBUILDABLE
-from .jobs import Job
-from .long_task import LongTask
+from .long_task import Job, LongTask
 from .saving import file_named, save
 from .snapshot import picture
 from .tasks import prove

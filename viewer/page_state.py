@@ -1,6 +1,9 @@
-"""What one page shows and edits, without a browser: setups with their histories, and the view."""
+"""What one page shows and edits, without a browser: setups with their histories, and the view; and
+its lock, as callbacks come from several threads."""
 
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -167,3 +170,24 @@ class PageState:
             self.edit(lambda draft: draft.arranged(rings))
         self.choose(**what)
         self.dark = self.dark if link.dark is None else link.dark
+
+
+class GuardedState:
+    """The state of one page, which one thread at a time reads or changes."""
+
+    def __init__(self, state: PageState) -> None:
+        self._lock = threading.RLock()
+        self.state = state
+        """The state; for changes, and for several values of one moment, see ``held``."""
+
+    @contextmanager
+    def held(self) -> Iterator[PageState]:
+        """Hold the lock, and yield the state."""
+        with self._lock:
+            yield self.state
+
+    def snapshot(self) -> PageState:
+        """Return a copy that later changes leave as it is."""
+        with self._lock:
+            histories = [history.frozen() for history in self.state.histories]
+            return replace(self.state, histories=histories)

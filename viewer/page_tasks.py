@@ -9,11 +9,10 @@ from ..coverage.rings.ring import Setup
 from ..objectives.scene import CoreScene
 from . import html as words
 from .controls import Controls
-from .guarded_state import GuardedState
-from .jobs import Job
-from .long_task import LongTask
+from .long_task import Job, LongTask
 from .page_drawing import PageDrawing
 from .page_files import PageFiles
+from .page_state import GuardedState
 from .session import ViewerSession
 from .tasks import SearchAnswer, prove, search_from
 

@@ -39,7 +39,7 @@ from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_items import Dots, DrawnMesh, Edges
 from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
-from place_rings.viewer.jobs import Job, JobStoppedError
+from place_rings.viewer.long_task import Job, JobStoppedError
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from place_rings.viewer.robot_surface import read_skin
 from place_rings.viewer.saving import file_named, save
