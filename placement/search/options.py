@@ -64,6 +64,9 @@ class SearchOptions(Options):
     """Use an accelerator where JAX finds one (auto), demand one (gpu), or do without (cpu). It
     serves searches of rings with given links and counts, for at most four pairs of a
     target and a pose."""
+    effort: Annotated[float, Number("0.1 to 100", ge=0.1, le=100)] = 1.0
+    """Number of candidates of the global stage, as a multiple of the usual one: 0.2 for a quick
+    look, 3 for the last tenth of a point where the search chooses the rings. Time grows with it."""
     seed: Seed = 0
     """Random seed; the same seed gives the same answer."""
     searches: Annotated[int, Whole(1, 1000)] = 1

@@ -2,6 +2,7 @@
 count as the verdict among the best candidates."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,7 +51,8 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
     """
     keep_freed_memory()
     began, seed, brake = time.monotonic(), options.seed, context.brake
-    schedule = context.schedule or usual(context.scene, space, context.aim)
+    usual_rounds = context.schedule or usual(context.scene, space, context.aim)
+    schedule = tuple(replace(r, keep=max(round(options.effort * r.keep), 1)) for r in usual_rounds)
     rng = np.random.default_rng((seed, 1))
     given = (*papers(space), *(fitted(space, setup) for setup in options.start))
     made = (feasible(space, c, rng) for c in given if c is not None)
