@@ -94,12 +94,12 @@ def test_same_seed_same_answer(scene, found):
     assert (again.sampled, again.exact) == (found.sampled, found.exact)
 
 
-@pytest.mark.parametrize("effort", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("effort", [0.1, 2.0, 3.0])
 def test_effort_multiplies_the_candidates(scene, found, effort):
     space = Space(scene, ring_layout(scene, 2, 6))
     other = search(space, seed=3, schedule=SHORT, voxel=0.05, effort=effort)
-    usual = found.statistics.starts
-    assert other.statistics.starts == max(round(effort * usual), 1)
+    usual, known = found.statistics.starts, 3  # layouts of the paper always start
+    assert other.statistics.starts == max(round(effort * usual), known)
     assert other.sampled is not None
     assert other.setup.sensors == found.setup.sensors
 
