@@ -117,7 +117,7 @@ def setups_of(scene, count):
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize("floor", [0.0, 0.9])
 def test_the_best_worst_pose_is_found_though_most_setups_are_counted_at_few_poses(floor):
-    goals = (replace(GOALS[0], at_least=floor), GOALS[1])
+    goals = (replace(GOALS[0], at_least_percent=100 * floor), GOALS[1])
     scene = scene_of(6, targets=goals, over_poses="worst")
     setups, verifier = setups_of(scene, 5), Verifier(scene, 0.1)
     judged = [verifier.judge(s) for s in setups]
