@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 from common import cone_task, medians, say, table
-from place_rings.coverage.occlusion.first_return import Beam, capsule_in_beam
 from place_rings.coverage.occlusion.shadows import CapsuleShadows
 from place_rings.coverage.ring_views.beam_membership import in_beam
 from place_rings.coverage.ring_views.line_of_sight import LinkOccluders
-from place_rings.coverage.ring_views.sightlines import first_returns
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.base import Parts
 from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
@@ -66,32 +64,19 @@ def bitmask_paths(rng: np.random.Generator, count: int) -> list[Paths]:
     ]
 
 
-def body_paths(rng: np.random.Generator, count: int) -> list[Paths]:
-    """Return lines of sight and first returns past capsules."""
+def body_paths(rng: np.random.Generator, count: int) -> Paths:
+    """Return lines of sight past capsules."""
     start, end = rng.uniform(-0.4, 0.4, (2, count, 3))
     apex, points = start + np.array([0.0, 0.0, 0.6]), rng.uniform(-1, 1, (count, 3))
     thick, number = np.full(count, 0.06), np.arange(count)[:, None]
     flat = (start, end, thick, apex, points - apex)
     a, b, r, eye, way = (np.asarray(v, np.float32) for v in flat)
     past = LinkOccluders(a, b, r, number, (), np.zeros((count, 0), int), False)
-    axis = -apex / np.linalg.norm(apex, axis=1)[:, None]
-    looks = Beam(apex, axis, np.full(count, 0.3), np.full(count, 1.5))
-    narrow = Beam(*(np.asarray(v, np.float32) for v in looks))
-    few = slice(0, count // 16)
-    return [
-        (
-            *("`LinkOccluders.clear`, 32 bits", "`behind` of `capsule_shadow`", count),
-            lambda: past.clear(list(eye.T), list(way.T), np.arange(count)),
-            lambda: behind(points, capsule_shadow(apex, start, end, thick)) > 0,
-        ),
-        (
-            *("`first_returns`, 32 bits", "`capsule_in_beam`", count // 16),
-            lambda: first_returns(Beam(*(v[few] for v in narrow)), a[few], b[few], r[few]),
-            lambda: capsule_in_beam(
-                Beam(*(v[few] for v in looks)), start[few], end[few], thick[few]
-            ),
-        ),
-    ]
+    return (
+        *("`LinkOccluders.clear`, 32 bits", "`behind` of `capsule_shadow`", count),
+        lambda: past.clear(list(eye.T), list(way.T), np.arange(count)),
+        lambda: behind(points, capsule_shadow(apex, start, end, thick)) > 0,
+    )
 
 
 def tube_paths(rng: np.random.Generator, count: int) -> Paths:
@@ -109,8 +94,8 @@ def tube_paths(rng: np.random.Generator, count: int) -> Paths:
 def report(full: bool) -> list[str]:
     """Measure each path beside its definition and return blocks of Markdown."""
     rng, count, rows = np.random.default_rng(0), 1 << (20 if full else 17), []
-    paths = [beam_paths(rng, count), *bitmask_paths(rng, count), *body_paths(rng, count)]
-    for fast, slow, items, quickly, plainly in [*paths, tube_paths(rng, count)]:
+    paths = [make(rng, count) for make in (beam_paths, body_paths, tube_paths)]
+    for fast, slow, items, quickly, plainly in [*bitmask_paths(rng, count), *paths]:
         times = medians({"fast": quickly, "slow": plainly})
         a, b = (1e9 * times[name][1] / items for name in ("fast", "slow"))
         rows.append((fast, slow, f"{items:,}", f"{a:.0f}", f"{b:.0f}", f"{b / a:.1f}"))

@@ -183,7 +183,12 @@ def _still(arrays: Any) -> Any:
 
 
 def capsule_in_beam(
-    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
+    beam: Beam,
+    start: Array,
+    end: Array,
+    radius: Numbers,
+    margin: float = 0.0,
+    rounds: int = _ROUNDS,
 ) -> tuple[Any, Any]:
     """Return the nearest point to the apex of a capsule's part in a cone, and the gap between them.
 
@@ -192,6 +197,7 @@ def capsule_in_beam(
         start, end: ends of the axis, (..., 3) m.
         radius: (...) m. All broadcast.
         margin: m and rad, by which cone and capsule are widened.
+        rounds: see ``capsule_places``; one suffices for the precision of 32 bits.
 
     Returns:
         distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or the
@@ -200,7 +206,7 @@ def capsule_in_beam(
     """
     xp = namespace(beam.apex)
     beam, radius = _widened(beam, radius, margin)
-    places = capsule_places(beam, start, end, radius, _ROUNDS)
+    places = capsule_places(beam, start, end, radius, rounds)
     distance, gap = capsule_return(beam, start, end, radius, places)
     return xp.where(gap <= 0, distance, xp.inf), gap
 
