@@ -58,8 +58,8 @@ class Beams(Parts):
         """
         if np.ndim(index) == 0:
             for shadows in self.shadows:
-                for entry in range(shadows.first[index], shadows.first[int(index) + 1]):
-                    value = np.maximum(value, -shadows.behind(points, entry))
+                for number in range(shadows.first[index], shadows.first[int(index) + 1]):
+                    value = np.maximum(value, -shadows.behind(points, number))
             return value
         assert not isinstance(index, int)
         value = value.copy()

@@ -44,7 +44,7 @@ class Shadows(ABC):
         visible."""
 
     def ranks(
-        self, index: Int[np.ndarray, " P"], live: Callable[[], Any] = lambda: True
+        self, index: Int[Array, " P"], live: Callable[[], Any] = lambda: True
     ) -> Iterator[tuple[Int[np.ndarray, " N"], Int[np.ndarray, " N"]]]:
         """Yield, for the first, the second, ... shadow of sensors ``index`` (P,), the pairs that
         have it and for which ``live`` is still true, and the shadows' numbers."""
@@ -125,11 +125,12 @@ class PolyhedronShadows(Shadows):
     def of(
         met: Bool[np.ndarray, "S O"],
         first: Int[np.ndarray, " K1"],
-        planes: Sequence[tuple[np.ndarray, np.ndarray]],
+        planes: Sequence[tuple[Array, Array]],
     ) -> "PolyhedronShadows":
         """Return the shadows of obstacles in the beams that they meet, of the ``planes`` of each:
         normals (S, F, 3) and offsets (S, F) m, padded with ``NOWHERE``."""
-        each = [(planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)]
+        pairs = zip(*np.nonzero(met), strict=True)
+        each = [tuple(np.asarray(a)[s] for a in planes[o]) for s, o in pairs]
         real = [offset < NOWHERE / 10 for _, offset in each]
         most = max((int(kept.sum()) for kept in real), default=1)
         normal, offset = np.zeros((len(each), most, 3)), np.full((len(each), most), NOWHERE)
