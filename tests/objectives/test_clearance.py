@@ -405,7 +405,7 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     scene = read_scene(tmp_path / "scene.toml")
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
-    assert SceneModel.from_domain(scene).to_domain().limits == scene.mounts
+    assert SceneModel.from_domain(scene).to_domain().mounts == scene.mounts
     real = replace(scene, occlusion="shadow", radius_stated=False)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
