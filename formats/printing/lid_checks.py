@@ -1,7 +1,5 @@
 """Measurements of the lids of a printed ring with their limits."""
 
-from manifold3d import Manifold
-
 from ...coverage.rings.ring_envelope import Envelope
 from ...coverage.sensors.lids import MARGIN
 from ..schema.print_models import PrintCheck
@@ -9,15 +7,17 @@ from .lids import lid_solid
 from .primitives import union
 from .print_checks import (
     NEAR,
-    NOTHING,
+    at_least,
+    at_most,
     least_wall,
     neighbours,
+    nothing,
     open_edges,
     overhang,
-    print_check,
+    pieces,
     read_stl,
 )
-from .print_plan import MM, PrintPlan
+from .print_plan import PrintPlan
 from .ring_solids import Assembly, envelope_solid
 
 
@@ -37,42 +37,16 @@ def check_lids(
     boards = union([*made.boards, *made.plugs])
     one = lid_solid(plan)
     return [
-        print_check("open edges in the file of a lid", float(open_edges(mesh)), "", most=0.0),
-        print_check("separate pieces of a lid", float(len(one.decompose())), "", most=1.0),
-        print_check("least wall of a lid", least_wall(one), "mm", least=MM * p.least_wall),
-        print_check(
-            "overhang of a lid beyond 45°", 100 * overhang(mesh), "%", most=100 * p.overhang
-        ),
-        print_check("overlap of lids and ring", _overlap(covers, ring), "mm³", most=NOTHING),
-        print_check("overlap of lids and boards", _overlap(covers, boards), "mm³", most=NOTHING),
-        print_check("distance between lids", neighbours(made.lids), "mm", least=MM * p.clearance),
-        print_check(
-            "distance from lids to bolts",
-            covers.min_gap(made.bolts, NEAR),
-            "mm",
-            least=MM * p.clearance,
-        ),
-        print_check(
-            "distance from lids to link", covers.min_gap(made.link, NEAR), "mm", least=MM * p.slack
-        ),
-        print_check(
-            "distance from beams to lids", made.beams.min_gap(lids, NEAR), "mm", least=MM * MARGIN
-        ),
-        print_check(
-            "overlap of beams with lids and screws",
-            _overlap(made.beams, covers),
-            "mm³",
-            most=NOTHING,
-        ),
-        print_check(
-            "volume of lids outside the envelope",
-            (covers - envelope_solid(plan, envelope)).volume(),
-            "mm³",
-            most=NOTHING,
-        ),
+        at_most("open edges in the file of a lid", open_edges(mesh), "", 0.0),
+        at_most("separate pieces of a lid", pieces(one), "", 1.0),
+        at_least("least wall of a lid", least_wall(one), p.least_wall),
+        at_most("overhang of a lid beyond 45°", 100 * overhang(mesh), "%", 100 * p.overhang),
+        nothing("overlap of lids and ring", covers ^ ring),
+        nothing("overlap of lids and boards", covers ^ boards),
+        at_least("distance between lids", neighbours(made.lids), p.clearance),
+        at_least("distance from lids to bolts", covers.min_gap(made.bolts, NEAR), p.clearance),
+        at_least("distance from lids to link", covers.min_gap(made.link, NEAR), p.slack),
+        at_least("distance from beams to lids", made.beams.min_gap(lids, NEAR), MARGIN),
+        nothing("overlap of beams with lids and screws", made.beams ^ covers),
+        nothing("volume of lids outside the envelope", covers - envelope_solid(plan, envelope)),
     ]
-
-
-def _overlap(one: Manifold, other: Manifold) -> float:
-    """Return the volume, mm³, that two solids have in common."""
-    return float((one ^ other).volume())

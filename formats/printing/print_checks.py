@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from manifold3d import Manifold
 
 from ...coverage.rings.ring_envelope import Envelope
@@ -109,20 +109,13 @@ def least_wall(solid: Manifold, seed: int = 0) -> float:
     within 20 degrees."""
     mesh = solid.to_mesh()
     surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
-    points, faces = _sample(surface, seed)
+    points, faces = map(np.asarray, trimesh.sample.sample_surface(surface, _RAYS, seed=seed))
     normals, least = surface.face_normals[faces], math.inf
     for point, normal in zip(points, normals, strict=True):
         for hit in solid.ray_cast(tuple(point - _IN * normal), tuple(point - _FAR * normal))[:1]:
             if float(np.dot(hit.normal, normal)) < -_PARALLEL:
                 least = min(least, hit.distance * (_FAR - _IN) + _IN)
     return least
-
-
-def _sample(
-    surface: trimesh.Trimesh, seed: int
-) -> tuple[Float[np.ndarray, "N 3"], Int[np.ndarray, " N"]]:
-    points, faces = trimesh.sample.sample_surface(surface, _RAYS, seed=seed)
-    return np.asarray(points), np.asarray(faces)
 
 
 def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
@@ -154,40 +147,18 @@ def _of_parts(plan: PrintPlan, made: Assembly, files: Sequence[bytes]) -> list[P
     hull = sum(part.hull().volume() for part in made.parts)
     volume = float(sum(mesh.volume for mesh in meshes))
     return [
-        print_check(
-            "open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0
-        ),
-        print_check(
-            "separate pieces of a part",
-            float(max(len(part.decompose()) for part in made.parts)),
-            "",
-            most=1.0,
-        ),
-        print_check("volume of all parts", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
-        print_check(
+        at_most("open edges in the files", sum(open_edges(m) for m in meshes), "", 0.0),
+        at_most("separate pieces of a part", max(map(pieces, made.parts)), "", 1.0),
+        print_check("volume of all parts", volume / 1000, "cm³", 1e-3, hull / 1000),
+        at_most(
             "volume error of the files",
             abs(volume - sum(part.volume() for part in made.parts)) / volume * 100,
             "%",
-            most=0.1,
+            0.1,
         ),
-        print_check(
-            "overhang beyond 45°",
-            100 * max(overhang(m) for m in meshes),
-            "%",
-            most=100 * p.overhang,
-        ),
-        print_check(
-            "least wall",
-            min(least_wall(part) for part in made.parts),
-            "mm",
-            least=MM * p.least_wall,
-        ),
-        print_check(
-            "wall behind the lettering",
-            _behind(plan, made),
-            "mm",
-            least=MM * p.least_wall,
-        ),
+        at_most("overhang beyond 45°", 100 * max(map(overhang, meshes)), "%", 100 * p.overhang),
+        at_least("least wall", min(map(least_wall, made.parts)), p.least_wall),
+        at_least("wall behind the lettering", _behind(plan, made), p.least_wall),
     ]
 
 
@@ -197,47 +168,20 @@ def _of_assembly(plan: PrintPlan, made: Assembly, envelope: Envelope) -> list[Pr
     plastic, inside = union(made.parts), envelope_solid(plan, envelope)
     solid = plastic + made.bolts
     return [
-        print_check("overlap of two parts", _shared(made.parts), "mm³", most=NOTHING),
-        print_check(
-            "overlap of bolts and parts", (made.bolts ^ plastic).volume(), "mm³", most=NOTHING
-        ),
-        print_check(
-            "distance between boards",
-            neighbours(made.boards),
-            "mm",
-            least=MM * min(p.clearance, p.wall),
-        ),
-        print_check(
-            "distance from boards to bolts",
-            boards.min_gap(made.bolts, NEAR),
-            "mm",
-            least=MM * p.clearance,
-        ),
-        print_check(
-            "distance from boards to link",
-            boards.min_gap(made.link, NEAR),
-            "mm",
-            least=MM * p.slack,
-        ),
-        print_check(
-            "volume outside the envelope",
-            (solid + boards - inside).volume(),
-            "mm³",
-            most=NOTHING,
-        ),
-        print_check("overlap of boards and ring", (boards ^ solid).volume(), "mm³", most=NOTHING),
-        print_check("overlap of link and ring", (made.link ^ solid).volume(), "mm³", most=NOTHING),
-        print_check(
-            "overlap of beams with ring, bolts and boards",
-            (made.beams ^ (solid + boards)).volume(),
-            "mm³",
-            most=NOTHING,
-        ),
-        print_check(
+        at_most("overlap of two parts", _shared(made.parts), "mm³", NOTHING),
+        nothing("overlap of bolts and parts", made.bolts ^ plastic),
+        at_least("distance between boards", neighbours(made.boards), min(p.clearance, p.wall)),
+        at_least("distance from boards to bolts", boards.min_gap(made.bolts, NEAR), p.clearance),
+        at_least("distance from boards to link", boards.min_gap(made.link, NEAR), p.slack),
+        nothing("volume outside the envelope", solid + boards - inside),
+        nothing("overlap of boards and ring", boards ^ solid),
+        nothing("overlap of link and ring", made.link ^ solid),
+        nothing("overlap of beams with ring, bolts and boards", made.beams ^ (solid + boards)),
+        at_most(
             "distance from lenses to apexes",
             max(lens_of(b, plan, k) for k, b in enumerate(made.boards)),
             "mm",
-            most=1e-3,
+            1e-3,
         ),
     ]
 
@@ -255,13 +199,30 @@ def _shared(parts: list[Manifold]) -> float:
     return float(max((a ^ b).volume() for a, b in itertools.combinations(parts, 2)))
 
 
+def pieces(solid: Manifold) -> int:
+    """Return the number of separate pieces of a solid."""
+    return len(solid.decompose())
+
+
+def at_least(name: str, measured: float, least: float) -> PrintCheck:
+    """Return a length, mm, with the smallest allowed one, m."""
+    return print_check(name, measured, "mm", least=MM * least)
+
+
+def at_most(name: str, measured: float, unit: str, most: float) -> PrintCheck:
+    """Return a measurement with its largest allowed value."""
+    return print_check(name, measured, unit, most=most)
+
+
+def nothing(name: str, solid: Manifold) -> PrintCheck:
+    """Return the volume, mm³, of a solid that should be empty."""
+    return print_check(name, solid.volume(), "mm³", most=NOTHING)
+
+
 def print_check(
     name: str, measured: float, unit: str, least: float | None = None, most: float | None = None
 ) -> PrintCheck:
     """Return a measurement with its smallest and largest allowed value, judged to within 1e-6."""
-    holds = (least is None or measured >= least - 1e-6) and (
-        most is None or measured <= most + 1e-6
-    )
-    return PrintCheck(
-        name=name, measured=round(measured, 9) + 0.0, least=least, most=most, unit=unit, holds=holds
-    )
+    low, high = (-math.inf if least is None else least), (math.inf if most is None else most)
+    value, holds = round(float(measured), 9) + 0.0, low - 1e-6 <= measured <= high + 1e-6
+    return PrintCheck(name=name, measured=value, least=least, most=most, unit=unit, holds=holds)

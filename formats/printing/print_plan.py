@@ -7,11 +7,12 @@ so that the halves separate along y. ``T_ring_print`` rotates the print frame to
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.clamp import Bolt, clamp_of
+from ...coverage.rings.clamp import Bolt, Clamp, clamp_of
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing
@@ -23,92 +24,58 @@ from ...objectives.scene import CoreScene
 MM = 1000.0  # millimetres in a metre
 _BODILESS = 'rings have no bodies in its scene: search without --paper and rules.mount = "free"'
 _BESIDE = 0.001  # m, largest distance of a ring's axis from that of the link's tube
-# lengths of a clamp that a plan states in millimetres
-_LENGTHS = (
-    "radius",
-    "link",
-    "bore",
-    "collar",
-    "inner",
-    "low",
-    "top",
-    "across",
-    "reach",
-    "ear",
-    "seat",
-    "rim",
-    "front",
-    "wall",
-    "half",
-    "outermost",
-)
 
 
 class UnbuildableError(ValueError):
     """Raised for a ring that cannot be printed; the message states the reason and a remedy."""
 
 
+def _mm(key: str) -> Any:
+    """Return a property of a plan: a length of its clamp, or several, in millimetres."""
+    return property(lambda plan: (MM * np.array(getattr(plan.clamp, key))).tolist())
+
+
 @dataclass(frozen=True)
 class PrintPlan:
-    """A ring to be printed, mm."""
+    """A ring to be printed: its clamp in millimetres, and how it is divided."""
 
     ring: Ring
     """The ring."""
     printing: Printing
     """Printing parameters."""
-    pocket: Pocket
-    """Pocket of each board, m."""
+    clamp: Clamp
+    """The clamp, m; the properties of the same names are in millimetres."""
     angles: Float[np.ndarray, " n"]
     """Azimuths of the sensors, rad."""
-    tilt: float
-    """Tilt, rad, not negative."""
-    radius: float
-    """Radius of the circle of lenses."""
-    link: float
-    """Radius of the link."""
-    bore: float
-    """Radius of the hole for the link."""
-    collar: float
-    """Outer radius of the band around the hole."""
-    inner: float
-    """Least radius of the pockets."""
-    low: float
-    """Lower end of the sensors' zone."""
-    top: float
-    """Upper end of the sensors' zone."""
-    lug: tuple[float, float]
-    """Lower and upper end of the bolts' zone."""
-    across: float
-    """Distance of the bolts' axes from the link's axis."""
-    reach: float
-    """Extent of a lug from the split."""
-    ear: float
-    """Distance of a lug's outer end from the link's axis."""
-    seat: float
-    """Distance from the lens back to a board's rear face."""
-    rim: float
-    """Distance from the lens back to the ring's front."""
-    front: float
-    """Depth in front of a lens that the ring leaves free."""
-    wall: float
-    """Thickness of load-bearing walls."""
-    half: float
-    """Half the width of a block that carries a board."""
-    outermost: float
-    """Distance of a block's outer end from the ring's axis."""
-    lean: float
-    """Angle by which the split deviates from the plane y = 0 on either side for an odd number of
-    sensors, rad."""
-    groove: tuple[float, float]
-    """Inner and outer radius of the cable channel."""
-    bolt: Bolt
-    """The bolts."""
     T_ring_print: Float[np.ndarray, "3 3"]
     """Rotation from the print frame to the ring's frame."""
     joints: Float[np.ndarray, " m"]
     """Azimuths of the joints between the parts, rad, ascending; part i follows joint i."""
+    lean: float = 0.0
+    """Angle by which the split deviates from the plane y = 0 on either side for an odd number of
+    sensors, rad."""
     label: str = ""
     """Text on the parts, without the letter of each; empty: none."""
+
+    radius, link, bore, collar, inner = map(_mm, ("radius", "link", "bore", "collar", "inner"))
+    low, top, lug, across, reach = map(_mm, ("low", "top", "lug", "across", "reach"))
+    ear, seat, rim, front, wall = map(_mm, ("ear", "seat", "rim", "front", "wall"))
+    half, outermost, groove = map(_mm, ("half", "outermost", "groove"))
+
+    @property
+    def pocket(self) -> Pocket:
+        """Pocket of each board, m."""
+        return self.clamp.pocket
+
+    @property
+    def tilt(self) -> float:
+        """Tilt, rad, not negative."""
+        return self.clamp.tilt
+
+    @property
+    def bolt(self) -> Bolt:
+        """The bolts."""
+        return self.clamp.bolt.scaled(MM)
 
     @property
     def arcs(self) -> list[tuple[float, float]]:
@@ -145,20 +112,8 @@ def plan_ring(
     turn = _split(angles)
     R = np.eye(3)
     R[:2, :2] = _rotation(-turn)
-    plan = PrintPlan(
-        ring=ring,
-        printing=printing,
-        pocket=clamp.pocket,
-        angles=angles + turn,
-        tilt=clamp.tilt,
-        lean=0.0,
-        bolt=clamp.bolt.scaled(MM),
-        T_ring_print=np.diag([1.0, flip, flip]) @ R,
-        lug=(MM * clamp.lug[0], MM * clamp.lug[1]),
-        groove=(MM * clamp.groove[0], MM * clamp.groove[1]),
-        joints=np.array([0.0, math.pi]),
-        **{key: MM * getattr(clamp, key) for key in _LENGTHS},
-    )
+    T_ring_print, joints = np.diag([1.0, flip, flip]) @ R, np.array([0.0, math.pi])
+    plan = PrintPlan(ring, printing, clamp, angles + turn, T_ring_print, joints)
     if parts == 2:
         return replace(plan, lean=_lean(plan))
     return replace(plan, joints=_joints(plan, parts))
