@@ -1,8 +1,9 @@
 """Reader of the meshes that a scene names: obstacles, and what is attached to the robot."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from .schema.obstacle_models import ObstacleModel
 from .stand_ins import refuse_stand_in
 
 MESHES = ("stl", "ply", "off", "obj")
+Model = TypeVar("Model", bound=ConvexModel)
 _PIECES = 64  # most separate parts of a mesh
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
@@ -39,15 +41,9 @@ def with_meshes(
     Raises:
         UserError: if a mesh cannot be used.
     """
-    obstacles = list(scene.obstacles)
-    for i, model in enumerate(models):
-        if model.file is None:
-            continue
-        key = f"{where}[{i}].file"
-        path, data = read(key, model.file)
-        parts = _parts(model, key, path, data)
-        obstacles += map(turned_obstacle, parts) if turn else parts
-    return replace(scene, obstacles=tuple(obstacles))
+    parts = [part for _, part in _all_parts(models, where, read)]
+    parts = [turned_obstacle(part) for part in parts] if turn else parts
+    return replace(scene, obstacles=(*scene.obstacles, *parts))
 
 
 def with_attached_meshes(
@@ -55,19 +51,24 @@ def with_attached_meshes(
 ) -> CoreScene:
     """Return ``scene`` with the attached meshes of its file; each connected part counts by its
     convex hull. For arguments and errors see ``with_meshes``."""
-    if not any(model.file for model in models):
+    attached = [
+        Attached(part.name, model.link, part.body, {**part.keys, "link": model.link}, part.hulled)
+        for model, part in _all_parts(models, where, read)
+    ]
+    if not attached:
         return scene
-    attached = list(scene.robot.attached)
+    attached = [turned_attached(part) for part in attached] if turn else attached
+    robot = scene.robot.with_attached((*scene.robot.attached, *attached))
+    return replace(scene, robot=robot)
+
+
+def _all_parts(models: Sequence[Model], where: str, read: Any) -> Iterator[tuple[Model, Obstacle]]:
+    """Yield the connected parts of all meshes, each with the table that names its mesh."""
     for i, model in enumerate(models):
-        if model.file is None:
-            continue
-        key = f"{where}[{i}].file"
-        path, data = read(key, model.file)
-        for part in _parts(model, key, path, data):
-            keys = {**part.keys, "link": model.link}
-            one = Attached(part.name, model.link, part.body, keys, part.hulled)
-            attached.append(turned_attached(one) if turn else one)
-    return replace(scene, robot=scene.robot.with_attached(tuple(attached)))
+        if model.file is not None:
+            key = f"{where}[{i}].file"
+            for part in _parts(model, key, *read(key, model.file)):
+                yield model, part
 
 
 def mesh_in(where: str, name: str | None, data: bytes) -> Any:

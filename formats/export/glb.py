@@ -16,7 +16,7 @@ from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
-from ..robots.urdf_matching import find_robot, plain_names
+from ..robots.urdf_matching import plain_names
 from .glb_animation import animated
 from .palette import COVERED_ONCE, OBSTACLE, ROBOT, SENSOR, UNCOVERED, link_colours
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
@@ -148,13 +148,11 @@ def _add(scene: Any, placed: PlacedSetup, nodes: tuple[str, ...], part: _Part) -
 
 def _robot(placed: PlacedSetup) -> Iterator[_Part]:
     """Yield meshes at the pose: those of the user's URDF if there is one, else the bodies."""
-    if placed.urdf is not None:
-        meshes, picked = (
-            Meshes(placed.urdf.path, placed.packages, placed.package, placed.urdf.addresses),
-            find_robot(placed.urdf, placed.scene.robot),
-        )
-        names = plain_names(c.link.name for c in picked.carried)
-        for carried, name in zip(picked.carried, names, strict=True):
+    if placed.picked is not None:
+        urdf, parts = placed.picked.urdf, placed.picked.carried
+        meshes = Meshes(urdf.path, placed.packages, placed.package, urdf.addresses)
+        names = plain_names(c.link.name for c in parts)
+        for carried, name in zip(parts, names, strict=True):
             triangles = meshes.surface(carried, "visual")
             T = placed.T_base_frame[carried.frame] if carried.frame != BASE else placed.T_base_root
             if len(triangles):

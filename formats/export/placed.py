@@ -14,6 +14,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import CoreScene
+from ..robots.urdf_folding import Picked
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..robots.urdf_model import Urdf
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
@@ -78,17 +79,22 @@ class PlacedSetup:
         return len(chain) - 1, chain.origin[-1] @ T_frame_part
 
     @cached_property
+    def picked(self) -> Picked | None:
+        """The robot's chain in the user's URDF; None without one.
+
+        Raises:
+            UserError: if the URDF describes another robot.
+        """
+        return None if self.urdf is None else find_robot(self.urdf, self.scene.robot)
+
+    @cached_property
     def links(self) -> tuple[str, ...]:
         """Links that the joints move: those of the user's URDF, or generated names.
 
         Raises:
             UserError: if the URDF describes another robot.
         """
-        return (
-            self.link_names
-            if self.urdf is None
-            else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
-        )
+        return self.link_names if self.picked is None else moved_links(self.picked)[1:]
 
     def carrier(self, joint: int) -> str:
         """Return the name of the link that a joint moves or, for ``BASE``, of the base's link.
@@ -98,17 +104,15 @@ class PlacedSetup:
         """
         if joint != BASE:
             return self.links[joint]
-        if self.urdf is None:
-            return BASE_LINK
-        return moved_links(find_robot(self.urdf, self.scene.robot))[0]
+        return BASE_LINK if self.picked is None else self.picked.base
 
     @cached_property
     def T_base_root(self) -> Float[np.ndarray, "4 4"]:
         """Frame (4, 4) m of the link that holds the first joint, which a user's URDF may place
         elsewhere than the scene's base."""
-        if self.urdf is None:
+        if self.picked is None:
             return np.eye(4)
-        origin = find_robot(self.urdf, self.scene.robot).chain.origin[0]
+        origin = self.picked.chain.origin[0]
         T: np.ndarray = self.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
         return T
 

@@ -5,7 +5,6 @@ import itertools
 import xml.etree.ElementTree as ET
 
 from ...coverage.robots.robot import BASE
-from ..robots.urdf_matching import find_robot
 from .link_contacts import LinkSolid, contacts, link_solids, ring_solid, sampled_frames
 from .markup import document, words
 from .placed import TCP_LINK, PlacedSetup
@@ -25,14 +24,14 @@ def srdf(placed: PlacedSetup) -> dict[str, bytes]:
     Raises:
         UserError: if the user's URDF lacks the robot's chain.
     """
-    own = placed.urdf
+    own, picked = placed.urdf, placed.picked
     root = ET.Element("robot", name=placed.robot_name if own is None else own.name)
     group = ET.SubElement(root, "group", name=_GROUP)
     tip = TCP_LINK if own is None else placed.links[-1]
     ET.SubElement(group, "chain", base_link=placed.carrier(BASE), tip_link=tip)
     state = ET.SubElement(root, "group_state", name="pose", group=_GROUP)
     follows = {m.joint for m in placed.scene.robot.chain.mimics}
-    names = placed.joint_names if own is None else find_robot(own, placed.scene.robot).chain.joints
+    names = placed.joint_names if picked is None else picked.chain.joints
     for j, name in enumerate(names):
         if j not in follows:
             value = words([placed.scene.poses[placed.pose].q[j]])
@@ -68,11 +67,10 @@ def _names(placed: PlacedSetup, solid: str) -> list[str]:
     if solid.startswith("ring_"):
         return [solid]
     joint = int(solid)
-    if placed.urdf is None:
+    if placed.picked is None:
         return [placed.carrier(joint)]
     robot = placed.scene.robot
-    moved = find_robot(placed.urdf, robot).carried
-    last = len(robot.chain) - 1
+    moved, last = placed.picked.carried, len(robot.chain) - 1
     there = [c.link.name for c in moved if min(c.frame, last) == joint and c.link.collision]
     own = robot.bodies[len(robot.unladen.bodies) :] if robot.unladen is not None else ()
     attached = {b.frame for b in own} | {c.frame for c in robot.carried}

@@ -50,8 +50,7 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
         _attach(root, placed, placed.urdf)
     for s in placed.sensors:
         joint, T = placed.on_link(s)
-        add_inertial(ET.SubElement(root, "link", name=s.name))
-        _fixed(root, f"{s.name}_joint", placed.carrier(joint), s.name, looking_along(T, "x"))
+        add_sensor(root, s.name, placed.carrier(joint), T)
     for ring in rings:
         _ring(root, ring, placed.carrier(ring.joint))
     meshes = {ring.file: ring.stl() for ring in rings}
@@ -109,6 +108,12 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
 def attached_name(frame: int) -> str:
     """Return the name of the link that holds what is attached to a frame, beside a user's URDF."""
     return "attached_base" if frame == BASE else f"attached_{frame}"
+
+
+def add_sensor(root: ET.Element, name: str, parent: str, T: Float[np.ndarray, "4 4"]) -> None:
+    """Add a sensor that looks along z at T (4, 4) on its link, as a frame that looks along x."""
+    add_inertial(ET.SubElement(root, "link", name=name))
+    _fixed(root, f"{name}_joint", parent, name, looking_along(T, "x"))
 
 
 def _fixed(

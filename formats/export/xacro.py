@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ET
 
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import ROS_NAME
-from ..sensors.sensor_frames import looking_along
-from .markup import add_inertial, document, origin
+from .markup import document
 from .placed import PlacedSetup
+from .urdf import add_sensor
 
 _NAMESPACE = "http://www.ros.org/wiki/xacro"
 _MACRO = "place_rings_sensors"
@@ -34,9 +34,5 @@ def xacro(placed: PlacedSetup) -> dict[str, bytes]:
     )
     for s in placed.sensors:
         j, T = placed.on_link(s)
-        add_inertial(ET.SubElement(macro, "link", name=f"${{prefix}}{s.name}"))
-        joint = ET.SubElement(macro, "joint", name=f"${{prefix}}{s.name}_joint", type="fixed")
-        ET.SubElement(joint, "parent", link=f"${{{names[j]}}}")
-        ET.SubElement(joint, "child", link=f"${{prefix}}{s.name}")
-        ET.SubElement(joint, "origin", origin(looking_along(T, "x")))
+        add_sensor(macro, f"${{prefix}}{s.name}", f"${{{names[j]}}}", T)
     return {"sensors.xacro": document(root)}

@@ -103,11 +103,7 @@ class LinkTree:
     def value(self, joint: Joint) -> float:
         """Return the value of a joint outside the chain, rad or m: as held, as the joint that it
         mimics, or the one nearest to 0 within its limits."""
-        factor, offset, seen = 1.0, 0.0, {joint.name}
-        while joint.name not in self.hold and joint.mimic and joint.mimic not in seen:
-            factor, offset = factor * joint.multiplier, offset + factor * joint.offset
-            joint = self.urdf.joints[joint.mimic]
-            seen.add(joint.name)
+        joint, factor, offset = self.leader(joint) or (joint, 1.0, 0.0)
         value = factor * self.hold.get(joint.name, joint.default) + offset
         return value if math.isfinite(value) else 0.0
 

@@ -7,8 +7,8 @@ ring becomes single sensors.
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -16,15 +16,16 @@ from jaxtyping import Float
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import up_of
+from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import CoreScene
 from ..errors import UserError
-from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .sensor_frames import SensorFrame
 from .single_fit import single_at, single_on_link
 
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # largest deviation of a sensor from its ring
+_POSES = 3  # arbitrary poses of sensors whose places on their links are known
 _UNIT = 1e-3  # tolerance of the length of an axis
 _DIGITS = 9  # decimals of lengths
 _TURN = 1e-6  # rad, a phase this close to a full turn counts as 0
@@ -32,37 +33,61 @@ _TURN = 1e-6  # rad, a phase this close to a full turn counts as 0
 _TIE = 3
 
 
-@dataclass(frozen=True)
-class SetupFit:
-    """A ring on a link, and the largest deviation of its sensors."""
+class Reading(NamedTuple):
+    """A sensor at one pose of the robot, in the base frame."""
 
-    ring: Ring
-    """The ring."""
-    mm: float
-    """Largest deviation of an apex, mm."""
-    deg: float
-    """Largest deviation of an axis, degrees."""
+    pose: int
+    """Number of the pose."""
+    ring: int
+    """Number of the ring."""
+    sensor: int
+    """Number of the sensor on its ring."""
+    T: Float[np.ndarray, "3 3"]
+    """Columns: the direction up of a beam that is not round, its axis, and the apex, m."""
+    unit: Sensor
+    """The sensor."""
 
-    @property
-    def misfit(self) -> float:
-        """The larger deviation in tolerances; up to 1 is acceptable."""
-        return max(self.mm / TOLERANCE_MM, self.deg / TOLERANCE_DEG)
+
+def setup_of_frames(
+    name: str,
+    sensors: Sequence[SensorFrame],
+    scene: CoreScene,
+    links: Mapping[int, str] | None = None,
+) -> Setup:
+    """Return the setup of sensors whose poses on their links are known; see ``fitted_setup``.
+
+    A few arbitrary poses of the robot decide: only on its own link do a ring's sensors form a ring
+    in all of them.
+    """
+    if not sensors:
+        return Setup()
+    chain = scene.robot.chain
+    q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
+    poses = list(np.asarray(forward(chain, q)))
+    readings = [
+        Reading(p, s.ring, s.sensor, (frames[s.frame] @ s.T_frame_sensor)[:3, 1:], s.unit)
+        for p, frames in enumerate(poses)
+        for s in sensors
+    ]
+    known = {(s.ring, s.sensor): s for s in sensors}
+    return fitted_setup(name, readings, poses, scene, links, known)
 
 
 def fitted_setup(
     name: str,
-    rows: Sequence[ConeRow],
+    readings: Sequence[Reading],
     frames: Sequence[Float[np.ndarray, "F 4 4"]],
     scene: CoreScene,
     links: Mapping[int, str] | None = None,
     known: Mapping[tuple[int, int], SensorFrame] | None = None,
 ) -> Setup:
-    """Return the setup whose sensors ``rows`` list; sensors that form no ring become single ones.
+    """Return the setup whose sensors ``readings`` list; sensors that form no ring become single
+    ones.
 
     Args:
         name: name of the file, for messages.
-        rows: one sensor at one pose each, in the base frame.
-        frames: link frames at each pose that rows name, T_base_frame.
+        readings: one sensor at one pose each.
+        frames: link frames at each pose that readings name, T_base_frame.
         scene: gives the robot, and the ring radius that decides between links with equal fits.
         links: links of rings by number, where known.
         known: poses on links by the numbers of ring and sensor, where known.
@@ -71,9 +96,9 @@ def fitted_setup(
         UserError: if the numbers are not consecutive, a sensor is stated twice or as two kinds, or
             a vector is not of length 1.
     """
-    by_ring: dict[int, dict[int, list[ConeRow]]] = defaultdict(lambda: defaultdict(list))
-    for row in rows:
-        by_ring[row.ring][row.pose].append(row)
+    by_ring: dict[int, dict[int, list[Reading]]] = defaultdict(lambda: defaultdict(list))
+    for reading in readings:
+        by_ring[reading.ring][reading.pose].append(reading)
     missing = sorted(set(range(max(by_ring) + 1)) - set(by_ring))
     if missing:
         raise UserError(
@@ -82,93 +107,69 @@ def fitted_setup(
         )
     rings, singles = list[Ring](), list[MountedSensor]()
     for n in sorted(by_ring):
-        match _ring_or_singles(name, n, by_ring[n], frames, scene, (links or {}).get(n)):
+        where = f"{name}: ring {n}"
+        match _ring_or_singles(where, by_ring[n], frames, scene, (links or {}).get(n)):
             case Ring() as ring:
                 rings.append(ring if known is None else replace(ring, sensor=known[n, 0].unit))
-            case each if known is None:
-                singles += each
-            case each:
-                some = [known[n, k] for k in range(len(each))]
+            case loose if known is None:
+                singles += loose
+            case loose:
+                seats = [known[n, k] for k in range(len(loose))]
                 singles += [
-                    single_at(scene.robot, s.frame, s.T_frame_sensor, s.unit, s.label) for s in some
+                    single_at(scene.robot, s.frame, s.T_frame_sensor, s.unit, s.label)
+                    for s in seats
                 ]
     return Setup(tuple(rings), tuple(singles))
 
 
 def _ring_or_singles(
-    name: str,
-    number: int,
-    poses: dict[int, list[ConeRow]],
+    where: str,
+    poses: dict[int, list[Reading]],
     frames: Sequence[Any],
     scene: CoreScene,
     link: str | None,
 ) -> Ring | list[MountedSensor]:
-    """Return ring ``number`` from its rows at each pose, on ``link`` if known; if its sensors form
-    no ring there, these as single ones."""
-    some = [sorted(rows, key=lambda row: row.sensor) for rows in poses.values()]
-    count = 1 + max(row.sensor for rows in some for row in rows)
-    for pose, rows in zip(poses, some, strict=True):
-        times = Counter(row.sensor for row in rows)
+    """Return a ring from its readings at each pose, on ``link`` if known; if its sensors form no
+    ring there, these as single ones."""
+    table = [sorted(readings, key=lambda r: r.sensor) for readings in poses.values()]
+    count = 1 + max(readings[-1].sensor for readings in table)
+    for pose, readings in zip(poses, table, strict=True):
+        times = Counter(reading.sensor for reading in readings)
         for k in range(count):
             if times[k] != 1:
                 raise UserError(
-                    f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose},"
-                    " allowed: 1"
+                    f"{where}: sensor {k}: found {times[k]} rows at pose {pose}, allowed: 1"
                 )
-    kinds = {_sensor(name, number, row) for rows in some for row in rows}
+    kinds = {reading.unit for readings in table for reading in readings}
     if len(kinds) > 1:
         allowed = "one fov_deg, range_m and fov_up_deg per ring"
-        raise UserError(
-            f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}"
-        )
+        raise UserError(f"{where}: found {len(kinds)} kinds of sensors, allowed: {allowed}")
     (sensor,) = kinds
-
-    def part(key: str) -> Any:
-        return np.array(
-            [[[getattr(row, f"{key}_{x}") for x in "xyz"] for row in rows] for rows in some]
-        )
-
-    def unit(key: str) -> Any:
-        vectors = part(key)
-        length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-        if np.any(np.abs(length - 1) > _UNIT):
-            worst = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
-            raise UserError(
-                f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1"
-            )
-        return vectors / length
-
-    T, up = np.array([frames[pose] for pose in poses]), unit("up") if sensor.oriented else None
-    apex, axis = part("apex"), unit("axis")
+    columns = np.array([[reading.T for reading in readings] for readings in table])
+    apex, axis = columns[..., 2], _unit(where, "axis", columns[..., 1])
+    up = _unit(where, "up", columns[..., 0]) if sensor.oriented else None
+    T = np.array([frames[pose] for pose in poses])
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)
     fits = [_fit(mount, T[:, mount.frame], apex, axis, up, sensor) for mount in mounts]
-    good = [f for f in fits if f.misfit <= 1 and f.ring.radius > 0]
+    good = [(misfit, ring) for misfit, ring in fits if misfit <= 1 and ring.radius > 0]
     if not good:
         ups = [None if up is None else up[:, k] for k in range(count)]
         return [
             single_on_link(scene.robot, T, apex[:, k], axis[:, k], ups[k], sensor)
             for k in range(count)
         ]
-    return min(
-        good, key=lambda f: (round(f.misfit, _TIE), abs(f.ring.radius - scene.ring_radius))
-    ).ring
+    radius = scene.ring_radius
+    return min(good, key=lambda fit: (round(fit[0], _TIE), abs(fit[1].radius - radius)))[1]
 
 
-def _sensor(name: str, number: int, row: ConeRow) -> Sensor:
-    """Return the sensor of a row; raise a UserError for a beam that cannot be."""
-    up = row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
-    shaped = row if isinstance(row, SpecialConeRow) else None
-    try:
-        return Sensor(
-            math.radians(row.fov_deg),
-            row.range_m,
-            fov_up=math.radians(up) if up > 0 else None,
-            shape=shaped.shape if shaped else "beam",
-            thickness=(shaped.thickness_m or None) if shaped else None,
-            near_m=shaped.near_m if shaped else 0.0,
-        )
-    except ValueError as error:
-        raise UserError(f"{name}: ring {number}: {error}") from error
+def _unit(where: str, key: str, vectors: Float[np.ndarray, "P K 3"]) -> Float[np.ndarray, "P K 3"]:
+    """Return vectors of length 1, which those of a file are up to rounding."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    if np.any(np.abs(length - 1) > _UNIT):
+        worst = float(length.ravel()[np.argmax(np.abs(length - 1))])
+        raise UserError(f"{where}: found a vector {key} of length {worst:g}, allowed: 1")
+    unit: np.ndarray = vectors / length
+    return unit
 
 
 def _turned(
@@ -186,8 +187,9 @@ def _fit(
     axis: Float[np.ndarray, "P K 3"],
     up: Float[np.ndarray, "P K 3"] | None,
     sensor: Sensor,
-) -> SetupFit:
-    """Return the least-squares ring on a mount for K sensors at P poses.
+) -> tuple[float, Ring]:
+    """Return the least-squares ring on a mount for K sensors at P poses, after its misfit: the
+    larger deviation in tolerances, of which up to 1 is acceptable.
 
     In the mount's frame (zero, side, axis), sensor k turned back by its share of the circle lies at
     the ring's radius and phase, written as one complex number; the mean of these numbers is the
@@ -228,4 +230,4 @@ def _fit(
     if abs(tilt) >= math.pi / 2:
         angle = max(angle, math.pi / 2)  # inward-looking sensors form no ring
     ring = Ring(mount.link, place, count, tilt, (phase + _TURN) % math.tau - _TURN, radius, sensor)
-    return SetupFit(ring, 1000 * float(off), math.degrees(float(angle)))
+    return max(1000 * float(off) / TOLERANCE_MM, math.degrees(float(angle)) / TOLERANCE_DEG), ring

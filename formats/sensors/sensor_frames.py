@@ -5,9 +5,7 @@ tilted with the sensor. Other programs look along x or y: such a frame has the s
 permuted cyclically (x to y, y to z, z to x).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -16,13 +14,10 @@ from ...coverage.arrays import cross
 from ...coverage.choices import Along
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
-from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.ring_models import ConeRow, SpecialConeRow
 
 _TURNS = {"z": 0, "x": 1, "y": 2}
-_POSES = 3  # arbitrary poses: only on its own link do a ring's sensors form a ring in all of them
 
 
 @dataclass(frozen=True)
@@ -86,30 +81,3 @@ def _turned(T: Float[np.ndarray, "*batch 4 4"], turns: int) -> Float[np.ndarray,
     turned = T.copy()
     turned[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
     return turned
-
-
-def rows_of(
-    found: Sequence[SensorFrame], chain: Chain
-) -> tuple[list[ConeRow], list[Float[np.ndarray, "F 4 4"]]]:
-    """Return the sensors as rows at a few poses of the chain, and the link frames at those
-    poses."""
-    q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
-    poses = list(np.asarray(forward(chain, q)))
-    rows: list[ConeRow] = []
-    for p, frames in enumerate(poses):
-        for s in found:
-            T = frames[s.frame] @ s.T_frame_sensor
-            values: dict[str, Any] = {"pose": p, "ring": s.ring, "sensor": s.sensor}
-            values |= {"fov_deg": float(np.degrees(s.unit.fov)), "range_m": s.unit.range_m}
-            for key, column in (("apex", 3), ("axis", 2), ("up", 1)):
-                values |= {
-                    f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)
-                }
-            if s.unit.plain:
-                rows.append(ConeRow.model_construct(**values))
-                continue
-            values |= {"shape": s.unit.shape, "thickness_m": s.unit.thickness or 0.0}
-            values |= {"near_m": s.unit.near_m}
-            up_deg = float(np.degrees(s.unit.fov_up or 0.0))
-            rows.append(SpecialConeRow.model_construct(fov_up_deg=up_deg, **values))
-    return rows, poses

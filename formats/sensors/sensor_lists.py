@@ -5,23 +5,24 @@ The list is the output of ``place-rings cones``, in the base frame at the scene'
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 
 import numpy as np
-from pydantic import ValidationError
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import any_square, sensor_cones
 from ...coverage.robots.kinematics import forward
+from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import CoreScene
-from ..errors import UserError, explain, shown
+from ..csv_rows import csv_rows
+from ..errors import UserError
 from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
-from .ring_fit import fitted_setup
+from .ring_fit import Reading, fitted_setup
 
 COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
 SPECIAL_COLUMNS = tuple(SpecialConeRow.model_fields)
-_KINDS = (ConeRow, SquareConeRow, SpecialConeRow)
 _DIGITS = 9  # decimals of metres and of unit vectors
 
 
@@ -60,7 +61,9 @@ def mounted_setup(name: str, text: str, scene: CoreScene) -> Setup:
         UserError: if the text is no such list, or the sensors of a ring form no ring on any link of
             the robot.
     """
-    rows = _rows(name, text)
+    square = ",".join(SQUARE_COLUMNS[len(COLUMNS) :])
+    allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
+    rows = csv_rows(name, text, (ConeRow, SquareConeRow, SpecialConeRow), allowed)
     frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
     for line, row in rows:
         if row.pose >= len(frames):
@@ -68,35 +71,26 @@ def mounted_setup(name: str, text: str, scene: CoreScene) -> Setup:
                 f"{name}: line {line}: pose: found {row.pose}, allowed: 0 to {len(frames) - 1}, the"
                 " scene's poses"
             )
-    return fitted_setup(name, [row for _, row in rows], frames, scene)
+    return fitted_setup(name, [_reading(name, row) for _, row in rows], frames, scene)
 
 
-def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
-    """Return the rows, each with the line on which it ends."""
+def _reading(name: str, row: ConeRow) -> Reading:
+    """Return a row's sensor at its pose; raise a UserError for a beam that cannot be."""
+    square = row if isinstance(row, SquareConeRow) else None
+    shaped = row if isinstance(row, SpecialConeRow) else None
+    up = square.fov_up_deg if square else 0.0
     try:
-        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
-        kinds = {tuple(sorted(kind.model_fields)): kind for kind in _KINDS}
-        kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
-        if kind is None:
-            columns, square = (
-                ",".join(reader.fieldnames or ()),
-                ",".join(SQUARE_COLUMNS[len(COLUMNS) :]),
-            )
-            allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
-            raise UserError(f"{name}: line 1: found {shown(columns)}, allowed: {allowed}")
-        rows = []
-        for fields in reader:
-            if None in fields or None in fields.values():
-                raise UserError(
-                    f"{name}: line {reader.line_num}: found the wrong number of fields, allowed:"
-                    f" {len(kind.model_fields)}"
-                )
-            try:
-                rows.append((reader.line_num, kind.model_validate_strings(fields)))
-            except ValidationError as error:
-                raise explain(f"{name}: line {reader.line_num}", error, kind) from error
-    except csv.Error as error:
-        raise UserError(f"{name}: not CSV: {error}") from error
-    if not rows:
-        raise UserError(f"{name}: found no sensor, allowed: one row for each sensor")
-    return rows
+        unit = Sensor(
+            math.radians(row.fov_deg),
+            row.range_m,
+            fov_up=math.radians(up) if up > 0 else None,
+            shape=shaped.shape if shaped else "beam",
+            thickness=(shaped.thickness_m or None) if shaped else None,
+            near_m=shaped.near_m if shaped else 0.0,
+        )
+    except ValueError as error:
+        raise UserError(f"{name}: ring {row.ring}: {error}") from error
+    T = np.zeros((3, 3))
+    for column, key in enumerate(("up", "axis", "apex")):
+        T[:, column] = [getattr(row, f"{key}_{x}", 0.0) for x in "xyz"]
+    return Reading(row.pose, row.ring, row.sensor, T, unit)

@@ -25,8 +25,8 @@ from ..schema.sensor_pose_models import (
     SinglePoseModel,
 )
 from ..schema.versions import FROM_FILE
-from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
-from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
+from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
+from .sensor_frames import SensorFrame, looking_along_z, sensor_frames
 from .single_fit import link_name, single_at
 
 _DIGITS = 12
@@ -125,9 +125,7 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                 )
             sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
-    known, fitted = {(s.ring, s.sensor): s for s in sensors}, Setup()
-    if sensors:
-        fitted = fitted_setup(name, *rows_of(sensors, robot.chain), scene, links, known)
+    fitted = setup_of_frames(name, sensors, scene, links)
     return replace(fitted, singles=(*fitted.singles, *_singles(name, file, scene, frames)))
 
 

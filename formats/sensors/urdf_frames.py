@@ -15,8 +15,8 @@ from ...objectives.scene import CoreScene
 from ..errors import UserError, shown
 from ..robots.urdf_matching import find_robot
 from ..robots.urdf_model import Urdf
-from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
-from .sensor_frames import SensorFrame, looking_along_z, rows_of
+from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
+from .sensor_frames import SensorFrame, looking_along_z
 from .single_fit import single_at
 
 _LONGEST = 200  # most characters of a pattern
@@ -115,10 +115,7 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
             mount, T, label = ring[j].mount, ring[j].T, ring[j].name
             unit = scene.sensor_of(mount.link)
             sensors.append(SensorFrame(i, k, mount.frame, T, unit, label))
-    fitted = Setup()
-    if sensors:
-        known = {(s.ring, s.sensor): s for s in sensors}
-        fitted = fitted_setup(name, *rows_of(sensors, scene.robot.chain), scene, known=known)
+    fitted = setup_of_frames(name, sensors, scene)
     return replace(fitted, singles=(*fitted.singles, *singles))
 
 

@@ -19,7 +19,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.errors import UserError
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.urdf import urdf
-from place_rings.formats.layouts.csv_poses import layout_csv
+from place_rings.formats.layouts.csv_poses import COLUMNS, ORIENTED
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.formats.schema.layout_models import LayoutModel
 from place_rings.objectives.scene import CoreScene, Pose, paper_scene
@@ -55,6 +55,21 @@ ROWS = "name,link,x,y,z,axis_x,axis_y,axis_z\npad,forearm,0.1,0,0.2,2,0,0\n"
 
 def commented(keys):
     return "".join(f"# {line}\n" for line in keys.splitlines())
+
+
+def layout_csv(model, sensors):
+    """A layout as CSV."""
+    keys = model.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    beam = ", ".join(f"{key} = {json.dumps(value)}" for key, value in keys.pop("sensor").items())
+    lines = [f"# {key} = {json.dumps(value)}" for key, value in keys.items()]
+    lines += [f"# sensor = {{ {beam} }}"]
+    oriented = any(one.up is not None for one in sensors)
+    lines += [",".join(ORIENTED if oriented else COLUMNS)]
+    for one in sensors:
+        up = one.up or tuple(one.T_link_sensor[:3, 1])
+        place = (*one.position, *one.direction, *(up if oriented else ()))
+        lines.append(",".join([one.name, one.link, *(repr(float(v)) for v in place)]))
+    return "\n".join([*lines, ""])
 
 
 @settings(max_examples=6)

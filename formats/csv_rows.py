@@ -1,0 +1,50 @@
+"""Rows of a CSV file as records, each with the line on which it ends."""
+
+import csv
+import io
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from .errors import UserError, explain, shown
+
+Row = TypeVar("Row", bound=BaseModel)
+
+
+def csv_rows(
+    name: str, text: str, kinds: tuple[type[Row], ...], allowed: str, above: int = 0
+) -> list[tuple[int, Row]]:
+    """Return the rows of a list of sensors, each with the line of the file on which it ends.
+
+    Args:
+        name: the file, for messages.
+        text: the header and the rows.
+        kinds: records that a row may be; the columns decide which.
+        allowed: the columns, for messages.
+        above: lines of the file above the header.
+
+    Raises:
+        UserError: if the text is no such list, or has no row.
+    """
+    rows = list[tuple[int, Row]]()
+    try:
+        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+        columns = reader.fieldnames or ()
+        kind = next((k for k in kinds if sorted(k.model_fields) == sorted(columns)), None)
+        if kind is None:
+            found = shown(",".join(columns) or None)
+            raise UserError(f"{name}: line {above + 1}: found {found}, allowed: {allowed}")
+        for fields in reader:
+            where = f"{name}: line {above + reader.line_num}"
+            if None in fields or None in fields.values():
+                count = len(kind.model_fields)
+                raise UserError(f"{where}: found the wrong number of fields, allowed: {count}")
+            try:
+                rows.append((above + reader.line_num, kind.model_validate_strings(fields)))
+            except ValidationError as error:
+                raise explain(where, error, kind) from error
+    except csv.Error as error:
+        raise UserError(f"{name}: not CSV: {error}") from error
+    if not rows:
+        raise UserError(f"{name}: found no sensor, allowed: one row for each sensor")
+    return rows
