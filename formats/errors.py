@@ -8,6 +8,16 @@ from ..coverage.definitions.errors import (
     explain,
     key_path,
     shown,
+    unusable,
 )
 
-__all__ = ["IN_LINE", "NAMED", "InputError", "UserError", "explain", "key_path", "shown"]
+__all__ = [
+    "IN_LINE",
+    "NAMED",
+    "InputError",
+    "UserError",
+    "explain",
+    "key_path",
+    "shown",
+    "unusable",
+]

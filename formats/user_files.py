@@ -4,24 +4,25 @@ import errno
 import os
 from pathlib import Path
 
-from .errors import UserError, shown
+from .errors import UserError, unusable
 from .stand_ins import refuse_stand_in
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read
 
 
-def read_bytes(path: Path, kind: str, most: int = _LARGEST) -> bytes:
+def read_bytes(path: Path, kind: str, most: int = _LARGEST, name: str = "") -> bytes:
     """Return the content of a file.
 
     Args:
         path: the file.
         kind: its format for messages, for example TOML.
         most: largest number of bytes that is read.
+        name: its name for messages, by default the path.
 
     Raises:
         UserError: if it cannot be read or is too large.
     """
-    name = str(path)
+    name = name or str(path)
     try:
         if path.is_dir():
             raise UserError(f"{name}: found a folder, allowed: a {kind} file")
@@ -61,12 +62,9 @@ def beside(path: Path, key: str, name: str) -> Path:
         target = (folder / name).resolve()
         exists = target.exists()
     except (OSError, ValueError, RuntimeError) as error:
-        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
+        raise unusable(f"{path}: {key}", name, "a file's name") from error
     if Path(name).is_absolute() or not target.is_relative_to(folder):
-        raise UserError(
-            f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
-            " below"
-        )
+        raise unusable(f"{path}: {key}", name, f"a file in the folder of {path.name} or below")
     if not exists:
         reason = os.strerror(errno.ENOENT)
         raise UserError(f"{path}: {key}: {name}: cannot be read: {reason}")

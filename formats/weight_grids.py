@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.weight_field import MOST_CELLS
-from .errors import UserError, shown
+from .errors import UserError, unusable
 
 KINDS = (".csv", ".npy", ".npz")
 _LARGEST = 16 * 2**20  # bytes of an array in an archive
@@ -30,7 +30,7 @@ def weight_rows(where: str, path: Path, data: bytes) -> tuple[list[str], int | N
     """
     kind = path.suffix.lower()
     if kind not in KINDS:
-        raise UserError(f"{where}: found {shown(path.name)}, allowed: {', '.join(KINDS)}")
+        raise unusable(where, path.name, ", ".join(KINDS))
     try:
         if kind == ".csv":
             lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]

@@ -69,7 +69,7 @@ def wiring_figure(wiring: RingWiring) -> "Figure":
     board = wiring.controller
     rows = max(len(board.left), len(board.right))
     left = rows * _PITCH + _LINE * (2.2 + len(wiring.parts))
-    right = _bus_height(wiring) + _LINE * (3.4 + len(wiring.segments) + 2)
+    right = _bus_height(wiring) + _LINE * (3.4 + len(wiring.bus.segments) + 2)
     high = _TITLE + max(left, right) + 2 * _MARGIN
     figure = Figure(figsize=(_WIDE, high), dpi=110, facecolor="white")
     ax = figure.add_axes((0, 0, 1, 1))
@@ -253,8 +253,8 @@ def _cells(segment: BusSegment) -> tuple[str, ...]:
 
 def _table(sheet: _Sheet, wiring: RingWiring, top: float) -> None:
     """Write what each line of the bus bears, the limits, and what the lines mean."""
-    limits = ("limit", "", f"{MOST_PF:.0f} pF", f"{RISE_NS[wiring.hertz]:.0f} ns")
-    rows = [_HEADS, *map(_cells, wiring.segments), (*limits, f"{MOST_MA:g} mA", "")]
+    limits = ("limit", "", f"{MOST_PF:.0f} pF", f"{RISE_NS[wiring.bus.hertz]:.0f} ns")
+    rows = [_HEADS, *map(_cells, wiring.bus.segments), (*limits, f"{MOST_MA:g} mA", "")]
     for number, row in enumerate(rows):
         y = top - number * _LINE
         colour = GREY if row is rows[0] or row is rows[-1] else INK

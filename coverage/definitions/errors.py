@@ -25,6 +25,11 @@ class UserError(Exception):
         super().__init__(printable(line))
 
 
+def unusable(where: str, found: object, allowed: str) -> UserError:
+    """Return the error for a value: file and key, what is there, and what may be."""
+    return UserError(f"{where}: found {shown(found)}, allowed: {allowed}")
+
+
 class InputError(UserError, ValueError):
     """An argument is invalid, or a file that it names cannot be used.
 

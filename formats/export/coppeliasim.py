@@ -86,23 +86,8 @@ def _sizes(sensor: Sensor) -> list[float]:
         2 * sensor.range_m * math.tan(half) if sensor.square else 0.0
         for half in (sensor.half_angle, sensor.half_angle_up)
     )
-    return [
-        0,
-        sensor.range_m,
-        0,
-        0,
-        across,
-        up,
-        0,
-        0,
-        0,
-        0 if sensor.square else sensor.fov,
-        0,
-        0,
-        0.01,
-        0,
-        0,
-    ]
+    angle = 0 if sensor.square else sensor.fov
+    return [0, sensor.range_m, 0, 0, across, up, 0, 0, 0, angle, 0, 0, 0.01, 0, 0]
 
 
 def _pose(T: Float[np.ndarray, "4 4"]) -> str:

@@ -20,7 +20,7 @@ from ..robots.urdf_matching import plain_names
 from .glb_animation import animated
 from .palette import COVERED_ONCE, OBSTACLE, ROBOT, SENSOR, UNCOVERED, link_colours
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
-from .ring_bodies import envelope_mesh
+from .ring_bodies import envelope_mesh, hull_mesh
 
 _CLEAR = 0.13  # opacity of beams
 _BAND = 0.004  # m, radius of a ring's tube
@@ -92,14 +92,10 @@ def _parts(placed: PlacedSetup) -> Iterator[_Part]:
     robot = placed.scene.robot
     yield from _robot(placed)
     for i, obstacle in enumerate(placed.scene.obstacles):
-        corners = np.asarray(obstacle.body.edges).reshape(-1, 3)
-        if len(corners):
-            hull = trimesh.convex.convex_hull(corners)
-            yield _Part(f"obstacle_{i}", hull, colour=OBSTACLE)
+        if np.size(obstacle.body.edges):
+            yield _Part(f"obstacle_{i}", hull_mesh(obstacle.body), colour=OBSTACLE)
     for i, body in enumerate(carried_at(robot, placed.T_base_frame)):
-        corners = np.asarray(body.edges).reshape(-1, 3)
-        hull = trimesh.convex.convex_hull(corners)
-        yield _Part(f"attached_{i}", hull, robot.carried[i].frame)
+        yield _Part(f"attached_{i}", hull_mesh(body), robot.carried[i].frame)
     capsules = attached_at(robot, placed.T_base_frame)
     if placed.urdf is not None and capsules is not None:  # without a URDF they are among the bodies
         own = robot.bodies[-len(capsules) :]
@@ -115,9 +111,7 @@ def _parts(placed: PlacedSetup) -> Iterator[_Part]:
         some = np.flatnonzero(whole.ring_of_sensor == i)
         frame = int(frames[some[0]])
         if ring:
-            yield _Part(f"ring_{i}", _band(placed, i), frame, colour)
-        if ring and placed.scene.real:
-            yield _Part(f"ring_{i}_envelope", _envelope(placed, i), frame, colour, _CLEAR)
+            yield from _ring(placed, i, frame, colour)
         beams = trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()])
         yield _Part(f"{'ring' if ring else 'sensor'}_{i}_sees", beams, frame, colour, _CLEAR)
 
@@ -182,20 +176,16 @@ def _capsule(start: Any, end: Any, radius: float) -> Any:
     return made.apply_transform(T)
 
 
-def _band(placed: PlacedSetup, i: int) -> Any:
-    ring, robot = placed.setup.rings[i], placed.scene.robot
-    mount = robot.mount(ring.link)
+def _ring(placed: PlacedSetup, i: int, frame: int, colour: str) -> Iterator[_Part]:
+    """Yield the band of ring ``i`` and, where rings are mounted, the bands of its envelope."""
+    ring = placed.setup.rings[i]
+    mount = placed.scene.robot.mount(ring.link)
     T = placed.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
-    made = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
-    return made.apply_transform(T)
-
-
-def _envelope(placed: PlacedSetup, i: int) -> Any:
-    """Return the bands of the envelope of ring ``i`` in the base frame, as one mesh."""
-    ring, mount = placed.setup.rings[i], placed.scene.robot.mount(placed.setup.rings[i].link)
-    made = envelope_mesh(envelope(placed.scene, ring))
-    T = placed.T_base_frame[mount.frame] @ mount.T_link_ring(ring.position)
-    return made.apply_transform(T)
+    band = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
+    yield _Part(f"ring_{i}", band.apply_transform(T), frame, colour)
+    if placed.scene.real:
+        around = envelope_mesh(envelope(placed.scene, ring)).apply_transform(T)
+        yield _Part(f"ring_{i}_envelope", around, frame, colour, _CLEAR)
 
 
 def _beam(cones: Any, k: int) -> Any:

@@ -12,7 +12,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from .placed import PlacedSetup
-from .ring_bodies import RingBody, envelope_mesh
+from .ring_bodies import RingBody, envelope_mesh, hull_mesh
 
 _POSES = 1000  # sampled poses
 _STEP = 0.02  # m, between points of an axis
@@ -98,10 +98,7 @@ def _capsule(capsule: Capsules, T: Float[np.ndarray, "4 4"]) -> LinkPart:
 
 
 def _polyhedron(body: Any, T: Float[np.ndarray, "4 4"]) -> LinkPart:
-    import trimesh  # slow to load
-
-    hull = trimesh.convex.convex_hull(np.asarray(body.edges).reshape(-1, 3))
-    points, back = _surface(hull) @ T[:3, :3].T + T[:3, 3], np.linalg.inv(T)
+    points, back = _surface(hull_mesh(body)) @ T[:3, :3].T + T[:3, 3], np.linalg.inv(T)
 
     def distance(p: Any) -> Any:
         return body(p @ back[:3, :3].T + back[:3, 3])

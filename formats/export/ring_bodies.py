@@ -79,3 +79,10 @@ def envelope_mesh(around: Envelope, grown: float = 1.0) -> Any:
         solid = trimesh.creation.annulus(around.bore, grown * band.outer, tall, sections=_SIDES)
         solids.append(solid.apply_translation([0.0, 0.0, middle]))
     return trimesh.util.concatenate(solids)
+
+
+def hull_mesh(body: Any) -> Any:
+    """Return the convex hull of the edges of a polyhedron as a mesh, m."""
+    import trimesh  # slow to load
+
+    return trimesh.convex.convex_hull(np.asarray(body.edges).reshape(-1, 3))

@@ -3,7 +3,7 @@ publishes them, and its launch file."""
 
 from collections.abc import Iterable
 
-from ..errors import UserError, shown
+from ..errors import unusable
 from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from ..sensors.sensor_poses import place, quaternion
@@ -63,7 +63,7 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
     for link in {placed.carrier(placed.on_link(s)[0]) for s in placed.sensors}:
         if placed.urdf is not None and not ROS_NAME.fullmatch(link):
             allowed = "a name of letters, digits and _ . / - as in ROS"
-            raise UserError(f"{placed.urdf.path}: link: found {shown(link)}, allowed: {allowed}")
+            raise unusable(f"{placed.urdf.path}: link", link, allowed)
     data = "transforms:\n"
     for s in placed.sensors:
         joint, T = placed.on_link(s)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron, box_of
-from ..errors import UserError, shown
+from ..errors import unusable
 from ..robots.urdf import LARGEST
 from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
@@ -19,7 +19,7 @@ from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import looking_along
 from .markup import add_inertial, ball_of, document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
-from .ring_bodies import RingBody, ring_bodies
+from .ring_bodies import RingBody, hull_mesh, ring_bodies
 
 _Shape = tuple[str, Float[np.ndarray, " 3"], dict[str, str]]  # element, centre in m, other sizes
 
@@ -43,9 +43,10 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
                 ("joint", f"{added}_joint", placed.urdf.joints),
             ):
                 if name in there:
-                    raise UserError(
-                        f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without"
-                        " these sensors and rings"
+                    raise unusable(
+                        f"{placed.urdf.path}: {kind}",
+                        name,
+                        "a URDF without these sensors and rings",
                     )
         _attach(root, placed, placed.urdf)
     for s in placed.sensors:
@@ -72,14 +73,11 @@ def _ring(root: ET.Element, ring: RingBody, carrier: str) -> None:
 
 def _meshes(robot: Robot) -> dict[str, bytes]:
     """Return the STL files of the polyhedra that the robot carries, other than boxes."""
-    import trimesh  # slow to load
-
-    files = {}
-    for i, carried in enumerate(robot.carried):
-        if box_of(carried.body) is None:
-            hull = trimesh.convex.convex_hull(np.asarray(carried.body.edges).reshape(-1, 3))
-            files[_mesh_name(i)] = bytes(hull.export(file_type="stl"))
-    return files
+    return {
+        _mesh_name(i): bytes(hull_mesh(carried.body).export(file_type="stl"))
+        for i, carried in enumerate(robot.carried)
+        if box_of(carried.body) is None
+    }
 
 
 def _mesh_name(i: int) -> str:
@@ -97,9 +95,7 @@ def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
     for frame in sorted(frames):
         name = attached_name(frame)
         if name in urdf.links or f"{name}_joint" in urdf.joints:
-            raise UserError(
-                f"{urdf.path}: link: found {shown(name)}, allowed: a URDF without this name"
-            )
+            raise unusable(f"{urdf.path}: link", name, "a URDF without this name")
         add_inertial(_link(root, name, attached, frame))
         T = np.linalg.inv(placed.T_base_root) if frame == BASE else np.eye(4)
         _fixed(root, f"{name}_joint", placed.carrier(frame), name, T)

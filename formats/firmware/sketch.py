@@ -51,7 +51,7 @@ def config(wiring: RingWiring) -> str:
         "namespace ring_config {",
         "",
         f"const uint8_t SDA_PIN = {board.sda}, SCL_PIN = {board.scl};",
-        f"const uint32_t CLOCK_HZ = {wiring.hertz};",
+        f"const uint32_t CLOCK_HZ = {wiring.bus.hertz};",
         "const uint8_t SENSOR_ADDRESS = 0x29;  // of every sensor after power-up",
         f"const uint8_t COUNT = {number};",
         f"const uint16_t PERIOD_MS = {wiring.period_ms};  // between frames",
@@ -111,15 +111,15 @@ def instructions(wiring: RingWiring) -> str:
         "## Bus",
         "",
         *([f"Why multiplexers: {wiring.because}.", ""] if wiring.because else []),
-        f"Clock {wiring.hertz // 1000} kHz, busy for {100 * wiring.bus.busy:.0f} % of the time."
+        f"Clock {wiring.bus.hertz // 1000} kHz, busy for {100 * wiring.bus.busy:.0f} % of the time."
         f" {wiring.rate_hz} readings of every sensor a second, in frames of {wiring.frame_bytes}"
         f" bytes: {wiring.rate_hz * wiring.frame_bytes} bytes a second."
         f" Limits by NXP's UM10204: {MOST_PF:.0f} pF, {MOST_MA:g} mA, rise"
-        f" {RISE_NS[wiring.hertz]:.0f} ns.",
+        f" {RISE_NS[wiring.bus.hertz]:.0f} ns.",
         "",
         "| part | cable, m | load, pF | rise, ns | current, mA | pull-up to add |",
         "| --- | ---: | ---: | ---: | ---: | --- |",
-        *map(_row, wiring.segments),
+        *map(_row, wiring.bus.segments),
         "",
         f"The cable counts {CABLE_PF_M:.0f} pF/m. Boards bring pull-ups of their own; these are"
         " included. Add pull-ups from SDA and from SCL to the sensors' supply.",

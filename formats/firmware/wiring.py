@@ -23,7 +23,6 @@ from ...coverage.electronics.ring_bus import (
     HEADROOM,
     MOST_SENSORS,
     REGULATORS,
-    BusSegment,
     RingBus,
 )
 from ...coverage.rings.ring import Group, Setup
@@ -64,16 +63,6 @@ class RingWiring:
     """Sensors on each multiplexer, in the order of their addresses; empty without."""
     because: str
     """Why the sensors need multiplexers; empty without them, or if they were chosen."""
-
-    @property
-    def hertz(self) -> int:
-        """Clock of the bus, Hz."""
-        return self.bus.hertz
-
-    @property
-    def segments(self) -> tuple[BusSegment, ...]:
-        """Parts of the bus."""
-        return self.bus.segments
 
     @property
     def rate_hz(self) -> int:
@@ -154,7 +143,7 @@ class RingWiring:
     def parts(self) -> tuple[tuple[int, str], ...]:
         """Parts to buy, each with its number."""
         added = Counter[float]()
-        for segment, number in zip(self.segments, (1, self.count), strict=False):
+        for segment, number in zip(self.bus.segments, (1, self.count), strict=False):
             if segment.added is not None:
                 added[segment.added] += 2 * number
         resistors = [

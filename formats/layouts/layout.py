@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ...coverage.robots.robot import Robot
 from ...objectives.named_layouts import layout_in
 from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene
-from ..errors import UserError, shown
+from ..errors import UserError, unusable
 from ..loader import read_robot
 from ..model_reader import read_model
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel
@@ -28,7 +29,6 @@ from .mat_frames import sensors_of_mat
 
 SUFFIXES = (".csv", ".toml")
 _MOST = 1000  # sensors
-_AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def read_layout(path: Path) -> PublishedLayout:
     """
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
-        raise UserError(f"{path}: found {shown(kind)}, allowed: a layout in {', '.join(SUFFIXES)}")
+        raise unusable(str(path), kind, f"a layout in {', '.join(SUFFIXES)}")
     if kind == ".csv":
         about, sensors = read_csv(str(path), read_text(path, "CSV"))
         file = None
@@ -169,7 +169,7 @@ def _urdf_sensors(path: Path, asked: LayoutUrdfModel, scene: CoreScene) -> Itera
     from ..robots.urdf import read_urdf
     from ..sensors.urdf_frames import FramePattern, setup_of_urdf
 
-    pattern = FramePattern(asked.frames, _AXES[asked.beam], rings=False)
+    pattern = FramePattern(asked.frames, cast(Along, asked.beam), rings=False)
     for one in setup_of_urdf(
         read_urdf(beside(path, "urdf.file", asked.file)), pattern, scene
     ).singles:
@@ -192,12 +192,7 @@ def _check_links(path: Path, setup: Setup, robot: Robot) -> None:
     for i, ring in enumerate(setup.rings):
         if ring.link not in robot.links:
             allowed = f"a link of {robot.name}: {', '.join(robot.links)}"
-            raise UserError(
-                f"{path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
-            )
+            raise unusable(f"{path}: rings[{i}].link", ring.link, allowed)
     for i, one in enumerate(setup.singles):
         if one.link not in robot.frames:
-            raise UserError(
-                f"{path}: sensor {i} ({one.label}): link: found {shown(one.link)}, allowed:"
-                f" {links_text(robot)}"
-            )
+            raise unusable(f"{path}: sensor {i} ({one.label}): link", one.link, links_text(robot))

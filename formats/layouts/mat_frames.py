@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +15,7 @@ from ...coverage.choices import Along
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from ..robots.xml_text import bounded_bytes
 from ..schema.layout_models import LayoutMatModel
 from ..schema.mounted_sensor_models import links_text
@@ -28,7 +29,6 @@ _ALLOWED = (
     " array of such cell arrays"
 )
 _RIGID = 1e-3  # largest deviation of a rotation from an orthogonal matrix
-_AXES: dict[str, Along] = {"x": "x", "y": "y", "z": "z"}
 
 
 def sensors_of_mat(
@@ -46,10 +46,10 @@ def sensors_of_mat(
         UserError: if the file or the variable is not usable, or the robot lacks the link.
     """
     if asked.link not in robot.frames:
-        raise UserError(f"mat: link: found {shown(asked.link)}, allowed: {links_text(robot)}")
+        raise unusable("mat: link", asked.link, links_text(robot))
     for k, T in enumerate(_frames(file, asked)):
         name = f"{file.stem}_{k}" if asked.row is None else f"{file.stem}_{asked.row}_{k}"
-        turned = looking_along_z(T, _AXES[asked.beam])
+        turned = looking_along_z(T, cast(Along, asked.beam))
         yield single_at(robot, robot.frame_of(asked.link), turned, sensor, name[:100])
 
 

@@ -5,7 +5,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 
 EXPAND = "expand it with xacro, or with xacrodoc where ROS is not installed"
 _DEFINITIONS = ("property", "arg", "macro")
@@ -38,9 +38,7 @@ def unused_definitions(root: ET.Element, name: str) -> list[str]:
         prefix, colon, kind = element.tag.rpartition(":")
         if colon and prefix in prefixes:
             if kind not in _DEFINITIONS:
-                raise UserError(
-                    f"{name}: {place}: found {shown(element.tag)}, allowed: a URDF; {EXPAND}"
-                )
+                raise unusable(f"{name}: {place}", element.tag, f"a URDF; {EXPAND}")
             defined.append(element.get("name", kind))
         else:
             used += [(place, key, found) for key, found in _expressions(element)]

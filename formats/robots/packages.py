@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from .mesh_addresses import above_equal, is_absolute, package_in, parsed
 from .xml_text import bounded_bytes, plain_xml
 
@@ -51,12 +51,11 @@ class Packages:
         self.path, self.named = path, {n: f.resolve() for n, f in (named or {}).items()}
         for folder in folders:
             if not folder.is_dir():
-                raise UserError(f"--packages: found {shown(str(folder))}, allowed: a folder")
+                raise unusable("--packages", str(folder), "a folder")
         for name, folder in (named or {}).items():
             if not folder.is_dir():
-                raise UserError(
-                    f"--package: found {shown(f'{name}={folder}')}, allowed: NAME=FOLDER with an"
-                    " existing folder"
+                raise unusable(
+                    "--package", f"{name}={folder}", "NAME=FOLDER with an existing folder"
                 )
         self.given = [folder.resolve() for folder in folders]
         self._stands_in = False  # whether a file was found by ``renamed``
@@ -278,9 +277,7 @@ class Packages:
     def fail(self, link: str, found: str, allowed: str) -> UserError:
         """Return the error for a mesh of a link; of a long name the end is shown."""
         found = found if len(found) <= _SHOWN else f"…{found[1 - _SHOWN :]}"
-        return UserError(
-            f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}"
-        )
+        return unusable(f"{self.path}: link {shown(link)}: mesh", found, allowed)
 
 
 def _files_below(folder: Path) -> Iterator[Path]:

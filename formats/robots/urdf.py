@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.robots.kinematics import transform
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from .left_over_xacro import unused_definitions
 from .urdf_model import JOINT_KINDS, MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
 from .xml_text import bounded_bytes, plain_xml, some
@@ -52,7 +52,7 @@ class _Reader:
         return tuple(f"{text} {some(list(dict.fromkeys(of)), _NAMED)}." for of, text in lines if of)
 
     def fail(self, where: str, found: object, allowed: str) -> UserError:
-        return UserError(f"{self.path}: {where}: found {shown(found)}, allowed: {allowed}")
+        return unusable(f"{self.path}: {where}", found, allowed)
 
     def text(self, element: ET.Element, key: str, where: str) -> str:
         value = element.get(key)

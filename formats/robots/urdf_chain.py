@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from .urdf_arms import ArmEnd, arms
 from .urdf_folding import MOST_JOINTS, Picked, fold_chain, foreign_joints, hold_options
 from .urdf_model import Urdf
@@ -37,10 +37,7 @@ def pick_chain(
     tree = LinkTree(urdf, dict(hold or {}))
     for key, name in (("--base", base), ("--tip", tip)):
         if name is not None and name not in urdf.links:
-            raise UserError(
-                f"{urdf.path}: {key}: found {shown(name)}, allowed: a link, such as"
-                f" {some(list(urdf.links))}"
-            )
+            raise unusable(f"{urdf.path}: {key}", name, f"a link, such as {some(list(urdf.links))}")
     base = _base(tree, tip) if base is None else base
     arm = None if tip is not None else _arm(_open_handed(tree, base), base)
     tip = arm.tip if arm is not None else tip

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ...coverage.robots.robot import Robot
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from .urdf_chain import pick_chain
 from .urdf_folding import Picked
 from .urdf_model import Urdf
@@ -56,9 +56,8 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
     picked = chain_between(urdf, names[0], names[-1], robot)
     if picked.chain.joints != tuple(names):
         listed = ", ".join(picked.chain.joints)
-        raise UserError(
-            f"{urdf.path}: joints: found {shown(listed)}, allowed: {', '.join(names)}, the joints"
-            f" of robot {robot.name}"
+        raise unusable(
+            f"{urdf.path}: joints", listed, f"{', '.join(names)}, the joints of robot {robot.name}"
         )
     for j, name in enumerate(names):
         if picked.chain.slides[j] != robot.chain.slides[j]:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from .urdf_model import Joint, Urdf
 from .xml_text import some
 
@@ -55,9 +55,8 @@ class LinkTree:
         for name, value in self.hold.items():
             if name not in joints or not self.urdf.joints[name].moves:
                 moving = [joint.name for joint in joints.values() if joint.moves]
-                raise UserError(
-                    f"{self.urdf.path}: --hold: found {shown(name)}, allowed: a moving joint, such"
-                    f" as {some(moving)}"
+                raise unusable(
+                    f"{self.urdf.path}: --hold", name, f"a moving joint, such as {some(moving)}"
                 )
             joint, slack = joints[name], 1e-6
             low, high = joint.limits
@@ -141,9 +140,8 @@ class LinkTree:
         path, at = [], tip
         while at != base:
             if at not in self.above:
-                raise UserError(
-                    f"{self.urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints"
-                    f" connect to {base}"
+                raise unusable(
+                    f"{self.urdf.path}: --tip", tip, f"a link that joints connect to {base}"
                 )
             path.append(self.above[at])
             at = self.above[at].parent

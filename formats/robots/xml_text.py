@@ -11,6 +11,7 @@ from xml.parsers import expat
 
 from ..errors import UserError
 from ..stand_ins import refuse_stand_in
+from ..user_files import read_bytes
 
 _MOST_DEEP = 500  # elements in each other
 _MOST = 1_000_000  # elements of a file
@@ -72,23 +73,19 @@ def some(names: Sequence[str], most: int = 8) -> str:
 
 
 def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
-    """Return the content of a file of at most ``most`` bytes.
+    """Return the content of a regular file of at most ``most`` bytes; ``name`` is the file's for
+    messages.
 
     Raises:
         UserError: if it cannot be read, is larger, or is no such file at all.
     """
     name = name or str(path)
     try:
-        if path.exists() and not path.is_file():
-            raise UserError(f"{name}: not a regular file; give a file")
-        with path.open("rb") as file:
-            data = file.read(most + 1)
-    except (OSError, ValueError) as error:
-        raise UserError(
-            f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}"
-        ) from error
-    if len(data) > most:
-        limit = most // 2**20
-        raise UserError(f"{name}: found more than {limit} MB, allowed: at most {limit} MB")
+        regular = path.is_file() or not path.exists()
+    except (OSError, ValueError):
+        regular = True  # reading it says why it cannot be
+    if not regular:
+        raise UserError(f"{name}: not a regular file; give a file")
+    data = read_bytes(path, "", most, name)
     refuse_stand_in(data, name)
     return data

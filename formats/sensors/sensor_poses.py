@@ -1,7 +1,7 @@
 """Sensor poses in JSON: writing, and reading as rings and single sensors."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from ...coverage.robots.joint_values import joint_keys, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import BASE, Robot
 from ...objectives.scene import CoreScene
-from ..errors import UserError, explain, shown
+from ..errors import UserError, explain, unusable
 from ..schema.result_models import joint_keys_of
 from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_pose_models import (
@@ -103,50 +103,39 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
                 f"{name}: not JSON: {first['msg'].removeprefix('Invalid JSON: ')}"
             ) from error
         raise explain(name, error, SensorPosesFile) from error
-    robot, sensors = scene.robot, []
-    names = (*robot.chain.joints, TCP_FRAME)
+    robot, sensors, singles = scene.robot, [], list[MountedSensor]()
+    names, frames = (*robot.chain.joints, TCP_FRAME), np.eye(4)[None]
     q = _joint_values(name, file, robot)
-    frames = None if q is None else np.asarray(forward(robot.chain, q))
+    if q is not None:  # the base comes last, which is BASE
+        frames = np.concatenate([np.asarray(forward(robot.chain, q)), frames])
+
+    def posed(key: str, stated: SensorPoseModel, frame: int) -> Float[np.ndarray, "4 4"]:
+        """Return the pose in its frame of a sensor that looks along z."""
+        T = _transform(stated.xyz, stated.xyzw)
+        if q is not None and stated.base_xyz is not None and stated.base_xyzw is not None:
+            there = _transform(stated.base_xyz, stated.base_xyzw)
+            at = "q_deg" if file.q is None else "q"
+            _check_base(f"{name}: {key}", frames[frame] @ T, there, at)
+        return looking_along_z(T, file.beam)
+
     for i, ring in enumerate(file.rings):
         for key, value, allowed in (("frame", ring.frame, names), ("link", ring.link, robot.links)):
             if value is not None and value not in allowed:
-                raise UserError(
-                    f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}"
-                )
+                raise unusable(f"{name}: rings[{i}].{key}", value, ", ".join(allowed))
         frame, unit = names.index(ring.frame), ring.sensor
-        for k, sensor in enumerate(ring.sensors):
-            T = _transform(sensor.xyz, sensor.xyzw)
-            if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
-                _check_base(
-                    f"{name}: rings[{i}].sensors[{k}]",
-                    frames[frame] @ T,
-                    _transform(sensor.base_xyz, sensor.base_xyzw),
-                    "q_deg" if file.q is None else "q",
-                )
-            sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
+        for k, stated in enumerate(ring.sensors):
+            T = posed(f"rings[{i}].sensors[{k}]", stated, frame)
+            sensors.append(SensorFrame(i, k, frame, T, unit))
+    for i, one in enumerate(file.sensors):
+        if one.frame not in (*names, BASE_FRAME):
+            allowed = ", ".join((*names, BASE_FRAME))
+            raise unusable(f"{name}: sensors[{i}].frame", one.frame, allowed)
+        frame = BASE if one.frame == BASE_FRAME else names.index(one.frame)
+        T = posed(f"sensors[{i}]", one, frame)
+        singles.append(single_at(robot, frame, T, one.sensor, one.name))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
     fitted = setup_of_frames(name, sensors, scene, links)
-    return replace(fitted, singles=(*fitted.singles, *_singles(name, file, scene, frames)))
-
-
-def _singles(
-    name: str, file: SensorPosesFile, scene: CoreScene, frames: Any
-) -> Iterator[MountedSensor]:
-    """Yield the single sensors that the file states as such."""
-    robot = scene.robot
-    names = (*robot.chain.joints, TCP_FRAME, BASE_FRAME)
-    for i, one in enumerate(file.sensors):
-        if one.frame not in names:
-            raise UserError(
-                f"{name}: sensors[{i}].frame: found {shown(one.frame)}, allowed: {', '.join(names)}"
-            )
-        frame = BASE if one.frame == BASE_FRAME else names.index(one.frame)
-        T = _transform(one.xyz, one.xyzw)
-        if frames is not None and one.base_xyz is not None and one.base_xyzw is not None:
-            here = T if frame == BASE else frames[frame] @ T
-            stated = _transform(one.base_xyz, one.base_xyzw)
-            _check_base(f"{name}: sensors[{i}]", here, stated, "q_deg" if file.q is None else "q")
-        yield single_at(robot, frame, looking_along_z(T, file.beam), one.sensor, one.name)
+    return replace(fitted, singles=(*fitted.singles, *singles))
 
 
 def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.ndarray, " J"] | None:
@@ -158,9 +147,8 @@ def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.nd
     chain = robot.chain
     if file.q is not None:
         if (wrong := misnamed(chain, file.q)) is not None:
-            raise UserError(
-                f"{name}: q.{wrong[0]}: found {shown(file.q.get(wrong[0]))}, allowed: {wrong[1]}"
-                f" of {robot.name}"
+            raise unusable(
+                f"{name}: q.{wrong[0]}", file.q.get(wrong[0]), f"{wrong[1]} of {robot.name}"
             )
         return ordered(chain, file.q)
     if file.q_deg is not None and (chain.prismatic or len(file.q_deg) != len(chain)):

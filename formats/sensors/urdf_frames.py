@@ -12,7 +12,7 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import CoreScene
-from ..errors import UserError, shown
+from ..errors import UserError, shown, unusable
 from ..robots.urdf_matching import find_robot
 from ..robots.urdf_model import Urdf
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
@@ -77,9 +77,7 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
             raise re.error(f"longer than {_LONGEST} characters")
         pattern = re.compile(asked.pattern)
     except (re.error, OverflowError, RecursionError) as error:
-        raise UserError(
-            f"--frames: found {shown(asked.pattern)}, allowed: a regular expression ({error})"
-        ) from error
+        raise unusable("--frames", asked.pattern, f"a regular expression ({error})") from error
     name = str(urdf.path)
     picked = find_robot(urdf, scene.robot)
     carried = {c.link.name: c for c in picked.carried}

@@ -22,10 +22,10 @@ _HEADS = (
 
 def bus_cable(wiring: RingWiring) -> float:
     """Return the length of four-wire cable on a ring, m."""
-    trunk = wiring.segments[0].cable_m
+    trunk = wiring.bus.segments[0].cable_m
     if not wiring.channels:
         return trunk
-    return trunk + wiring.count * wiring.segments[1].cable_m
+    return trunk + wiring.count * wiring.bus.segments[1].cable_m
 
 
 def wirings(scene: CoreScene, setup: Setup) -> tuple[list[RingWiring | None], list[str]]:
@@ -98,18 +98,18 @@ def _row(
     """Return a row of the table of rings."""
     if wiring is None:
         return (str(number), plain(group.link), "none", *["–"] * 6, str(joints), length)
-    worst = max(wiring.segments, key=lambda segment: segment.line.load_pf)
+    worst = max(wiring.bus.segments, key=lambda segment: segment.line.load_pf)
     way = f"{len(wiring.channels)} TCA9548A" if wiring.channels else "direct"
     return (
         str(number),
         plain(group.link),
         way,
-        f"{wiring.hertz // 1000}",
+        f"{wiring.bus.hertz // 1000}",
         f"{wiring.rate_hz}",
         f"{100 * wiring.bus.busy:.0f}",
         f"{bus_cable(wiring):.1f}",
         f"{worst.line.load_pf:.0f}",
-        f"{max(segment.line.rise_ns for segment in wiring.segments):.0f}",
+        f"{max(segment.line.rise_ns for segment in wiring.bus.segments):.0f}",
         str(joints),
         length,
     )

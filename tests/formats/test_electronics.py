@@ -61,7 +61,7 @@ def test_a_ring_is_wired_up_to_the_largest_number_and_not_beyond(electronics, mo
                 plan_ring("ring 0", ring, electronics)
             continue
         wiring = plan_ring("ring 0", ring, electronics)
-        read = wiring.driver.bytes_of(sensor) * 9 / wiring.hertz * count
+        read = wiring.driver.bytes_of(sensor) * 9 / wiring.bus.hertz * count
         assert wiring.bus.busy == pytest.approx(read * wiring.rate_hz)
         assert wiring.bus.busy <= 0.8
         assert wiring.rate_hz == electronics.rate_hz or electronics.rate_hz is None

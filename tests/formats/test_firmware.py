@@ -92,10 +92,10 @@ def test_no_pin_is_used_twice_and_no_bus_bears_too_much(board, model):
         else:
             assert len(set(wiring.places)) == count
             assert max(wiring.channels) <= 8
-        for segment in wiring.segments:
+        for segment in wiring.bus.segments:
             assert segment.line.load_pf <= MOST_PF
             assert segment.line.sink_ma <= MOST_MA
-            assert segment.line.rise_ns <= RISE_NS[wiring.hertz]
+            assert segment.line.rise_ns <= RISE_NS[wiring.bus.hertz]
         assert 50 <= wiring.period_ms <= 100  # at least ten frames a second
 
 
@@ -141,7 +141,7 @@ def test_more_zones_than_one_bus_reads_ten_times_a_second_are_refused(model, cou
 
 def test_a_bus_bears_what_its_parts_add_up_to():
     """By the formulas of UM10204, from each part on its own."""
-    (bus,) = planned(CONTROLLERS["pico"], 3).segments
+    (bus,) = planned(CONTROLLERS["pico"], 3).bus.segments
     cable = 0.3 + 1.2 * 2 * np.pi * 0.08 * 2 / 3
     assert bus.line.load_pf == pytest.approx(10 + 100 * cable + 3 * 20)
     conductance = 3 / 10e3 + (0 if bus.added is None else 1 / bus.added)
@@ -182,7 +182,7 @@ def test_a_compiled_ring_sends_what_its_sensors_measure(board, count):
         np.testing.assert_allclose(frame.distance, expected, atol=1e-12)
     assert {ran.sda, ran.scl} == {board.sda, board.scl}
     assert ran.pins == set(wiring.pins[2:])
-    assert ran.hertz == wiring.hertz
+    assert ran.hertz == wiring.bus.hertz
     assert ran.longest_s < SILENT
     assert (ran.counts.lost, ran.counts.corrupt, ran.counts.restarts) == (0, 0, 0)
     slow = wiring.driver.name == "vl53l4cd"  # to start

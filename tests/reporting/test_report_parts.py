@@ -64,8 +64,8 @@ def test_bus_cables_are_those_of_the_wiring():
     setup = Setup(tuple(Ring("forearm", 0.5, n, sensor=sensor) for n in (3, 20)))
     (direct, switched), reasons = wirings(CoreScene(), setup)
     assert not reasons
-    assert bus_cable(direct) == direct.segments[0].cable_m
-    trunk, channel = switched.segments[:2]
+    assert bus_cable(direct) == direct.bus.segments[0].cable_m
+    trunk, channel = switched.bus.segments[:2]
     assert bus_cable(switched) == pytest.approx(trunk.cable_m + 20 * channel.cable_m)
 
 
