@@ -33,7 +33,7 @@ _TURN = 1e-6  # rad, a phase this close to a full turn counts as 0
 _TIE = 3
 
 
-class Reading(NamedTuple):
+class SensorAtPose(NamedTuple):
     """A sensor at one pose of the robot, in the base frame."""
 
     pose: int
@@ -65,7 +65,7 @@ def setup_of_frames(
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
     poses = list(np.asarray(forward(chain, q)))
     readings = [
-        Reading(p, s.ring, s.sensor, (frames[s.frame] @ s.T_frame_sensor)[:3, 1:], s.unit)
+        SensorAtPose(p, s.ring, s.sensor, (frames[s.frame] @ s.T_frame_sensor)[:3, 1:], s.unit)
         for p, frames in enumerate(poses)
         for s in sensors
     ]
@@ -75,7 +75,7 @@ def setup_of_frames(
 
 def fitted_setup(
     name: str,
-    readings: Sequence[Reading],
+    readings: Sequence[SensorAtPose],
     frames: Sequence[Float[np.ndarray, "F 4 4"]],
     scene: CoreScene,
     links: Mapping[int, str] | None = None,
@@ -96,7 +96,7 @@ def fitted_setup(
         UserError: if the numbers are not consecutive, a sensor is stated twice or as two kinds, or
             a vector is not of length 1.
     """
-    by_ring: dict[int, dict[int, list[Reading]]] = defaultdict(lambda: defaultdict(list))
+    by_ring: dict[int, dict[int, list[SensorAtPose]]] = defaultdict(lambda: defaultdict(list))
     for reading in readings:
         by_ring[reading.ring][reading.pose].append(reading)
     missing = sorted(set(range(max(by_ring) + 1)) - set(by_ring))
@@ -124,7 +124,7 @@ def fitted_setup(
 
 def _ring_or_singles(
     where: str,
-    poses: dict[int, list[Reading]],
+    poses: dict[int, list[SensorAtPose]],
     frames: Sequence[Any],
     scene: CoreScene,
     link: str | None,

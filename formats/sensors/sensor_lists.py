@@ -19,7 +19,7 @@ from ...objectives.scene import CoreScene
 from ..csv_rows import csv_rows
 from ..errors import UserError
 from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
-from .ring_fit import Reading, fitted_setup
+from .ring_fit import SensorAtPose, fitted_setup
 
 COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
 SPECIAL_COLUMNS = tuple(SpecialConeRow.model_fields)
@@ -74,7 +74,7 @@ def mounted_setup(name: str, text: str, scene: CoreScene) -> Setup:
     return fitted_setup(name, [_reading(name, row) for _, row in rows], frames, scene)
 
 
-def _reading(name: str, row: ConeRow) -> Reading:
+def _reading(name: str, row: ConeRow) -> SensorAtPose:
     """Return a row's sensor at its pose; raise a UserError for a beam that cannot be."""
     square = row if isinstance(row, SquareConeRow) else None
     shaped = row if isinstance(row, SpecialConeRow) else None
@@ -93,4 +93,4 @@ def _reading(name: str, row: ConeRow) -> Reading:
     T = np.zeros((3, 3))
     for column, key in enumerate(("up", "axis", "apex")):
         T[:, column] = [getattr(row, f"{key}_{x}", 0.0) for x in "xyz"]
-    return Reading(row.pose, row.ring, row.sensor, T, unit)
+    return SensorAtPose(row.pose, row.ring, row.sensor, T, unit)
