@@ -32,8 +32,8 @@ def csv_rows(
         columns = reader.fieldnames or ()
         kind = next((k for k in kinds if sorted(k.model_fields) == sorted(columns)), None)
         if kind is None:
-            found = shown(",".join(columns) or None)
-            raise UserError(f"{name}: line {above + 1}: found {found}, allowed: {allowed}")
+            header = shown(",".join(columns) or None)
+            raise UserError(f"{name}: line {above + 1}: found {header}, allowed: {allowed}")
         for fields in reader:
             where = f"{name}: line {above + reader.line_num}"
             if None in fields or None in fields.values():

@@ -138,20 +138,20 @@ def contacts(
         solids: links and rings by name.
         frames: from ``sampled_frames``.
     """
-    names, found = list(solids), dict[tuple[str, str], str]()
+    names, reasons = list(solids), dict[tuple[str, str], str]()
     for i, one in enumerate(names):
         for other in names[i + 1 :]:
             a, b = solids[one], solids[other]
             if a.joint == b.joint:
-                found[one, other] = "Adjacent"
+                reasons[one, other] = "Adjacent"
                 continue
             T_a_b = np.linalg.inv(frames[:, a.joint]) @ frames[:, b.joint]
             apart, touching = _relation(a, b, T_a_b)
             if apart.all():
-                found[one, other] = "Never"
+                reasons[one, other] = "Never"
             elif touching.all():
-                found[one, other] = "Always"
-    return found
+                reasons[one, other] = "Always"
+    return reasons
 
 
 def _relation(a: LinkSolid, b: LinkSolid, T_a_b: Float[np.ndarray, "Q 4 4"]) -> tuple[Any, Any]:

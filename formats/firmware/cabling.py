@@ -76,7 +76,7 @@ def crossings(scene: CoreScene) -> list[JointCrossing]:
     robot, chain = scene.robot, scene.robot.chain
     q = chain.settled(np.array([pose.q for pose in scene.poses]))
     over = np.ptp(q, axis=0)
-    found = []
+    crossed = []
     for j, joint in enumerate(chain.joints):
         slides = bool(chain.slides[j])
         motion = float(over[j])
@@ -84,8 +84,8 @@ def crossings(scene: CoreScene) -> list[JointCrossing]:
             low, high = (-np.inf, np.inf) if robot.limits is None else robot.limits[j]
             most = 0.5 if slides else math.tau
             motion = min(float(high - low), most)
-        found.append(JointCrossing(joint, slides, motion, 0.0 if slides else _lever(robot, j)))
-    return found
+        crossed.append(JointCrossing(joint, slides, motion, 0.0 if slides else _lever(robot, j)))
+    return crossed
 
 
 def _lever(robot: Robot, joint: int) -> float:

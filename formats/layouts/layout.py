@@ -164,14 +164,14 @@ def _setup(path: Path, file: LayoutFile, scene: CoreScene) -> Setup:
         raise UserError(f"{path}: {error}") from error
 
 
-def _urdf_sensors(path: Path, asked: LayoutUrdfModel, scene: CoreScene) -> Iterator[MountedSensor]:
+def _urdf_sensors(path: Path, keys: LayoutUrdfModel, scene: CoreScene) -> Iterator[MountedSensor]:
     """Yield the sensors at the frames of a URDF, each a single one."""
     from ..robots.urdf import read_urdf
     from ..sensors.urdf_frames import FramePattern, setup_of_urdf
 
-    pattern = FramePattern(asked.frames, cast(Along, asked.beam), rings=False)
+    pattern = FramePattern(keys.frames, cast(Along, keys.beam), rings=False)
     for one in setup_of_urdf(
-        read_urdf(beside(path, "urdf.file", asked.file)), pattern, scene
+        read_urdf(beside(path, "urdf.file", keys.file)), pattern, scene
     ).singles:
         yield replace(one, sensor=scene.sensor)
 

@@ -32,36 +32,36 @@ _RIGID = 1e-3  # largest deviation of a rotation from an orthogonal matrix
 
 
 def sensors_of_mat(
-    file: Path, asked: LayoutMatModel, robot: Robot, sensor: Sensor
+    file: Path, keys: LayoutMatModel, robot: Robot, sensor: Sensor
 ) -> Iterator[MountedSensor]:
     """Yield the sensors at the frames of a variable in a MATLAB file.
 
     Args:
         file: the file.
-        asked: the variable, the row, and the link of the robot.
+        keys: the variable, the row, and the link of the robot.
         robot: the robot.
         sensor: the sensor.
 
     Raises:
         UserError: if the file or the variable is not usable, or the robot lacks the link.
     """
-    if asked.link not in robot.frames:
-        raise unusable("mat: link", asked.link, links_text(robot))
-    for k, T in enumerate(_frames(file, asked)):
-        name = f"{file.stem}_{k}" if asked.row is None else f"{file.stem}_{asked.row}_{k}"
-        turned = looking_along_z(T, cast(Along, asked.beam))
-        yield single_at(robot, robot.frame_of(asked.link), turned, sensor, name[:100])
+    if keys.link not in robot.frames:
+        raise unusable("mat: link", keys.link, links_text(robot))
+    for k, T in enumerate(_frames(file, keys)):
+        name = f"{file.stem}_{k}" if keys.row is None else f"{file.stem}_{keys.row}_{k}"
+        turned = looking_along_z(T, cast(Along, keys.beam))
+        yield single_at(robot, robot.frame_of(keys.link), turned, sensor, name[:100])
 
 
-def _frames(file: Path, asked: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]:
+def _frames(file: Path, keys: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]:
     """Return the transforms (4, 4) of a row.
 
     Raises:
         UserError: if the variable holds anything else.
     """
     data = bounded_bytes(file, LARGEST)
-    where = f"{file}: variable {shown(asked.variable)}"
-    said, _, frames = _read(data, asked).partition(b"\n")
+    where = f"{file}: variable {shown(keys.variable)}"
+    said, _, frames = _read(data, keys).partition(b"\n")
     if said != b"ok":
         raise UserError(f"{where}: found {said.decode(errors='replace')}, allowed: {_ALLOWED}")
     each = np.load(io.BytesIO(frames), allow_pickle=False)
@@ -70,13 +70,13 @@ def _frames(file: Path, asked: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]
     return list(each)
 
 
-def _read(data: bytes, asked: LayoutMatModel) -> bytes:
+def _read(data: bytes, keys: LayoutMatModel) -> bytes:
     """Return what a process of its own reads from a file (``mat_process``)."""
     command = [sys.executable, "-m", f"{__package__}.mat_process"]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     try:
         done = subprocess.run(
-            [*command, asked.variable, str(asked.row or 0)],
+            [*command, keys.variable, str(keys.row or 0)],
             input=data,
             capture_output=True,
             env=environment,

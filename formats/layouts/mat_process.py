@@ -24,14 +24,14 @@ def main() -> None:
     _limit()
     variable, row = sys.argv[1], int(sys.argv[2])
     try:
-        found: Any = _frames(sys.stdin.buffer.read(), variable, row)
+        frames: Any = _frames(sys.stdin.buffer.read(), variable, row)
     except Exception as error:  # whatever a parser of a broken file raises
-        found = f"a file that is no MATLAB file ({type(error).__name__})"
-    if isinstance(found, str):
-        sys.stdout.buffer.write(found.encode())
+        frames = f"a file that is no MATLAB file ({type(error).__name__})"
+    if isinstance(frames, str):
+        sys.stdout.buffer.write(frames.encode())
         return
     sys.stdout.buffer.write(b"ok\n")
-    np.save(sys.stdout.buffer, found, allow_pickle=False)
+    np.save(sys.stdout.buffer, frames, allow_pickle=False)
 
 
 def _limit() -> None:

@@ -51,8 +51,8 @@ class _Scene:
         bounded(
             sum(self._count(node, 0) for node in self._nodes(scene)), MOST_TRIANGLES, "triangles"
         )
-        found = [t for node in self._nodes(scene) for t in self._placed(node, np.eye(4))]
-        return np.concatenate(found) if found else np.zeros((0, 3, 3))
+        parts = [t for node in self._nodes(scene) for t in self._placed(node, np.eye(4))]
+        return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
 
     def _scene(self) -> ET.Element:
         instance = self._root.find("scene/instance_visual_scene")
@@ -66,12 +66,12 @@ class _Scene:
     def _named(self, element: ET.Element, key: str, tag: str) -> ET.Element:
         """Return the element of the file that an attribute names."""
         name = element.get(key, "")
-        found = self._ids.get((tag, name.removeprefix("#")))
-        if found is None:
+        named = self._ids.get((tag, name.removeprefix("#")))
+        if named is None:
             raise MeshError(
                 f"a file with the {tag} that it names ({name[:60]} is missing); {AGAIN}"
             )
-        return found
+        return named
 
     def _nodes(self, parent: ET.Element) -> Iterator[ET.Element]:
         """Yield the nodes and instances in a node."""

@@ -79,9 +79,9 @@ def geometry_triangles(geometry: ET.Element, points: Points) -> Triangles:
     mesh = geometry.find("mesh")
     if mesh is None:
         raise MeshError(f"geometries with a mesh ({geometry.get('id', '')[:60]} has none); {AGAIN}")
-    found = [_triangles(part, points) for part in mesh if part.tag in SURFACES]
-    bounded(sum(len(t) for t in found), MOST_TRIANGLES, "triangles")
-    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+    parts = [_triangles(part, points) for part in mesh if part.tag in SURFACES]
+    bounded(sum(len(t) for t in parts), MOST_TRIANGLES, "triangles")
+    return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
 
 
 def _triangles(part: ET.Element, points: Points) -> Triangles:
@@ -103,9 +103,9 @@ def _triangles(part: ET.Element, points: Points) -> Triangles:
     index = corners[_order(part, rows)]
     if part.tag != "polygons" and part.get("count") is not None:
         count = {"triangles": len(index), "tristrips": len(rows), "trifans": len(rows)}
-        found = count.get(part.tag, len((part.findtext("vcount") or "").split()))
-        if (stated := _whole(part, "count")) != found:
-            raise MeshError(f"{stated} {part.tag}, as it states (it has {found}); {AGAIN}")
+        number = count.get(part.tag, len((part.findtext("vcount") or "").split()))
+        if (stated := _whole(part, "count")) != number:
+            raise MeshError(f"{stated} {part.tag}, as it states (it has {number}); {AGAIN}")
     return picked(points.of(vertex), index)
 
 

@@ -91,7 +91,7 @@ class _Gltf:
             if scenes
             else [i for i in range(len(nodes)) if i not in below]
         )
-        stack, seen, found = [(i, np.eye(4)) for i in roots], set[int](), []
+        stack, seen, placed_meshes = [(i, np.eye(4)) for i in roots], set[int](), []
         while stack:
             i, T = stack.pop()
             if i in seen or not 0 <= i < len(nodes):
@@ -99,9 +99,9 @@ class _Gltf:
             seen.add(i)
             T = T @ _pose(nodes[i])
             if "mesh" in nodes[i]:
-                found.append((T, nodes[i]["mesh"]))
+                placed_meshes.append((T, nodes[i]["mesh"]))
             stack += [(child, T) for child in nodes[i].get("children", ())]
-        return found
+        return placed_meshes
 
     def _count(self, primitive: dict[str, Any]) -> int:
         """Return the number of triangles that a primitive states."""

@@ -71,8 +71,8 @@ class Packages:
     @cached_property
     def folders(self) -> list[Path]:
         """The folders in which files may lie, whatever package they name."""
-        found = [self.path.resolve().parent, *self._own, *self.given, *self.named.values()]
-        return list(dict.fromkeys(found))
+        permitted = [self.path.resolve().parent, *self._own, *self.given, *self.named.values()]
+        return list(dict.fromkeys(permitted))
 
     def _above(self) -> Iterator[Path]:
         """Yield the URDF's folder and those above it that may be its package: none of them a home
@@ -98,7 +98,7 @@ class Packages:
         if not self._own or not addresses or any(".." in parts for parts in addresses):
             return []
         files = list(itertools.islice(_files_below(self._own[0]), _FILES))
-        found: dict[tuple[Path, ...], tuple[int, Path]] = {}
+        unique: dict[tuple[Path, ...], tuple[int, Path]] = {}
         for without in range(min(len(parts) for parts in addresses) - 1):
             tail = addresses[0][without:]
             for file in files:
@@ -107,8 +107,8 @@ class Packages:
                 top = file.parents[len(tail) - 1]
                 places = tuple(top.joinpath(*parts[without:]) for parts in addresses)
                 if all(place.is_file() for place in places):
-                    found.setdefault(places, (without, top))
-        return list(found.values())
+                    unique.setdefault(places, (without, top))
+        return list(unique.values())
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class Packages:
     def _described(self) -> dict[str, Path]:
         """Folders of packages, the own one and those below ``given``, by the names in their
         package.xml."""
-        found = {name: own for own in self._own if (name := _package_name(own))}
+        folders = {name: own for own in self._own if (name := _package_name(own))}
         visited = 0
         for top in self.given:
             for folder, inside, files in os.walk(top):
@@ -138,8 +138,8 @@ class Packages:
                     inside.clear()
                 inside.sort()
                 if "package.xml" in files and (name := _package_name(Path(folder))):
-                    found.setdefault(name, Path(folder))
-        return found
+                    folders.setdefault(name, Path(folder))
+        return folders
 
     def find(self, name: str, link: str) -> Path:
         """Return the file of a mesh name.

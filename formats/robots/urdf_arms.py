@@ -75,8 +75,8 @@ def _grasps(tree: LinkTree, joint: Joint, followed: set[str]) -> bool:
     It does where the joint mimics another, is mimicked (``followed``), slides without a tool frame
     beyond (a quill has one), or has a finger's name, and no joint below turns on its own.
     """
-    told = joint.mimic or joint.name in followed or _named(joint)
-    if not told and (joint.kind != "prismatic" or _carries_tool(tree, joint)):
+    gripping = joint.mimic or joint.name in followed or _named(joint)
+    if not gripping and (joint.kind != "prismatic" or _carries_tool(tree, joint)):
         return False
     return all(
         other.kind == "prismatic" or other.mimic or _named(other)
@@ -110,7 +110,7 @@ def _ends(tree: LinkTree, link: str) -> tuple[str, tuple[str, ...]]:
 
 def arms(tree: LinkTree, base: str) -> list[ArmEnd]:
     """Return the ends of all arms from ``base``, the longest first."""
-    found: list[ArmEnd] = []
+    ends: list[ArmEnd] = []
     followed = {joint.mimic for joint in tree.urdf.joints.values()}
     queue = [(base, 0)]
     for link, joints in queue:
@@ -125,5 +125,5 @@ def arms(tree: LinkTree, base: str) -> list[ArmEnd]:
             tip, others = _ends(tree, link)
             rolls = _WHEEL.search(link) or _WHEEL.search(tree.above[link].name)
             wheel = joints <= _STEERED and rolls is not None
-            found.append(ArmEnd(joints, tip, others, tuple(j.name for j in grasping), wheel))
-    return sorted(found, key=lambda arm: -arm.joints)
+            ends.append(ArmEnd(joints, tip, others, tuple(j.name for j in grasping), wheel))
+    return sorted(ends, key=lambda arm: -arm.joints)

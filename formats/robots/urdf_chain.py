@@ -79,17 +79,17 @@ def _arm(tree: LinkTree, base: str) -> ArmEnd:
         UserError: if there is none, or several are equally long.
     """
     path, ends = tree.urdf.path, arms(tree, base)
-    found = [arm for arm in ends if not arm.wheel]
-    if ends and not found:
+    limbs = [arm for arm in ends if not arm.wheel]
+    if ends and not limbs:
         wheels = ", or ".join(f"--tip {arm.tip}" for arm in ends[:_CHOICES])
         raise UserError(
             f"{path}: joint: found wheels only, {some([arm.tip for arm in ends])}, allowed: an arm;"
             f" to take one of them all the same: {wheels}"
         )
-    if not found:
+    if not limbs:
         where = f"found 0 moving joints from link {shown(base)}, allowed: 1 to {MOST_JOINTS}"
         raise UserError(f"{path}: joint: {where}; the base (--base) needs a chain of joints")
-    longest = [arm for arm in found if arm.joints == found[0].joints]
+    longest = [arm for arm in limbs if arm.joints == limbs[0].joints]
     if len(longest) == 1:
         return longest[0]
     options = _alternatives(tree, base, [arm.tip for arm in longest])
@@ -105,20 +105,20 @@ def _own_bases(tree: LinkTree, base: str, tips: list[str]) -> list[str]:
     """Return the option that begins the chain at an arm's own base, for each of several arms that
     share a root; empty unless each has such a link: the last one before its first own joint."""
     paths = [tree.path(base, tip) for tip in tips]
-    found = []
+    bases = []
     for path in paths:
         shared = {joint.child for other in paths if other is not path for joint in other} | {base}
         own = [joint for joint in path if joint.child not in shared]
         first = next((joint for joint in own if not tree.still(joint)), None)
         if first is None or first.parent in shared:
             return []
-        found.append(f"--base {first.parent}")
-    return found
+        bases.append(f"--base {first.parent}")
+    return bases
 
 
 def _alternatives(tree: LinkTree, base: str, tips: list[str]) -> list[str]:
     """Return, for each tip that yields a chain, the options that choose it."""
-    found = []
+    options = []
     for tip in tips:
         path = tree.path(base, tip)
         bad = foreign_joints(tree, path)
@@ -127,5 +127,5 @@ def _alternatives(tree: LinkTree, base: str, tips: list[str]) -> list[str]:
             fold_chain(held, base, tip)
         except UserError:
             continue
-        found.append(f"--tip {tip} {hold_options(tree, bad)}".strip())
-    return found
+        options.append(f"--tip {tip} {hold_options(tree, bad)}".strip())
+    return options

@@ -109,13 +109,13 @@ class LinkTree:
     def rigid(self, link: str) -> dict[str, int]:
         """Return the links that still joints connect below ``link``, and how many joints lead to
         each."""
-        found, queue = {link: 0}, [link]
+        depths, queue = {link: 0}, [link]
         for name in queue:
             for joint in self.below.get(name, []):
                 if self.still(joint):
-                    found[joint.child] = found[name] + 1
+                    depths[joint.child] = depths[name] + 1
                     queue.append(joint.child)
-        return found
+        return depths
 
     def exits(self, link: str) -> list[Joint]:
         """Return the moving joints that leave the links rigid with ``link``."""
@@ -125,11 +125,11 @@ class LinkTree:
 
     def moving_below(self, joint: Joint) -> list[Joint]:
         """Return the moving joints that a joint carries."""
-        found, queue = [], self.exits(joint.child)
+        moving, queue = [], self.exits(joint.child)
         for at in queue:
-            found.append(at)
+            moving.append(at)
             queue += self.exits(at.child)
-        return found
+        return moving
 
     def path(self, base: str, tip: str) -> list[Joint]:
         """Return the joints from base to tip.

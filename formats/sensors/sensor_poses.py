@@ -92,8 +92,8 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
         UserError: if the text is no such file, names a joint or link that the robot lacks, or
             contradicts itself.
     """
-    if (found := text.count('":')) > _MOST_KEYS:
-        raise UserError(f"{name}: found {found} keys, allowed: at most {_MOST_KEYS}")
+    if (count := text.count('":')) > _MOST_KEYS:
+        raise UserError(f"{name}: found {count} keys, allowed: at most {_MOST_KEYS}")
     try:
         file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
     except ValidationError as error:

@@ -62,7 +62,7 @@ class Seat:
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
-def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
+def setup_of_urdf(urdf: Urdf, frames: FramePattern, scene: CoreScene) -> Setup:
     """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
     sensor determines their beams.
 
@@ -73,18 +73,18 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
         UserError: if no frame matches, or the URDF lacks the scene's robot.
     """
     try:
-        if len(asked.pattern) > _LONGEST:
+        if len(frames.pattern) > _LONGEST:
             raise re.error(f"longer than {_LONGEST} characters")
-        pattern = re.compile(asked.pattern)
+        pattern = re.compile(frames.pattern)
     except (re.error, OverflowError, RecursionError) as error:
-        raise unusable("--frames", asked.pattern, f"a regular expression ({error})") from error
+        raise unusable("--frames", frames.pattern, f"a regular expression ({error})") from error
     name = str(urdf.path)
     picked = find_robot(urdf, scene.robot)
     carried = {c.link.name: c for c in picked.carried}
     wanted = [link for link in urdf.links if pattern.fullmatch(link)]
     if not wanted:
         raise UserError(
-            f"{name}: no frame matches {shown(asked.pattern)}; set --frames to a pattern of the"
+            f"{name}: no frame matches {shown(frames.pattern)}; set --frames to a pattern of the"
             " sensor frames"
         )
     for link in wanted:
@@ -96,8 +96,8 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: CoreScene) -> Setup:
     rings, singles = list[list[Seat]](), list[MountedSensor]()
     for link in wanted:
         c = carried[link]
-        T = looking_along_z(c.T_frame_link, asked.beam)
-        seat = _seat(link, c.frame, T, scene) if asked.rings else None
+        T = looking_along_z(c.T_frame_link, frames.beam)
+        seat = _seat(link, c.frame, T, scene) if frames.rings else None
         if seat is None:
             singles.append(single_at(scene.robot, c.frame, T, scene.sensor, link))
             continue
