@@ -367,7 +367,7 @@ def test_a_search_covers_where_the_weight_is():
     field = WeightField.of(np.ones((1, 1, 1)), (0.2, -2, -2), (2, 4, 6))
     whole, side = scene_of(Shell(0.5)), scene_of(near(field))
     rounds = Round(512, 4, 1, 8, 0.2, 8, 1), Round(1024, 2, 2, 8, 0.05, 6, 3)
-    found = [search(s, Space(s, sensors=12), schedule=rounds, voxel=0.05) for s in (whole, side)]
+    found = [search(Space(s, sensors=12), schedule=rounds, voxel=0.05) for s in (whole, side)]
     verifier = Verifier(side, 0.05)
     other, mine = (verifier.verify(f.setup, near(field)).zeta for f in found)
     assert mine > other
