@@ -22,7 +22,7 @@ from ..formats.schema.robot_models import TCP_FRAME
 from ..objectives.scene import CoreScene
 from .rendering.canvas import Canvas
 from .rendering.figures import add_bar, add_base_axes, png
-from .rendering.meshes import capsule, closed
+from .rendering.meshes import capsule_surfaces
 from .rendering.surface import Surface
 from .text import counted
 
@@ -90,8 +90,8 @@ def _canvas(
     """Return a canvas with the robot's bodies, the parts of the rings, and the sensors."""
     ends = np.concatenate([bodies.start, bodies.end])
     canvas = Canvas(None, np.array([ends.min(axis=0), ends.max(axis=0)]), *eye)
-    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-        canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+    for surface in capsule_surfaces(bodies):
+        canvas.mesh(surface, _LINK, closed=True)
     for ring in parts:
         for part, colour in zip(ring, cycle(_SHADES)):
             canvas.mesh(part, colour, closed=True)

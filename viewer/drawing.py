@@ -18,7 +18,7 @@ from ..coverage.targets.target import Target
 from ..formats.sensors.sensor_frames import sensor_frames
 from ..reporting.rendering.meshes import (
     band,
-    capsule,
+    capsule_surfaces,
     faces_of,
     faces_within,
     lengths_within,
@@ -95,10 +95,7 @@ class Drawing:
         corners = [faces_of(body).reshape(-1, 3) for body in carried_at(robot, frames)]
         solids: list[Surface] = [(c, np.arange(len(c)).reshape(-1, 3)) for c in corners]
         capsules = None if self.body is None else attached_at(robot, frames)
-        if capsules is not None:
-            ends = zip(capsules.start, capsules.end, capsules.radius, strict=True)
-            solids += [tube(capsule(a, b, float(r))) for a, b, r in ends]
-        return solids
+        return solids + ([] if capsules is None else capsule_surfaces(capsules, tube))
 
     def _robot_at(self, pose: int) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
         robot, q = self.scene.robot, self.scene.poses[pose].q

@@ -16,7 +16,7 @@ from .controls import Controls
 from .html import UNBUILDABLE
 from .long_task import Job, LongTask
 from .saving import file_named, save
-from .snapshot import picture
+from .snapshot import view_picture
 from .tasks import prove
 
 _LONGEST_NAME = 60  # characters of a downloaded file's name
@@ -91,7 +91,7 @@ class PageFiles:
             view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
         except (RuntimeError, TimeoutError) as error:
             raise UserError("picture: the browser sent none; try again") from error
-        data = picture(view, title, line)
+        data = view_picture(view, title, line)
         if self._out is not None:
             path = self._path(self._controls.name.value, ".png")
             with output_files(path.parent, path.name) as new:

@@ -11,7 +11,7 @@ from .colours import KINDS
 _STRIP, _MARGIN, _SIZE = 84, 16, 20  # pixels
 
 
-def picture(view: UInt8[np.ndarray, "H W 4"], title: str, line: str) -> bytes:
+def view_picture(view: UInt8[np.ndarray, "H W 4"], title: str, line: str) -> bytes:
     """Return a PNG of a view with title, coverage and legend.
 
     Args:

@@ -20,7 +20,7 @@ from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
 from ..reporting.rendering.meshes import (
     body,
-    capsule,
+    capsule_surfaces,
     circle,
     joined,
     loops,
@@ -46,13 +46,7 @@ def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
     """Return the robot's capsules; without bodies, rods along its joints and mounts."""
     if not robot.bodies:
         return joined([tube(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
-    found = robot_capsules(robot, frames)
-    return joined(
-        [
-            tube(capsule(a, b, float(r)))
-            for a, b, r in zip(found.start, found.end, found.radius, strict=True)
-        ]
-    )
+    return joined(capsule_surfaces(robot_capsules(robot, frames), tube))
 
 
 def chips(cones: Cones) -> Surface:

@@ -1,6 +1,7 @@
 """Meshes of solids: circles, balls, rods, capsules, cones, rings and hulls."""
 
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,14 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
     )
     wide = radius * np.concatenate([np.sin(bend), np.ones(10), np.sin(bend[::-1])])
     return circles(a + place[:, None] * axis, axis, wide)
+
+
+def capsule_surfaces(
+    capsules: Capsules, surface: Callable[[Any], Surface] = closed
+) -> list[Surface]:
+    """Return the surface of each capsule, by default with its ends closed."""
+    each = zip(capsules.start, capsules.end, capsules.radius, strict=True)
+    return [surface(capsule(a, b, float(r))) for a, b, r in each]
 
 
 def band(scene: CoreScene, frames: Any, ring: Ring) -> Any:

@@ -12,7 +12,7 @@ from ...formats.export.palette import ROBOT
 from ...objectives.scene import CoreScene
 from .canvas import Canvas
 from .colours import rgb
-from .meshes import ball, band, body, capsule, circle, closed, faces_of, loops, rod, tube
+from .meshes import ball, band, body, capsule_surfaces, circle, faces_of, loops, rod, tube
 
 _LINK, _JOINT = ROBOT, "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
@@ -64,9 +64,8 @@ def add_robot(
 
 
 def _add_bodies(canvas: Canvas, robot: Robot, frames: Any) -> None:
-    bodies = robot_capsules(robot, frames)
-    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-        canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+    for surface in capsule_surfaces(robot_capsules(robot, frames)):
+        canvas.mesh(surface, _LINK, closed=True)
 
 
 def _add_attached(canvas: Canvas, robot: Robot, frames: Any, with_bodies: bool) -> None:
@@ -74,9 +73,8 @@ def _add_attached(canvas: Canvas, robot: Robot, frames: Any, with_bodies: bool) 
     for solid in carried_at(robot, frames):
         canvas.faces(faces_of(solid), _LINK)
     capsules = None if with_bodies else attached_at(robot, frames)
-    if capsules is not None:
-        for a, b, r in zip(capsules.start, capsules.end, capsules.radius, strict=True):
-            canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+    for surface in () if capsules is None else capsule_surfaces(capsules):
+        canvas.mesh(surface, _LINK, closed=True)
 
 
 def _add_stick(canvas: Canvas, robot: Robot, frames: Any) -> None:
