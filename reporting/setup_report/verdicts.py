@@ -1,6 +1,7 @@
 """Verdict of a report: whether a setup can be mounted, wired and powered, and covers what it must,
 each with its figure."""
 
+from collections.abc import Callable
 from typing import Literal
 
 from ...coverage.electronics.electronics import limit_text, unknown_reason
@@ -12,12 +13,13 @@ from .cable_section import arm_power, wirings
 from .facts import Facts
 from .requirements import requirement_sentence
 
+Question = Literal["mountable", "wireable", "powered", "covered"]
 State = Literal["pass", "fail", "not known"]
 
 
 def verdicts(f: Facts) -> tuple[VerdictModel, ...]:
     """Return the verdict on each question, with its figure or the reason as one line of text."""
-    questions = {
+    questions: dict[Question, Callable[[Facts], tuple[State, str]]] = {
         "mountable": _mountable,
         "wireable": _wireable,
         "powered": _powered,
