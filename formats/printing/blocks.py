@@ -101,7 +101,7 @@ def thread(plan: PrintPlan, y: float) -> float:
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
     inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
     down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
-    return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
+    return float(min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9)))
 
 
 def screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:

@@ -59,7 +59,7 @@ def tie_bridges(
 
 def _foot(plan: PrintPlan) -> float:
     """Return the lower end of a bridge's slope."""
-    return plan.lug[1] - 2 * _EDGE - SLOT[1] - SLOT[0] - _ROOF
+    return float(plan.lug[1]) - 2 * _EDGE - SLOT[1] - SLOT[0] - _ROOF
 
 
 def _bridge(plan: PrintPlan, out: float) -> Manifold:

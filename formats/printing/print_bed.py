@@ -82,7 +82,7 @@ def build_ring(scene: CoreScene, ring: Ring, number: int = 0) -> tuple[PrintPlan
 def _chord(plan: PrintPlan) -> float:
     """Return the largest distance, mm, between the ends of a part's band, along its bore."""
     widest = max(last - first for first, last in plan.arcs)
-    return 2 * plan.bore * math.sin(widest / 2) - MM * plan.printing.gap
+    return float(2 * plan.bore * math.sin(widest / 2) - MM * plan.printing.gap)
 
 
 def rotation_z(degrees: float) -> Float[np.ndarray, "3 3"]:

@@ -168,7 +168,7 @@ class _Reader:
     def _jointed(self, name: str, body: int, joints: range, T: Transform) -> str:
         """Add the joints of a body between its parent and its link; return the link's name."""
         model, back, shapes = self._model, np.eye(4), self._shapes(body)
-        at = self._names[model.body_parentid[body]]
+        at: str = self._names[model.body_parentid[body]]
         for i, j in enumerate(joints):
             number = f"_{i}" if len(joints) > 1 else ""
             joint = written(model.joint(j).name) or f"{name}_joint{number}"

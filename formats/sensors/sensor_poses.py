@@ -128,8 +128,8 @@ def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
             sensors.append(SensorFrame(i, k, frame, T, unit))
     for i, one in enumerate(file.sensors):
         if one.frame not in (*names, BASE_FRAME):
-            allowed = ", ".join((*names, BASE_FRAME))
-            raise unusable(f"{name}: sensors[{i}].frame", one.frame, allowed)
+            listed = ", ".join((*names, BASE_FRAME))
+            raise unusable(f"{name}: sensors[{i}].frame", one.frame, listed)
         frame = BASE if one.frame == BASE_FRAME else names.index(one.frame)
         T = posed(f"sensors[{i}]", one, frame)
         singles.append(single_at(robot, frame, T, one.sensor, one.name))
