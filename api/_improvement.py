@@ -1,7 +1,7 @@
 """Changes to a mounted setup: the proposals of a redesign, its record and its files."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -15,11 +15,11 @@ from ._versions import versions
 from .coverage.rings.ring import Setup
 from .formats.schema.proposal_models import FoundModel, ProposalFile
 from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
-from .formats.schema.result_models import VerifyResult
 from .formats.schema.ring_models import ring_models
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
+from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
 from .placement.redesign.beam_search import Answer
@@ -147,7 +147,7 @@ class Improvement(Placement):
 
         zetas = self.record.steps[-1].zeta if self.record.steps else []
         goals = "   ·   ".join(
-            f"{target_label(a)}: {a.zeta_percent:.1f} → {b.zeta_percent:.1f} %"
+            f"{target_label(a)}: {100 * a.zeta:.1f} → {100 * b.zeta:.1f} %"
             for a, b in zip(self.record.zeta, zetas, strict=False)
         )
         captions = ("as mounted", f"after {_changes(len(self._last.changes))}")
@@ -196,18 +196,18 @@ class Improvement(Placement):
             answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
         )
 
-    def _verified(self, answers: Sequence[Answer]) -> list[list[VerifyResult]]:
+    def _verified(self, answers: Sequence[Answer]) -> list[list[Verified]]:
         """Return ζ of each answer for each goal; empty lists for the answers after Ctrl-C."""
-        goals, each = self.scene.core.targets, list[list[VerifyResult]]()
+        goals, each = self.scene.core.targets, list[list[Verified]]()
         try:
             for answer in answers:
                 verified = [self.verifier.verify(answer.setup, goal.target) for goal in goals]
-                each.append([VerifyResult.of(self._label(answer), one) for one in verified])
+                each.append([replace(one, setup=self._label(answer)) for one in verified])
         except KeyboardInterrupt:
             pass
         return each + [[]] * (len(answers) - len(each))
 
-    def _step(self, answer: Answer, zeta: list[VerifyResult]) -> StepModel:
+    def _step(self, answer: Answer, zeta: list[Verified]) -> StepModel:
         mounted, sensor = self.result.mounted, self.scene.sensor
         return StepModel(
             exact_percent=100 * answer.exact,

@@ -1,7 +1,7 @@
 """A proposal: a setup with its scene, its coverage, and the search that found it."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from ._placement import Placement, dark_captions, dark_rows, part_rows
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
+from .coverage.rings.sensor_records import sensor_records
 from .formats.schema.gap_models import GapModel
 from .formats.schema.price_models import PriceModel
 from .formats.schema.proposal_models import (
@@ -20,8 +21,6 @@ from .formats.schema.proposal_models import (
     RepeatedModel,
     SearchFile,
 )
-from .formats.schema.result_models import VerifyResult
-from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
 from .objectives.dark_clothing import judge_dark, verify_dark
@@ -172,7 +171,7 @@ class Proposal(Placement):
         return None if self.search is None else self.search.statistics
 
     @cached_property
-    def records(self) -> tuple[VerifyResult, ...]:
+    def records(self) -> tuple[Verified, ...]:
         """ζ of each target in percent under all occlusion models, as ``save`` writes it."""
         from .reporting.comparison import counted
 
@@ -180,7 +179,7 @@ class Proposal(Placement):
         known = {(self.name, v.target): v for v in self.each}
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
-    def compare(self, progress: Callable[[int, int], None] | None = None) -> list[VerifyResult]:
+    def compare(self, progress: Callable[[int, int], None] | None = None) -> list[Verified]:
         """Count ζ of the proposal and of the paper's layouts for the scene's targets, by the same
         verifier.
 
@@ -210,24 +209,21 @@ class Proposal(Placement):
         own = {self.name: self.search.exact}
         return judged_beside_papers(self.scene.core, self._verifier.voxel, self.criterion, own)
 
-    def file(self, records: Sequence[VerifyResult] | None = None) -> ProposalFile:
+    def file(self, records: Sequence[Verified] | None = None) -> ProposalFile:
         """Return the model of the proposal's file; pass ``records`` if they are counted already."""
         core, zeta = self.scene.core, list(self.records if records is None else records)
         if len(core.poses) > MANY:
-            zeta = [r.model_copy(update={"poses": []}) for r in zeta]
+            zeta = [replace(r, poses=()) for r in zeta]
         return ProposalFile.of(
             self.setup,
             core,
-            zeta=[
-                r.model_copy(update={"setup": "proposal", "beyond": None, "people": None})
-                for r in zeta
-            ],
+            zeta=[replace(r, setup="proposal", beyond=None, people=None) for r in zeta],
             found=self.found or self._found(),
         )
 
     def search_file(
         self,
-        comparison: list[VerifyResult],
+        comparison: list[Verified],
         criterion_percent: dict[str, float],
         files: dict[str, str],
     ) -> SearchFile:
@@ -267,10 +263,10 @@ class Proposal(Placement):
             sensors=sensor_records(self.setup),
         )
 
-    def own_records(self, comparison: Sequence[VerifyResult]) -> list[VerifyResult]:
+    def own_records(self, comparison: Sequence[Verified]) -> list[Verified]:
         """Return the records of a comparison that concern the proposal and its scene's targets."""
         goals = {g.target.key for g in self.scene.core.targets}
-        return [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
+        return [r for r in comparison if r.setup == self.name and r.key in goals]
 
     def reach_record(self) -> ReachModel | None:
         """Return the searches for the fewest sensors in percent; None if there were none."""

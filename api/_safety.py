@@ -18,16 +18,16 @@ from ._validation import SetupCall, SetupLike, resolve_setup
 from .coverage.electronics.electronics import readings_hz
 from .coverage.occlusion.occlusion_mode import Occlusion
 from .coverage.rings.ring import Setup, sensor_optics
+from .coverage.rings.sensor_records import sensor_records
 from .coverage.robots.separation_distance import Safety, separation, stopping_time
-from .formats.schema.sensor_records import sensor_records
 from .formats.schema.separation_models import (
     DirectionModel,
     SafetyResult,
-    SeparationModel,
     ShareModel,
 )
 from .formats.writing import write_text
 from .objectives.scene import CoreScene
+from .objectives.separation_summary import Separations
 from .reporting import detection_page
 from .reporting.detection_figure import detection_figure
 from .reporting.pages import csv_text
@@ -285,17 +285,16 @@ def _by_direction(approaches: Approaches, directions: int) -> list[DirectionMode
     ]
 
 
-def _separation(scene: CoreScene, motion: SafetyMotion) -> SeparationModel:
+def _separation(scene: CoreScene, motion: SafetyMotion) -> Separations:
     """Return the record of the separation distances."""
     terms, fastest = motion.safety, float(motion.full.speed.max())
-    return SeparationModel.from_domain(
+    return Separations.of(
+        terms,
         separation(terms, fastest, stopping_time(terms, scene.robot.name, fastest)),
-        least_m=float(motion.full.asked.min()),
-        mean_m=float(motion.moments.weight @ motion.full.asked.mean(axis=1)),
-        fastest_m_s=fastest,
-        speeds_known=motion.moments.together or all(p.rate is not None for p in scene.poses),
-        human_speed=terms.human,
-        reaction_s=terms.reaction,
+        float(motion.full.asked.min()),
+        float(motion.moments.weight @ motion.full.asked.mean(axis=1)),
+        fastest,
+        motion.moments.together or all(p.rate is not None for p in scene.poses),
     )
 
 

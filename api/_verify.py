@@ -1,8 +1,9 @@
 """Counted and certified coverage of a setup."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import zip_longest
 from typing import Any
 
 from ._arguments import renamed
@@ -12,14 +13,13 @@ from ._placement import Placement, dark_captions, dark_rows, part_rows
 from ._scene import Scene
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
+from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
-from .formats.schema.result_models import CalibrationEffectModel, LiftedModel, VerifyResult
-from .formats.schema.sensor_records import sensor_records
 from .objectives.calibration_effect import calibration_effect
 from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.options import VerifyOptions
 from .objectives.scene import CoreScene
-from .objectives.verified import Verified
+from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import mean_by_part
 from .reporting.text import with_error
@@ -95,7 +95,7 @@ class Coverage(Placement):
         )
 
     @cached_property
-    def records(self) -> tuple[VerifyResult, ...]:
+    def records(self) -> tuple[Verified, ...]:
         """Records that ``place-rings verify --json`` prints: one for each target, in percent, under
         all occlusion models, with the sensors that cover almost nothing.
         """
@@ -105,14 +105,11 @@ class Coverage(Placement):
         targets = [goal.target for goal in core.targets]
         known = {(self.name, v.target): v for v in self.each}
         records = counted(self.verifier, {self.name: self.setup}, targets, targets, known)
-        effects = CalibrationEffectModel.each(calibration_effect(self.verifier, self.setup))
-        more: dict[str, Any] = {
-            "sensors": sensor_records(self.setup),
-            "lifted": LiftedModel.each(self.setup),
-        }
+        effects = calibration_effect(self.verifier, self.setup)
+        sensors, moved = sensor_records(self.setup), lifted(self.setup)
         return tuple(
-            record.model_copy(update=more | {"calibration": effects[i] if effects else None})
-            for i, record in enumerate(records)
+            replace(record, sensors=sensors, lifted=moved, calibration=effect)
+            for record, effect in zip_longest(records, effects)
         )
 
     @cached_property

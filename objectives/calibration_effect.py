@@ -1,6 +1,6 @@
 """What the calibration of an arm changes: where its sensors are, and ζ."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,20 +8,8 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.kinematics import forward
 from .scene import CoreScene
-from .verified import Verified
+from .verified import CalibrationEffect
 from .verify import Verifier
-
-
-@dataclass(frozen=True)
-class CalibrationEffect:
-    """A setup with an arm's own kinematics, beside the same with those of its model."""
-
-    source: str
-    """What stated the calibration."""
-    largest_move: float
-    """Largest distance between the two places of a sensor at a pose of the scene, m."""
-    nominal: tuple[Verified, ...]
-    """Coverage of each goal with the model's kinematics."""
 
 
 def largest_move(scene: CoreScene, setup: Setup) -> float:
@@ -35,8 +23,8 @@ def largest_move(scene: CoreScene, setup: Setup) -> float:
     return float(np.linalg.norm(own - model, axis=-1).max(initial=0.0))
 
 
-def calibration_effect(verifier: Verifier, setup: Setup) -> CalibrationEffect | None:
-    """Return what the calibration of a scene's arm changes; None if it has none.
+def calibration_effect(verifier: Verifier, setup: Setup) -> list[CalibrationEffect]:
+    """Return what the calibration of a scene's arm changes, for each goal; nothing without one.
 
     Args:
         verifier: counter of the scene, whose rule and voxels serve both counts.
@@ -44,8 +32,11 @@ def calibration_effect(verifier: Verifier, setup: Setup) -> CalibrationEffect | 
     """
     scene = verifier.scene
     if (calibration := scene.robot.calibration) is None:
-        return None
+        return []
     model = replace(scene, robot=scene.robot.nominal)
     nominal = Verifier(model, verifier.voxel, verifier.rule, verifier.width, memory=verifier.memory)
-    zetas = tuple(nominal.verify(setup, goal.target) for goal in scene.targets)
-    return CalibrationEffect(calibration.source, largest_move(scene, setup), zetas)
+    move = largest_move(scene, setup)
+    return [
+        CalibrationEffect(calibration.source, move, verified.zeta)
+        for verified in nominal.verify_goals(setup)
+    ]

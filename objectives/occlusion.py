@@ -2,11 +2,14 @@
 sensors see almost nothing.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Millimetres
 from ..coverage.occlusion.occluded_beams import Beams
 from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
 from ..coverage.occlusion.occlusion_mode import Occlusion
@@ -109,22 +112,23 @@ def own_link_fault(scene: CoreScene, setup: Setup) -> str | None:
     return None
 
 
-@dataclass(frozen=True)
+@definition
 class Unseeing:
-    """A sensor that sees nothing, or almost nothing but the robot, at some poses."""
+    """A blocked sensor: it sees less than 1 % of its cone, or nothing because it sits inside a
+    body."""
 
     ring: int
-    """Number of the ring or single sensor, from 0; the cell's sensors follow the setup's."""
+    """Number of the ring, counted from 0; single sensors follow the rings, then the cell's."""
     sensor: int
-    """Index of the sensor on its ring, from 0."""
-    poses: tuple[int, ...]
-    """The poses at which it sees nothing."""
-    within: str | None
-    """Name of the body or obstacle that contains the sensor at these poses, if any."""
-    depth: float
-    """Largest depth of the sensor within it, m."""
+    """Number of the sensor on its ring, counted from 0."""
+    poses: int
+    """Number of poses at which it is blocked."""
+    within: str | None = None
+    """Name of the body or obstacle that contains it."""
+    depth: Annotated[float, Millimetres("depth_mm", digits=3)] = 0.0
+    """Largest depth inside it, m."""
     single: str = ""
-    """Name of a single sensor or of one of the cell in messages; empty for a sensor of a ring."""
+    """Name of a single sensor or of one of the cell; empty for a sensor of a ring."""
 
 
 def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
@@ -160,7 +164,7 @@ def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
             poses.append(p)
             occluded[k, name] = poses, max(deepest, float(depth[k]))
     return [
-        Unseeing(*labels[k], tuple(p), name, deep, singles.get(labels[k][0], ""))
+        Unseeing(*labels[k], len(p), name, deep, singles.get(labels[k][0], ""))
         for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
 

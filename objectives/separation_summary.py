@@ -1,27 +1,60 @@
 """Summary of the separation distances that V_P requires at a scene's poses."""
 
-from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
+from ..coverage.definitions.definition import definition
 from ..coverage.robots.protective_volume import distances, moving
-from ..coverage.robots.separation_distance import Terms, separation
+from ..coverage.robots.separation_distance import Safety, Terms, separation
 from ..coverage.targets.target import Target
 from .scene import CoreScene
 
 
-@dataclass(frozen=True)
+@definition
 class Separations:
-    """Separation distances over the poses."""
+    """Separation distances of the robot's parts over a scene's poses. They confer no safety rating.
 
-    least: float
-    """The smallest distance of any part, m."""
-    mean: float
-    """Mean over the parts, then weighted mean over the poses, m."""
-    largest: Terms
-    """The terms of the largest distance, m."""
-    fastest: float
+    The terms are those of the largest distance.
+    """
+
+    least_m: float
+    """Smallest distance, m."""
+    mean_m: float
+    """Mean over the parts and, by weight, the poses, m."""
+    largest_m: float
+    """Largest distance, m."""
+    fastest_m_s: float
     """Speed of the fastest part, m/s."""
+    speeds_known: bool
+    """Whether speeds follow from joint speeds; otherwise one speed is given for all parts."""
+    S_h: float
+    """Distance that the person walks, m."""
+    S_r: float
+    """Distance that the robot moves during the reaction time, m."""
+    S_s: float
+    """Stopping distance of the robot, m."""
+    C: float
+    """Intrusion distance, m."""
+    Z_d: float
+    """Uncertainty of the person's position, m."""
+    Z_r: float
+    """Uncertainty of the robot's position, m."""
+    human_speed: float
+    """Speed of the person, m/s."""
+    reaction_s: float
+    """Reaction time, s."""
+    stopping_s: float
+    """Stopping time, s."""
+
+    @classmethod
+    def of(
+        cls, safety: Safety, terms: Terms, least: float, mean: float, fastest: float, known: bool
+    ) -> Self:
+        """Return the record of the largest distance's terms and of the figures over all poses."""
+        each = [float(getattr(terms, name)) for name in ("S_h", "S_r", "S_s", "C", "Z_d", "Z_r")]
+        times = safety.human, safety.reaction, float(terms.stopping)
+        return cls(least, mean, float(terms.total), fastest, known, *each, *times)
 
 
 def separations(scene: CoreScene, target: Target) -> Separations | None:
@@ -38,9 +71,11 @@ def separations(scene: CoreScene, target: Target) -> Separations | None:
         terms, fastest = distances(robot, parts, scene.safety), float(parts.speed.max())
         by_pose.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
     each, largest, speeds = zip(*by_pose, strict=True)
-    return Separations(
+    return Separations.of(
+        scene.safety,
+        max(largest, key=lambda terms: terms.total),
         float(np.min(each)),
         float(scene.pose_weights @ np.mean(each, axis=1)),
-        max(largest, key=lambda terms: terms.total),
         max(speeds),
+        all(pose.rate is not None for pose in scene.poses),
     )

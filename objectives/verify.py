@@ -24,7 +24,7 @@ from .occlusion import setup_sight
 from .sampling_error import PointCount
 from .scene import CoreScene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
-from .verified import PoseZeta, Verified, weighted_mean
+from .verified import PoseZeta, Verified, proof_of, weighted_mean
 
 Layers = list[tuple[int, VoxelSet]]
 """Sets of voxels with integer weights."""
@@ -190,7 +190,7 @@ class Verifier:
         """Return zeta at a pose from the counts of the target's voxels and of the covered ones."""
         weight, zeta = float(self.scene.pose_weights[pose]), count.zeta
         error = count.error if self.rule == "sampled" else None
-        return PoseZeta(weight, zeta, zeta, zeta, count.voxels, count.covered, None, error)
+        return PoseZeta(weight, zeta, zeta, zeta, error, count.voxels, count.covered)
 
     def at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         """Return zeta of ``setup`` for ``target`` at a pose; raises as ``verify``."""
@@ -201,7 +201,7 @@ class Verifier:
             b = bracket(solid, seen, self.width, self.voxel, self.tell, target.importance)
             weight = float(self.scene.pose_weights[pose])
             middle, half = (b.low + b.high) / 2, (b.high - b.low) / 2
-            return PoseZeta(weight, middle, b.low, b.high, None, None, b, half)
+            return PoseZeta(weight, middle, b.low, b.high, half, bounds=b)
         count = PointCount()
         for wanted, region in self.pieces(target, pose):
             layers = self.layers(target, pose, wanted, region)
@@ -262,7 +262,22 @@ class Verifier:
         if self.rule == "certified":
             rounding = (len(poses) + 4) * 2.0**-52  # of weights that sum to 1, and of the mean
             low, high = low * (1 - rounding), min(high * (1 + rounding), 1.0)
-        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, seconds, self.width)
+        errors, counts = [p.error for p in poses], not (certified := self.rule == "certified")
+        mean = None if None in errors else weighted_mean(weights, [e or 0.0 for e in errors])
+        return Verified(
+            target=target,
+            rule=self.rule,
+            voxel=self.voxel,
+            zeta=zeta,
+            low=low,
+            high=high,
+            error=(high - low) / 2 if certified else mean,
+            target_voxels=sum(p.target_voxels or 0 for p in poses) if counts else None,
+            covered_voxels=sum(p.covered_voxels or 0 for p in poses) if counts else None,
+            proof=proof_of(self.width, [p.bounds for p in poses if p.bounds is not None]),
+            poses=poses,
+            seconds=seconds,
+        )
 
     def judge(self, setup: Setup) -> tuple[float, float]:
         """Return the summed shortfall of zeta below the goals' floors, and its weighted mean.

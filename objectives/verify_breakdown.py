@@ -4,13 +4,10 @@ can be."""
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated
 
-from ..coverage.definitions.definition import definition
-from ..coverage.definitions.units import Covered
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
-from .verified import PoseZeta, Verified, weighted_mean
+from .verified import PeopleShare, PoseZeta, Verified, weighted_mean
 from .verify import EmptyTargetError, Verifier
 
 
@@ -37,16 +34,6 @@ def by_occlusion(
         )
         for occlusion in models
     }
-
-
-@definition
-class PeopleShare:
-    """The part of a target that a person can touch."""
-
-    share: Annotated[float, Covered("percent")]
-    """Part of the target's volume that a person can touch, a mean over the poses."""
-    zeta: Annotated[float, Covered("zeta_percent")]
-    """Coverage of this part, a mean over the poses at which there is such a part."""
 
 
 def where_people_are(verifier: Verifier, setup: Setup, known: Verified) -> PeopleShare | None:

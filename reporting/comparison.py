@@ -4,12 +4,13 @@ paper's.
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from copy import copy
+from dataclasses import replace
+from typing import Any
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
 from ..coverage.targets.target import Target
-from ..formats.schema.result_models import VerifyResult
 from ..objectives.criterion import Criterion, judge
 from ..objectives.dark_clothing import verify_dark
 from ..objectives.feasibility.clearance import MountClearance
@@ -55,7 +56,7 @@ def counted(
     sighted: Collection[Target],
     known: Mapping[tuple[str, Target], Verified],
     brief: Collection[str] = (),
-) -> Iterator[VerifyResult]:
+) -> Iterator[Verified]:
     """Count ζ of each target for each setup.
 
     Args:
@@ -83,22 +84,25 @@ def counted(
             counts = dict(zip(new, verify_targets(verifier, one, new), strict=True))
             for target in some:
                 verified = known.get((name, target)) or counts[target]
-                result = VerifyResult.of(name, verified, scene)
+                result, more = verified.in_scene(name, scene), dict[str, Any]()
                 if target in goals:
-                    result = result.with_dark(verify_dark(verifier, one, target))
+                    dark = verify_dark(verifier, one, target)
+                    more["dark_clothing"] = None if dark is None else dark.zeta
                     if name not in brief:
-                        result = result.with_parts(by_part(verifier, one, verified))
+                        more["by_part"] = by_part(verifier, one, verified)
                 if target in sighted:
-                    result = result.with_occlusion(
-                        by_occlusion(verifier, one, verified, few if name in brief else OCCLUSIONS),
-                        () if name in brief else unseeing(scene, one),
-                        mount_faults(scene, one, clear),
-                    )
+                    models = few if name in brief else OCCLUSIONS
+                    counted = by_occlusion(verifier, one, verified, models).items()
+                    more["by_occlusion"] = {m: v.zeta for m, v in counted}
+                    more["by_occlusion_error"] = {
+                        m: v.error for m, v in counted if v.error is not None
+                    }
+                    more["unseeing"] = () if name in brief else unseeing(scene, one)
+                    result = result.with_mounting(mount_faults(scene, one, clear))
                 if target in goals and name == next(iter(setups)):  # the others are for comparison
-                    people = where_people_are(verifier, one, verified)
-                    beyond = beyond_sensors(scene, target, besides=one)
-                    result = result.model_copy(update={"beyond": beyond, "people": people})
-                yield result
+                    more["people"] = where_people_are(verifier, one, verified)
+                    more["beyond"] = beyond_sensors(scene, target, besides=one)
+                yield replace(result, **more)
 
 
 def counted_beside_papers(
@@ -107,7 +111,7 @@ def counted_beside_papers(
     setup: Setup,
     counts: Sequence[Verified],
     progress: Callable[[int, int], None] | None,
-) -> list[VerifyResult]:
+) -> list[Verified]:
     """Count ζ of a setup and of the paper's layouts for the scene's targets; Ctrl-C ends the
     comparison and returns the finished counts.
 
@@ -125,7 +129,7 @@ def counted_beside_papers(
     targets, layouts = [goal.target for goal in scene.targets], papers(scene)
     setups = {name: setup} | layouts
     known = {(name, v.target): v for v in counts}
-    records: list[VerifyResult] = []
+    records: list[Verified] = []
     done, total = 0, len(targets) * len(setups) * len(scene.poses)
 
     def tell(poses: int) -> None:
@@ -143,7 +147,7 @@ def counted_beside_papers(
     except KeyboardInterrupt:
         pass
     order = {t.key: i for i, t in enumerate(targets)}
-    return sorted(records, key=lambda r: order[r.target, r.radius])
+    return sorted(records, key=lambda r: order[r.key])
 
 
 def judged_beside_papers(

@@ -8,9 +8,9 @@ from types import MappingProxyType
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 from ..formats.schema.robustness_models import RobustnessResult
 from ..objectives.robustness import RingSensitivity
+from ..objectives.verified import IntervalProof, LowestPose, PoseZeta, Verified
 from .explained import Explained
 from .text import counted, coverage_caption, with_error
 
@@ -52,46 +52,41 @@ def ring_table(
     return Explained.of(title, heads, rows, below, left=("link",))
 
 
-def target_label(result: VerifyResult | RobustnessResult) -> str:
+def target_label(result: Verified | RobustnessResult) -> str:
     """Return a target's label: ``V_S(0.5)`` or ``V_OT``."""
-    return result.target if result.radius is None else f"{result.target}({result.radius:g})"
+    name, radius = result.key
+    return name if radius is None else f"{name}({radius:g})"
 
 
-def result_caption(result: VerifyResult) -> str:
+def result_caption(result: Verified) -> str:
     """Return the coverage of a record's target as a caption."""
-    dark = result.dark_clothing_percent
-    return coverage_caption(target_label(result), result.zeta_percent, dark)
+    dark = None if result.dark_clothing is None else 100 * result.dark_clothing
+    return coverage_caption(target_label(result), 100 * result.zeta, dark)
 
 
-def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
+def percent(result: Verified | PoseZeta | LowestPose, rule: str) -> str:
     """Return ζ in percent with its error, or its certified interval, rounded outward."""
     if rule == "certified":
-        decimals = min(
-            max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))),
-            8,
-        )
-        low, high = (
-            math.floor(result.low_percent * 10**decimals) / 10**decimals,
-            math.ceil(result.high_percent * 10**decimals) / 10**decimals,
-        )
+        low, high = 100 * result.low, 100 * result.high
+        decimals = min(max(2, 1 - math.floor(math.log10(max(high - low, 1e-9)))), 8)
+        low = math.floor(low * 10**decimals) / 10**decimals
+        high = math.ceil(high * 10**decimals) / 10**decimals
         return f"{low:.{decimals}f} … {high:.{decimals}f}"
-    error = result.error_points
-    return with_error(result.zeta_percent, None if error is None else error / 100)
+    return with_error(100 * result.zeta, result.error)
 
 
-def percent_under(result: VerifyResult, model: Occlusion) -> str:
+def percent_under(result: Verified, model: Occlusion) -> str:
     """Return ζ in percent under a model of occlusion, with its error."""
-    error = result.by_occlusion_error_points.get(model)
-    return with_error(result.by_occlusion_percent[model], None if error is None else error / 100)
+    return with_error(100 * result.by_occlusion[model], result.by_occlusion_error.get(model))
 
 
-def proof_line(result: VerifyResult, proof: ProofModel) -> str:
+def proof_line(result: Verified, proof: IntervalProof) -> str:
     """Return a line on the width and the cost of a certified interval."""
-    width = result.high_percent - result.low_percent
-    if proof.reached or proof.width_percent == 0:
+    width = 100 * (result.high - result.low)
+    if proof.reached or proof.width == 0:
         verdict = f"guaranteed: width {width:.2g} points"
     else:
-        verdict = f"guaranteed, but {width:.2g} points wide instead of {proof.width_percent:g}"
+        verdict = f"guaranteed, but {width:.2g} points wide instead of {100 * proof.width:g}"
     return (
         f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
         f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
@@ -108,9 +103,9 @@ _TARGETS = {
 }
 
 
-def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
+def target_legend(results: Sequence[Verified | RobustnessResult]) -> str:
     """Return a sentence that explains the targets of the results."""
-    names = {r.target for r in results}
+    names = {r.key[0] for r in results}
     lines = [text for name, text in _TARGETS.items() if name in names]
     return "; ".join(lines) + "." if lines else ""
 
@@ -118,13 +113,13 @@ def target_legend(results: Sequence[VerifyResult | RobustnessResult]) -> str:
 DARK = "dark clothing: with the sensors' range on cloth of 17 % at their light"
 
 
-def dark_columns(results: Sequence[VerifyResult]) -> dict[str, dict[str, str]]:
+def dark_columns(results: Sequence[Verified]) -> dict[str, dict[str, str]]:
     """Return ζ for dark clothing in percent by the target's label and the setup, of those targets
     for which it is known."""
     known: dict[str, dict[str, str]] = {}
     for r in results:
-        if r.dark_clothing_percent is not None:
-            known.setdefault(target_label(r), {})[r.setup] = f"{r.dark_clothing_percent:.2f}"
+        if r.dark_clothing is not None:
+            known.setdefault(target_label(r), {})[r.setup] = f"{100 * r.dark_clothing:.2f}"
     return known
 
 
@@ -148,7 +143,7 @@ class _Compared:
 
     def table(
         self,
-        results: Sequence[VerifyResult],
+        results: Sequence[Verified],
         columns: Mapping[str, Mapping[str, str]],
         below: str,
     ) -> Explained:
@@ -166,7 +161,7 @@ class _Compared:
 
 
 def zeta_table(
-    results: Sequence[VerifyResult],
+    results: Sequence[Verified],
     sensors: Mapping[str, int],
     where: str,
     prices: Mapping[str, str] = MappingProxyType({}),
@@ -197,20 +192,20 @@ def zeta_table(
 
 
 def occlusion_table(
-    results: Sequence[VerifyResult],
+    results: Sequence[Verified],
     sensors: Mapping[str, int],
     where: str,
     prices: Mapping[str, str] = MappingProxyType({}),
 ) -> Explained | None:
     """Return ζ with a row for each setup and a column for each target and model of occlusion, the
     scene's own model first; None if the models were not counted. Arguments: see ``zeta_table``."""
-    shown = [r for r in results if r.by_occlusion_percent]
+    shown = [r for r in results if r.by_occlusion]
     if not shown:
         return None
     own, columns = shown[0].occlusion, dict[str, dict[str, str]]()
-    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion_percent for r in shown)]
+    common = [m for m in OCCLUSIONS if all(m in r.by_occlusion for r in shown)]
     models = [own, *(m for m in common if m != own)]
-    faulty = {r.setup: len(r.unmounted) for r in results if r.by_occlusion_percent}
+    faulty = {r.setup: len(r.unmounted) for r in results if r.by_occlusion}
     if any(faulty.values()):
         columns["rings not mountable"] = {n: str(rings or "–") for n, rings in faulty.items()}
     dark = dark_columns(shown)

@@ -6,7 +6,6 @@ from html import escape
 
 from ..coverage.definitions.escaping import printable
 from ..coverage.targets.target import Target
-from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import CoreScene
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
@@ -193,7 +192,7 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
                 str(c.target),
                 with_error(100 * voxels.zeta, voxels.error),
                 of,
-                percent(VerifyResult.of("", c), "certified"),
+                percent(c, "certified"),
             ]
         )
     return _box(

@@ -8,7 +8,6 @@ from ..coverage.definitions.escaping import printable
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
-from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import output_files, to_toml, write_text
 from ..objectives.feasibility.mounting import Fault
 from ..objectives.feasibility.violations import of_mount
@@ -69,7 +68,7 @@ def save(
         UserError: if the file cannot be written; an existing file stays unchanged.
     """
     mounting = of_mount(scene, broken)
-    zeta = [VerifyResult.of(path.stem, one, scene).with_mounting(mounting) for one in counted]
+    zeta = [one.in_scene(path.stem, scene).with_mounting(mounting) for one in counted]
     heading = [_HEADING.format(name=path.stem)]
     heading += [f"{UNBUILDABLE}:", *(f"  {printable(f.text)}" for f in broken)] * bool(broken)
     text = to_toml(ProposalFile.of(setup, scene, zeta=zeta), "\n".join(heading))

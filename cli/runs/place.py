@@ -10,9 +10,9 @@ from pathlib import Path
 from place_rings._proposal import Proposal, write_proposal
 
 from ...formats.schema.proposal_models import ReachModel, SearchFile
-from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import CoreScene
+from ...objectives.verified import Verified
 from ...placement.search.progress import Outcome, Progress
 from ...placement.search.result import SearchResult
 from ...reporting.comparison import papers
@@ -131,7 +131,7 @@ def _searched(find: Find, scene: CoreScene, console: Terminal) -> Proposal:
     return proposal
 
 
-def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
+def _compared(proposal: Proposal, console: Terminal) -> list[Verified]:
     """Return ζ of the proposal and of the paper's layouts for all targets."""
     with ProgressBar(console) as bar:
         task = bar.add_task("verifying", total=None)
@@ -161,7 +161,7 @@ def _compared_criterion(proposal: Proposal, console: Terminal) -> dict[str, floa
 def _show(
     proposal: Proposal,
     record: SearchFile,
-    mine: list[VerifyResult],
+    mine: list[Verified],
     voxel: float,
     console: Terminal,
 ) -> None:

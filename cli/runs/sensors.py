@@ -1,18 +1,18 @@
 """Print the sensor catalogue, or a sensor file, as a table."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from rich.padding import Padding
 from rich.table import Table
 
+from ...coverage.definitions.definition import json_of
+from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.sensors.boards import Board
 from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import Use
 from ...coverage.sensors.sensor import effective
 from ...coverage.sensors.sensor_model import Model
-from ...formats.schema.sensor_records import SensorRecord
 from ...reporting.explained import Explained
 from ...reporting.terminal import Terminal, say_json
 
@@ -33,8 +33,7 @@ def sensors(as_json: bool, file: Path | None = None) -> None:
         uses = [Use(read_sensor(file))]
     found = [effective(use) for use in uses]
     if as_json:
-        records = [SensorRecord.of(each).model_dump(mode="json") for each in found]
-        say_json(json.dumps(records, indent=2))
+        say_json(json_of([SensorRecord.of(sensor) for sensor in found]))
         return
     models = [each.model for each in found]
     console = Terminal()

@@ -7,6 +7,7 @@ from place_rings._validation import ResolvedSetup
 from place_rings._verify import Coverage
 from place_rings._verify import verify as count
 
+from ...coverage.definitions.definition import json_of
 from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import CoreScene
@@ -39,7 +40,7 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     coverage = _counted(subject, options)
     results = list(coverage.records)
     if as_json:
-        records = [r.model_dump_json(indent=2) for r in results]
+        records = [json_of(r) for r in results]
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()

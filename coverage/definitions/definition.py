@@ -246,12 +246,19 @@ def table_of(value: Any) -> dict[str, Any]:
     return keys
 
 
+def json_of(value: Any) -> str:
+    """Return a definition, or a list of them, as JSON with the keys and units of files."""
+    cls: Any = Any if isinstance(value, list) else type(value)
+    return adapter(cls).dump_json(value, indent=2, by_alias=True).decode()
+
+
 __all__ = [
     "Fault",
     "InputError",
     "adapter",
     "definition",
     "fault",
+    "json_of",
     "read_as",
     "refuse",
     "table_of",

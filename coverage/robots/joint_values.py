@@ -6,10 +6,12 @@ The key of a joint is its name with the unit: ``shoulder_pan_joint_deg``, ``rail
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from ..definitions.units import degrees
 from .kinematics import Chain
 
 _DIGITS = 9  # decimals of a value in files
@@ -133,3 +135,11 @@ def radians_of(chain: Chain) -> Float[np.ndarray, " J"]:
     length = float(np.linalg.norm(beyond, axis=1).sum())
     turns = not chain.slides.all() and length > 0
     return np.where(chain.slides, 1 / length if turns else 1.0, 1.0)
+
+
+def joint_keys_of(chain: Chain, q: Float[np.ndarray, " J"]) -> dict[str, Any]:
+    """Return the keys for joint values in rad and m: ``q_deg``, or ``q`` if a joint is
+    prismatic."""
+    if chain.prismatic:
+        return {"q": named(chain, q)}
+    return {"q_deg": [degrees(angle) for angle in q]}

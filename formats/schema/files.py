@@ -11,7 +11,7 @@ MODELS = {
     "target": ("target_models", "TargetFile"),
     "layout": ("layout_models", "LayoutFile"),
     "proposal": ("proposal_models", "ProposalFile"),
-    "verify": ("result_models", "VerifyResult"),
+    "verify": ("..objectives.verified", "Verified"),
     "robustness": ("robustness_models", "RobustnessResult"),
     "result": ("proposal_models", "SearchFile"),
     "improve": ("redesign_models", "ImproveResult"),

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ...coverage.rings.ring import Setup
+from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
 from ...coverage.targets.combined import stated_keys
 from ...objectives.robustness import RingSensitivity
 from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import turned_single
+from ...objectives.verified import Verified
 from ...placement.search.progress import StageResult
 from .base_model import StrictModel, refuse
 from .field_types import Percent
@@ -19,12 +21,10 @@ from .gap_models import GapModel
 from .motion_models import PoseModel
 from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
 from .price_models import PriceModel
-from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import robot_of
 from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
-from .sensor_records import SensorRecord
 from .versions import VersionedFile
 
 if TYPE_CHECKING:  # a search's code; most commands read a proposal without one
@@ -165,7 +165,7 @@ class ProposalFile(VersionedFile):
         default=[], max_length=1000, description="single sensors of the setup"
     )
     scene: SceneModel = Field(default=SceneModel(), description="scene of the setup")
-    zeta: list[VerifyResult] = Field(default=[], description="verified coverage of each target")
+    zeta: list[Verified] = Field(default=[], description="verified coverage of each target")
     found: FoundModel | None = Field(default=None, description="search that produced the setup")
 
     @classmethod
@@ -343,7 +343,7 @@ class SearchFile(VersionedFile):
         description="value on the search's sample points less the exact one, percentage points;"
         " null where there is none"
     )
-    comparison: list[VerifyResult] = Field(
+    comparison: list[Verified] = Field(
         description="coverage of the proposal and of the paper's layouts"
     )
     asked_percent: dict[str, Percent] = Field(

@@ -7,11 +7,11 @@ from pydantic import Field
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import DIGITS_DEG
 from ...coverage.sensors.sensor import Sensor
+from ...objectives.verified import Verified
 from ...placement.redesign.changes import Change, Work
 from .base_model import StrictModel
 from .field_types import Percent
 from .mapping import MappedModel, Of, rounded_degrees, rounded_millimetres
-from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models
 from .scene_models import SceneModel
 from .versions import VersionedFile
@@ -86,7 +86,7 @@ class StepModel(StrictModel):
     work: WorkModel = Field(description="effort of the changes")
     changes: list[ChangeModel] = Field(description="changes")
     rings: list[RingModel] = Field(description="all rings after the changes")
-    zeta: list[VerifyResult] = Field(description="verified coverage of each target")
+    zeta: list[Verified] = Field(description="verified coverage of each target")
 
 
 class ImproveResult(VersionedFile):
@@ -106,7 +106,7 @@ class ImproveResult(VersionedFile):
         ge=0, description="sum by which floors are missed as mounted, percentage points"
     )
     rings: list[RingModel] = Field(description="mounted rings")
-    zeta: list[VerifyResult] = Field(description="verified coverage of each target as mounted")
+    zeta: list[Verified] = Field(description="verified coverage of each target as mounted")
     broken: list[str] = Field(description="rules that the mounted setup breaks")
     steps: list[StepModel] = Field(description="best setups with a growing number of changes")
     files: dict[str, str] = Field(default={}, description="written files")

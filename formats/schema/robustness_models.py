@@ -92,6 +92,11 @@ class RobustnessResult(StrictModel):
     drawn_percent: list[Percent] = Field(description="coverage of each draw, percent")
     seconds: float = Field(ge=0, description="duration of the counts, s")
 
+    @property
+    def key(self) -> tuple[str, float | None]:
+        """Name and radius of the target, as ``Target.key``."""
+        return self.target, self.radius
+
     @classmethod
     def of(cls, name: str, setup: Setup, sure: Redundancy, astray: Tolerance) -> Self:
         """Return the record of redundancy and tolerance of the setup ``name``."""

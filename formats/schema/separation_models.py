@@ -1,60 +1,14 @@
-"""Models of separation distances, and of the output of ``safety --json``."""
+"""Models of the output of ``safety --json``."""
 
-from typing import Annotated, Literal, Self
+from typing import Literal
 
 from pydantic import Field
 
-from ...coverage.robots.separation_distance import Terms
-from ...coverage.targets.target import Target
-from ...objectives.scene import CoreScene
-from ...objectives.separation_summary import separations
+from ...coverage.rings.sensor_records import SensorRecord
+from ...objectives.separation_summary import Separations
 from .base_model import StrictModel
 from .field_types import Percent
-from .mapping import MappedModel, Of
-from .sensor_records import SensorRecord
 from .versions import VersionedFile
-
-
-class SeparationModel(MappedModel[Terms]):
-    """Separation distances of the robot's parts over a scene's poses. They confer no safety rating.
-
-    The terms are those of the largest distance.
-    """
-
-    least_m: float = Field(description="smallest distance, m")
-    mean_m: float = Field(description="mean over the parts and, by weight, the poses, m")
-    largest_m: Annotated[float, Of("total")] = Field(description="largest distance, m")
-    fastest_m_s: float = Field(description="speed of the fastest part, m/s")
-    speeds_known: bool = Field(
-        description=(
-            "whether speeds follow from joint speeds; otherwise one speed is given for all parts"
-        )
-    )
-    S_h: float = Field(description="distance that the person walks, m")
-    S_r: float = Field(description="distance that the robot moves during the reaction time, m")
-    S_s: float = Field(description="stopping distance of the robot, m")
-    C: float = Field(description="intrusion distance, m")
-    Z_d: float = Field(description="uncertainty of the person's position, m")
-    Z_r: float = Field(description="uncertainty of the robot's position, m")
-    human_speed: float = Field(description="speed of the person, m/s")
-    reaction_s: float = Field(description="reaction time, s")
-    stopping_s: Annotated[float, Of("stopping")] = Field(description="stopping time, s")
-
-    @classmethod
-    def of(cls, scene: CoreScene, target: Target) -> Self | None:
-        """Return the record of the separation distances of V_P; None for another target."""
-        distances = separations(scene, target)
-        if distances is None:
-            return None
-        return cls.from_domain(
-            distances.largest,
-            least_m=distances.least,
-            mean_m=distances.mean,
-            fastest_m_s=distances.fastest,
-            speeds_known=all(pose.rate is not None for pose in scene.poses),
-            human_speed=scene.safety.human,
-            reaction_s=scene.safety.reaction,
-        )
 
 
 class ShareModel(StrictModel):
@@ -94,7 +48,7 @@ class SafetyResult(VersionedFile):
         default=None, description="smallest distance at a first report, m"
     )
     by_direction: list[DirectionModel] = Field(description="shares by direction")
-    separation: SeparationModel = Field(description="separation distances")
+    separation: Separations = Field(description="separation distances")
     separation_at_report_m: float = Field(
         description="largest separation distance without period and latency, m"
     )

@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from ...objectives.verified import Verified
 from .base_model import StrictModel
-from .result_models import VerifyResult
 
 
 class RequirementModel(StrictModel):
@@ -34,7 +34,7 @@ class ReportResult(StrictModel):
     setup: str = Field(description="the setup: its name or file")
     page: str = Field(description="path of report.html")
     pdf: str | None = Field(default=None, description="path of report.pdf; null without --pdf")
-    zeta: list[VerifyResult] = Field(description="coverage of the setup for each target")
+    zeta: list[Verified] = Field(description="coverage of the setup for each target")
     requirements: list[RequirementModel] = Field(
         default=[], description="required coverages, decided"
     )

@@ -11,12 +11,11 @@ from pydantic import ValidationError
 
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
-from ...coverage.robots.joint_values import joint_keys, misnamed, ordered
+from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import BASE, Robot
 from ...objectives.scene import CoreScene
 from ..errors import UserError, explain, unusable
-from ..schema.result_models import joint_keys_of
 from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_pose_models import (
     RingPosesModel,

@@ -6,11 +6,12 @@ from itertools import groupby
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.base_frame import base_frame, frame_text
-from ...formats.schema.result_models import UnseeingModel, VerifyResult
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import otherwise_tilted
+from ...objectives.occlusion import Unseeing
 from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import states_coordinates
+from ...objectives.verified import Verified
 from ...objectives.verify_breakdown import PARTS
 from ..tables import target_label
 from ..terminal import Terminal
@@ -54,7 +55,7 @@ def shared_tilt_line(scene: CoreScene, setup: Setup) -> str | None:
     return f"The fixed rings stay as they are: not at the shared tilt are {', '.join(each)}."
 
 
-def unmounted_lines(results: Sequence[VerifyResult]) -> list[str]:
+def unmounted_lines(results: Sequence[Verified]) -> list[str]:
     """Return a line for each setup with rings that could not be mounted, with the reasons."""
     reasons = {r.setup: (len(r.unmounted), r.mounting) for r in results if r.unmounted}
     return [
@@ -63,7 +64,7 @@ def unmounted_lines(results: Sequence[VerifyResult]) -> list[str]:
     ]
 
 
-def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
+def unseeing_lines(found: Sequence[Unseeing]) -> list[str]:
     """Return a line for each ring with sensors that cover nothing, and for each body that they lie
     in.
     """
@@ -78,7 +79,7 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
         if within is None:
             lines.append(f"{who}: less than 1 % of the cone is unobstructed.")
         else:
-            deep = max(u.depth_mm for u in each)
+            deep = 1000 * max(u.depth for u in each)
             lines.append(f"{who}: up to {deep:.0f} mm inside {within}; no coverage beyond it.")
     return lines
 
@@ -106,18 +107,18 @@ def scene_lines(scene: CoreScene) -> list[str]:
     )
 
 
-def part_lines(results: Sequence[VerifyResult]) -> list[str]:
+def part_lines(results: Sequence[Verified]) -> list[str]:
     """Return what each part of a mixed system covers alone, and what the rings add to the rest."""
     lines = []
     for r in results:
-        parts = dict(r.by_part_percent)
+        parts = dict(r.by_part)
         if not parts:
             continue
-        each = ", ".join(f"{part} {zeta:.2f}" for part, zeta in parts.items())
+        each = ", ".join(f"{part} {100 * zeta:.2f}" for part, zeta in parts.items())
         line = f"{target_label(r)} by each part alone, in percent: {each}"
         rings, others = parts.pop(PARTS[0], None), list(parts)
         if rings is not None and len(others) == 1:
-            added = r.zeta_percent - parts[others[0]]
+            added = 100 * (r.zeta - parts[others[0]])
             line += f"; the rings add {added:.2f} points to what the {others[0]} cover"
         lines.append(line + ".")
     return lines
@@ -137,8 +138,8 @@ def base_lines(scene: CoreScene) -> list[str]:
 
 def print_sight(
     console: Terminal,
-    results: Sequence[VerifyResult],
-    blind: Sequence[UnseeingModel],
+    results: Sequence[Verified],
+    blind: Sequence[Unseeing],
     scene: CoreScene,
     mount: Sequence[str] = (),
 ) -> None:
@@ -151,6 +152,6 @@ def print_sight(
         scene: scene of the counts, for obstacles that are replaced by their hulls.
         mount: lines about the mount, printed first.
     """
-    counted_all = any(r.by_occlusion_percent for r in results)
+    counted_all = any(r.by_occlusion for r in results)
     for line in (*mount, *unseeing_lines(blind), *scene_lines(scene), *[ADVICE] * counted_all):
         console.print(line, highlight=False, soft_wrap=True)

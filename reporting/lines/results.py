@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 
 from ...coverage.rings.ring import Setup
+from ...coverage.rings.sensor_records import SensorRecord, title
 from ...coverage.robots.joint_values import assignments
 from ...formats.schema.gap_models import GapModel
-from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
-from ...formats.schema.sensor_records import SensorRecord, title
-from ...formats.schema.separation_models import SeparationModel
 from ...objectives.reach import Beyond, beyond_sensors
 from ...objectives.scene import CoreScene
+from ...objectives.separation_summary import Separations
+from ...objectives.verified import CalibrationEffect, Verified
 from ..tables import percent, target_label
 
 
 def calibration_lines(
-    results: Sequence[VerifyResult], effects: Sequence[CalibrationEffectModel]
+    results: Sequence[Verified], effects: Sequence[CalibrationEffect]
 ) -> list[str]:
     """Return a line about an arm's calibration, if it has one.
 
@@ -25,12 +25,12 @@ def calibration_lines(
     if not effects:
         return []
     each = "; ".join(
-        f"{target_label(r)} {e.nominal_percent:.2f} → {percent(r, r.rule)} %"
+        f"{target_label(r)} {100 * e.nominal:.2f} → {percent(r, r.rule)} %"
         for r, e in zip(results, effects, strict=True)
     )
     return [
         f"Calibrated kinematics ({effects[0].source}): they move a sensor by up to"
-        f" {effects[0].largest_move_mm:.2f} mm; coverage by the model → calibrated: {each}."
+        f" {1000 * effects[0].largest_move:.2f} mm; coverage by the model → calibrated: {each}."
     ]
 
 
@@ -52,7 +52,7 @@ def gap_line(gap: GapModel | None) -> str | None:
     )
 
 
-def worst_line(result: VerifyResult) -> str | None:
+def worst_line(result: Verified) -> str | None:
     """Return a line about a setup's worst pose, or None if there is one pose only."""
     w = result.worst
     if w is None:
@@ -80,7 +80,7 @@ def reach_lines(scene: CoreScene) -> list[str]:
     return [line for name, b in each for line in _beyond(name, b)]
 
 
-def record_lines(results: Sequence[VerifyResult]) -> list[str]:
+def record_lines(results: Sequence[Verified]) -> list[str]:
     """Return lines about the parts of targets that no layout covers and that people can touch."""
     lines = []
     for r in results:
@@ -104,7 +104,7 @@ def _beyond(name: str, beyond: Beyond) -> list[str]:
     ]
 
 
-def sensor_lines(records: list[SensorRecord]) -> list[str]:
+def sensor_lines(records: Sequence[SensorRecord]) -> list[str]:
     """Return the derivation of each sensor's range, rule by rule."""
     lines = []
     for r in records:
@@ -130,7 +130,7 @@ def sensor_lines(records: list[SensorRecord]) -> list[str]:
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 
 
-def formula(s: SeparationModel) -> str:
+def formula(s: Separations) -> str:
     """Return the formula of S with each term as a number, at the fastest part."""
     return (
         f"S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r = {s.S_h:.2f} + {s.S_r:.2f} +"
@@ -138,7 +138,7 @@ def formula(s: SeparationModel) -> str:
     )
 
 
-def protective_lines(results: list[VerifyResult], setup: Setup) -> list[str]:
+def protective_lines(results: list[Verified], setup: Setup) -> list[str]:
     """Return lines about V_P among the results, and about the sensors whose range is too short for
     it.
 

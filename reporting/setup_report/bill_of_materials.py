@@ -8,12 +8,12 @@ from collections import Counter
 from ...coverage.electronics.drivers import supply_of
 from ...coverage.electronics.electronics import readings_hz
 from ...coverage.rings.ring import Group, Setup
+from ...coverage.rings.sensor_records import title
 from ...coverage.sensors.effective_range import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...formats.firmware.cabling import cable_run
 from ...formats.firmware.wiring import FEED_V, RingWiring
 from ...formats.ring_frame import MOST_ZONES, Grid, frame_length
-from ...formats.schema.sensor_records import title
 from ...objectives.scene import CoreScene
 from ..pages import escaped, table
 from ..text import counted

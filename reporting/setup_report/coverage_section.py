@@ -28,10 +28,10 @@ def answer(f: Facts) -> str:
         what += f" with {counted(len(f.scene.cell_sensors), 'sensor')} of the cell"
     each = []
     for r in f.own:
-        others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
+        others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion]
         beyond = [f"{percent_under(r, m)} % under `{m}`" for m in others]
-        if r.dark_clothing_percent is not None:
-            beyond.insert(0, f"**{r.dark_clothing_percent:.2f} % of dark clothing**")
+        if r.dark_clothing is not None:
+            beyond.insert(0, f"**{100 * r.dark_clothing:.2f} % of dark clothing**")
         each.append(
             f"**{percent(r, r.rule)} % of {target_label(r)}**"
             + (f" ({', '.join(beyond)})" if beyond else "")
@@ -50,9 +50,7 @@ def coverage_section(f: Facts) -> Iterator[str]:
     )
     yield f"{count_error_line(f.voxel)}\n"
     labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
-    models: list[Occlusion] = [
-        m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
-    ]
+    models: list[Occlusion] = [m for m in OCCLUSIONS if any(m in r.by_occlusion for r in f.zetas)]
     models.sort(key=lambda model: model != f.scene.occlusion)
     for model in models or [f.scene.occlusion]:
         asked = " (the scene's model)" if model == f.scene.occlusion else ""
@@ -61,9 +59,7 @@ def coverage_section(f: Facts) -> Iterator[str]:
         for name, sensors in f.sensors.items():
             mine = {
                 target_label(r): (
-                    percent_under(r, model)
-                    if model in r.by_occlusion_percent
-                    else percent(r, r.rule)
+                    percent_under(r, model) if model in r.by_occlusion else percent(r, r.rule)
                 )
                 for r in f.zetas
                 if r.setup == name

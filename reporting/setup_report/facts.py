@@ -7,7 +7,6 @@ import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
-from ...formats.schema.result_models import CalibrationEffectModel, VerifyResult
 from ...formats.schema.robustness_models import RobustnessResult
 from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
@@ -18,6 +17,7 @@ from ...objectives.options import ReportOptions, RobustnessOptions
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, robustness
 from ...objectives.scene import CoreScene
+from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..progress import ProgressBar
@@ -42,7 +42,7 @@ class Facts:
     """How it is counted."""
     sensors: dict[str, int]
     """Number of sensors of each setup, by name."""
-    zetas: list[VerifyResult]
+    zetas: list[Verified]
     """ζ of the setup, which comes first, and of the paper's layouts."""
     robust: list[RobustnessResult]
     """Redundancy and tolerance for each goal."""
@@ -54,7 +54,7 @@ class Facts:
     """Violated rules of the scene, and of a real mount."""
     found: FoundModel | None
     """Record of the search that found the setup, or None."""
-    calibration: list[CalibrationEffectModel]
+    calibration: list[CalibrationEffect]
     """What the calibration of the arm changes, for each goal; empty without one."""
     required: list[RequirementModel]
     """Required coverages of the scene, decided."""
@@ -67,15 +67,10 @@ class Facts:
         return self.options.voxel
 
     @property
-    def own(self) -> list[VerifyResult]:
+    def own(self) -> list[Verified]:
         """ζ of the setup for each goal of the scene."""
         goals = [g.target.key for g in self.scene.targets]
-        return [
-            r
-            for goal in goals
-            for r in self.zetas
-            if r.setup == self.name and (r.target, r.radius) == goal
-        ]
+        return [r for goal in goals for r in self.zetas if r.setup == self.name and r.key == goal]
 
 
 def standing_for(scene: CoreScene, poses: int) -> CoreScene:
@@ -112,7 +107,7 @@ def gather(
     setups = {name: setup} | {
         paper: one for paper, one in papers(scene).items() if one != setup and paper != name
     }
-    targets, zetas = compared(scene), list[VerifyResult]()
+    targets, zetas = compared(scene), list[Verified]()
     with ProgressBar(console) as bar:
         task = bar.add_task("counting", total=len(targets) * len(setups))
         for result in counted(Verifier(scene, voxel), setups, targets, targets, {}):
@@ -128,7 +123,7 @@ def gather(
         from ...objectives.sensitivity import sensitivity  # loads JAX
 
         costs = sensitivity(few, setup) if setup.rings else ()
-    worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
+    worst = {r.key: r.worst.pose for r in zetas if r.setup == name and r.worst}
     with console.status("computing blind spots"):
         blind = [
             blind_spots(verifier, setup, t, looked_at(scene, worst.get(t.key, 0)))
@@ -151,7 +146,7 @@ def gather(
         blind,
         broken,
         found,
-        CalibrationEffectModel.each(calibration_effect(Verifier(scene, voxel), setup)),
+        calibration_effect(Verifier(scene, voxel), setup),
         required,
         costs,
     )

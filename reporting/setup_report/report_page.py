@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ...formats.schema.sensor_records import sensor_records
+from ...coverage.rings.sensor_records import sensor_records
 from ..detection_page import DISCLAIMER
 from ..lines.occlusion import ADVICE
 from ..lines.results import sensor_lines

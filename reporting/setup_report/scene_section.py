@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from ...coverage.rings.sensor_records import title
 from ...coverage.robots.joint_values import joint_text
-from ...formats.schema.sensor_records import title
 from ...objectives.scene import CoreScene
 from ..lines.occlusion import ASSUMPTIONS
 from ..lines.results import calibration_lines

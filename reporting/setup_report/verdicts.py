@@ -93,6 +93,6 @@ def _covered(f: Facts) -> tuple[State, str]:
     if f.required:
         state: State = "pass" if all(one.passes for one in f.required) else "fail"
         return state, "; ".join(requirement_sentence(one) for one in f.required)
-    counts = ", ".join(f"{target_label(r)}: {r.zeta_percent:.2f} %" for r in f.own)
+    counts = ", ".join(f"{target_label(r)}: {100 * r.zeta:.2f} %" for r in f.own)
     how = "state one as --require V_S:0.5=90"
     return "not known", f"no requirement is stated ({how}); counted: {counts}"

@@ -6,7 +6,6 @@ import time
 from dataclasses import dataclass
 from typing import Literal
 
-from ...formats.schema.result_models import CalibrationEffectModel
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.verify import Verifier
 from ..session.gathering import Gathered
@@ -76,7 +75,7 @@ def assess(data: CheckData) -> Assessment:
         self_check=self_check_of(done.self_check, done.waves),
         mount=mount,
         coverage=coverage,
-        calibration=CalibrationEffectModel.each(calibration_effect(verifier, setup)),
+        calibration=calibration_effect(verifier, setup),
         version=about.version,
     )
     return Assessment(result, done, verifier)

@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.result_models import CalibrationEffectModel
 from ...formats.schema.robot_models import robot_of
+from ...objectives.verified import CalibrationEffect
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
@@ -304,7 +304,7 @@ class CheckResult(StrictModel):
     self_check: SelfModel | None = None
     mount: MountCheckModel | None = None
     coverage: list[CoverageModel] = Field(default=[])
-    calibration: list[CalibrationEffectModel] = Field(
+    calibration: list[CalibrationEffect] = Field(
         default=[], description="what the arm's calibration changes, for each target"
     )
     version: str

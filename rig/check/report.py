@@ -129,7 +129,7 @@ def calibration_notes(r: CheckResult) -> list[str]:
     if not r.calibration:
         return []
     one = r.calibration[0]
-    changes = ", ".join(f"{e.nominal_percent:.2f} %" for e in r.calibration)
+    changes = ", ".join(f"{100 * e.nominal:.2f} %" for e in r.calibration)
     return [
         f"Calibrated kinematics ({one.source}): they move a sensor by up to"
         f" {one.largest_move_mm:.2f} mm; with the model's, ζ as proposed would be {changes}."

@@ -16,7 +16,6 @@ from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
 from ...coverage.targets.target import Target
 from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight
 from ...objectives.scene import CoreScene
@@ -103,17 +102,11 @@ class AsBuilt:
         again.
         """
         verifier = verifier or Verifier(self.scene)
-        found = [
-            VerifyResult.of(name, verifier.verify(self.setup, g.target), self.scene)
-            for g in self.scene.targets
+        zeta = [
+            replace(verified.in_scene(name, self.scene), seconds=0.0)  # one file of one reading
+            for verified in verifier.verify_goals(self.setup)
         ]
-        # the same readings make the same file
-        zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]
-        return ProposalFile.of(
-            self.setup,
-            self.scene,
-            zeta=zeta,
-        )
+        return ProposalFile.of(self.setup, self.scene, zeta=zeta)
 
     def toml(self, name: str, verifier: Verifier | None = None) -> str:
         """Return the same as text, with the findings as comments."""

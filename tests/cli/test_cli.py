@@ -20,19 +20,20 @@ import trimesh
 from place_rings import _safety
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
-from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.verified import Verified
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.options import SearchOptions
@@ -212,23 +213,27 @@ def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
 NEAR = ("--target", "V_S:0.5")
 
 
+def record_of(out):
+    return adapter(Verified).validate_python(json.loads(out))
+
+
 def test_verify_prints_one_object_or_a_list_and_a_table(run):
     code, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--json")
     assert code == 0
-    one = VerifyResult.model_validate_json(out)
+    one = record_of(out)
     said = (one.setup, one.target, one.radius, one.rule, one.voxel)
     assert said == ("n3_16_55", "V_S", 0.5, "sampled", 0.1)
-    assert one.low_percent == one.zeta_percent == one.high_percent
-    assert one.zeta_percent == pytest.approx(100 * one.covered_voxels / one.target_voxels)
-    assert 0 < one.error_points < 5
+    assert one.low == one.zeta == one.high
+    assert one.zeta == pytest.approx(one.covered_voxels / one.target_voxels)
+    assert 0 < one.error < 0.05
     _, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--rule", "centre", "--json")
-    assert VerifyResult.model_validate_json(out).error_points is None
+    assert record_of(out).error is None
     several = ("--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified")
     _, out, _ = run("verify", "n2_16_25", *several, "--json")
-    results = [VerifyResult.model_validate(r) for r in json.loads(out)]
+    results = [adapter(Verified).validate_python(r) for r in json.loads(out)]
     assert [r.target for r in results] == ["V_O", "V_T"]
     for r in results:
-        assert r.low_percent < r.zeta_percent < r.high_percent
+        assert r.low < r.zeta < r.high
         assert r.target_voxels is None
     code, out, _ = run("verify", "n3_16_55", *NEAR, "--voxel", "0.1", "--rule", "touch", "--paper")
     assert code == 0
@@ -284,7 +289,7 @@ def test_place_leaves_proposal_picture_and_result(run, quick, tmp_path):
     assert setup.sensors == 12
     assert (tmp_path / "found/placement.png").read_bytes().startswith(b"\x89PNG")
     code, out, _ = run("verify", "found/proposal.toml", "--voxel", "0.1", "--json")
-    assert VerifyResult.model_validate_json(out).covered_voxels == file.zeta[0].covered_voxels
+    assert record_of(out).covered_voxels == file.zeta[0].covered_voxels
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, quick, tmp_path):

@@ -132,9 +132,9 @@ def test_distances_of_a_scene():
     assert separations(scene, ReachSphere()) is None
     found = separations(scene, ProtectiveVolume())
     parts = moving(UR10, q, poses[0].rate)
-    assert found.fastest == parts.speed.max()
-    assert found.largest.total == pytest.approx(distances(UR10, parts, Safety()).total.max())
-    assert found.least < found.mean < found.largest.total
+    assert found.fastest_m_s == parts.speed.max()
+    assert found.largest_m == pytest.approx(distances(UR10, parts, Safety()).total.max())
+    assert found.least_m < found.mean_m < found.largest_m
 
 
 def test_a_pose_of_a_record_has_the_speeds_of_its_fastest_moment():

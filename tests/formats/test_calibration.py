@@ -204,12 +204,12 @@ def test_scenes_and_proposals_keep_the_calibration(tmp_path):
 def test_the_effect_is_that_of_the_two_robots():
     robot = calibrated_from(ROBOTS["ur3"], "c.conf", conf(REAL))
     scene = replace(CoreScene(), robot=robot)
-    effect = calibration_effect(Verifier(scene, 0.05), SETUP)
+    (effect,) = calibration_effect(Verifier(scene, 0.05), SETUP)
     model = replace(scene, robot=ROBOTS["ur3"])
     (goal,) = scene.targets
-    assert effect.nominal[0].zeta == Verifier(model, 0.05).verify(SETUP, goal.target).zeta
+    assert effect.nominal == Verifier(model, 0.05).verify(SETUP, goal.target).zeta
     assert 5e-4 < effect.largest_move == largest_move(scene, SETUP) < 5e-3
-    assert calibration_effect(Verifier(model, 0.05), SETUP) is None
+    assert calibration_effect(Verifier(model, 0.05), SETUP) == []
 
 
 def test_verify_states_what_a_calibration_changes(run, tmp_path):

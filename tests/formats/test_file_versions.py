@@ -21,7 +21,6 @@ from place_rings.formats.loader import read_proposal, read_robot, read_scene, re
 from place_rings.formats.schema import versions
 from place_rings.formats.schema.files import MODELS, model_named
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.result_models import PoseZetaModel, VerifyResult
 from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
@@ -29,6 +28,7 @@ from place_rings.formats.writing import _drop_none, to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import REFERENCE_POSE_DEG, CoreScene, paper_scene
+from place_rings.objectives.verified import PoseZeta, Verified
 
 from ..support.refusals import refused
 
@@ -208,9 +208,8 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
     base = CoreScene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),))
     scene = replace(base, **change)
     setup = named_setup("n1_8_0", scene.sensor)
-    percent = covered / 100
-    ends = {"zeta_percent": percent, "low_percent": percent, "high_percent": percent}
-    count = VerifyResult(
+    ends = dict.fromkeys(("zeta", "low", "high"), covered / 10_000)
+    count = Verified(
         setup="proposal",
         target="V_S",
         radius=0.5,
@@ -218,13 +217,17 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
         target_voxels=10_000,
         covered_voxels=covered,
         seconds=0.0,
-        poses=[PoseZetaModel(weight=1.0, **ends)],
+        poses=[PoseZeta(weight=1.0, **ends)],
         **ends,
     )
     file = ProposalFile.of(setup, scene, zeta=[count])
     text = to_toml(file)
     read = ProposalFile.model_validate(tomllib.loads(text), context=FROM_FILE)
-    assert read == file
+    without = {"zeta": []}
+    assert read.model_copy(update=without) == file.model_copy(update=without)
+    (again,) = read.zeta
+    assert again.low == again.zeta == again.high == pytest.approx(count.zeta)
+    assert replace(again, **ends, poses=count.poses) == count
     assert repr(read.scene.to_domain()) == repr(file.scene.to_domain())
     keys = tomllib.loads(text)
     assert "low_percent" not in text
@@ -232,4 +235,4 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
     for table in {"curve", "safety", "motion", "link", "rules", "printing"} & keys["scene"].keys():
         assert all(defaults[table].get(k) != v for k, v in keys["scene"][table].items())
     whole = tomli_w.dumps(_drop_none(file.model_dump(mode="json")))  # as files stated before
-    assert ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE) == file
+    assert ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE) == read

@@ -21,7 +21,6 @@ from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
-from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robot_models import RobotFile, RobotModel
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.formats.sensors.sensor_poses import poses_file, setup_of_poses
@@ -229,7 +228,7 @@ def test_what_is_printed_names_joints(tmp_path):
     assert "prismatic" in record_line(scene)
     setup = Setup.named("n1_3_0")
     verified = Verifier(scene, 0.1).verify(setup, scene.targets[0].target)
-    result = VerifyResult.of("n1_3_0", verified, scene)
+    result = verified.in_scene("n1_3_0", scene)
     assert result.worst.q_deg is None
     assert set(result.worst.q) == set(POSE)
     assert "rail_m = " in worst_line(result)

@@ -32,7 +32,7 @@ def test_it_is_the_count_of_the_same_layout_with_the_range_on_a_dark_target(ligh
         pr.verify(*laid_out(effective(one).sensor, cell), voxel=VOXEL) for one in (use, dark)
     )
     assert here.dark_clothing == there.coverage <= here.coverage
-    assert here.records[0].dark_clothing_percent == pytest.approx(100 * there.coverage)
+    assert here.records[0].dark_clothing == pytest.approx(there.coverage)
 
 
 def test_there_is_none_without_figures_of_a_sensor_and_for_an_interval():
@@ -50,8 +50,8 @@ def test_a_search_states_dark_clothing_and_what_the_cell_covers_alone():
     again = pr.verify(found.setup, scene, voxel=VOXEL)
     record = next(r for r in found.compare() if r.setup == "proposal")
     assert found.dark_clothing == again.dark_clothing
-    assert record.dark_clothing_percent == pytest.approx(100 * again.dark_clothing)
+    assert record.dark_clothing == pytest.approx(again.dark_clothing)
     camera = pr.verify(pr.Setup((), (CAMERA,)), scene.replace(cell_sensors=None), voxel=VOXEL)
     alone = pytest.approx(camera.coverage)
     assert found.by_part[PARTS[2]] == alone
-    assert record.by_part_percent[PARTS[2]] / 100 == alone
+    assert record.by_part[PARTS[2]] == alone

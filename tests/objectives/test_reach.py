@@ -154,4 +154,4 @@ def test_what_is_counted_is_never_above_what_is_said_to_be_possible():
     for setup in (Setup((ring,)), Setup((), (single,))):
         record = pr.verify(setup, scene, voxel=0.04).records[0]
         most = 100 * (1 - record.beyond.share + record.beyond.error)
-        assert 5 < record.zeta_percent <= most + record.error_points
+        assert 5 < 100 * record.zeta <= most + 100 * record.error

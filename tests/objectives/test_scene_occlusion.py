@@ -181,7 +181,7 @@ def test_the_papers_world_is_one_option(run, tmp_path):
 @pytest.mark.parametrize("robot", ["ur10", "ur5e", "panda", "iiwa14"])
 def test_rings_that_cannot_be_mounted_are_counted_and_named(robot):
     record = pr.verify("n2_16_25", pr.Scene(robot=robot), voxel=0.1).records[0]
-    assert record.unmounted == [0, 1, 2, 3]  # beside the housings
+    assert record.unmounted == (0, 1, 2, 3)  # beside the housings
     for ring in record.unmounted:
         assert any(f"ring {ring} (" in line for line in record.mounting)
     assert pr.verify("n2_16_25", pr.Scene.paper(robot=robot), voxel=0.1).records[0].mounting == []

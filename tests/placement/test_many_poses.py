@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
@@ -41,11 +40,10 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
     each = [Verifier(scene, 0.1).verify(setup, goal.target) for goal in GOALS]
     for v in each:
         assert v.zeta == pytest.approx(sum((1 + i) / 6 * p.zeta for i, p in enumerate(v.poses)))
-        assert v.poses[v.worst].zeta == min(p.zeta for p in v.poses)
-        found = VerifyResult.of("x", v, scene).worst
-        assert (found.pose, found.zeta_percent) == (v.worst, 100 * v.poses[v.worst].zeta)
-        assert found.time_s == 0.05 * v.worst
-        assert np.radians(found.q_deg) == pytest.approx(scene.poses[v.worst].q, abs=1e-9)
+        worst = v.in_scene("x", scene).worst
+        assert worst.zeta == v.poses[worst.pose].zeta == min(p.zeta for p in v.poses)
+        assert worst.time_s == 0.05 * worst.pose
+        assert np.radians(worst.q_deg) == pytest.approx(scene.poses[worst.pose].q, abs=1e-9)
     verifiers = [Verifier(replace(scene, over_poses=how), 0.1) for how in ("mean", "worst")]
     mean, least = (v.judged(each)[1] for v in verifiers)
     assert mean == pytest.approx(0.7 * each[0].zeta + 0.3 * each[1].zeta)

@@ -200,7 +200,7 @@ def test_what_was_done_is_found(plan, tmp_path):
     setup, _, file = read_proposal(tmp_path / "built.toml")
     assert setup == built.setup
     zeta = built.zeta(SCENE.targets[0].target, verifier)
-    assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
+    assert 100 * file.zeta[0].zeta == pytest.approx(100 * zeta.built, abs=1e-9)
     assert zeta.alive < zeta.built
 
 

@@ -215,7 +215,7 @@ def test_search_count_and_save(tmp_path, monkeypatch):
         assert {p.name for p in tmp_path.iterdir()} == {"mine.toml"}
         setup, _, file = read_proposal(tmp_path / "mine.toml")
         assert [r.count for r in setup.rings] == [6, 5]
-        assert abs(file.zeta[0].zeta_percent - page.zeta("V_S(0.5)")) < 4
+        assert abs(100 * file.zeta[0].zeta - page.zeta("V_S(0.5)")) < 4
         page.set("Search from here", True)  # and leave in the middle of it
         page.close()
         until(lambda: server.pages == 0, "a closed page is still kept")

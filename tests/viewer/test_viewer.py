@@ -349,7 +349,7 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
     save(path, setup, scene, [Verifier(scene, 0.05).verify(setup, NEAR)])
     again, _, file = read_proposal(path)
     assert again == setup
-    assert file.zeta[0].zeta_percent == pytest.approx(
+    assert 100 * file.zeta[0].zeta == pytest.approx(
         100 * Verifier(scene, 0.05).verify(again, NEAR).zeta
     )
     with pytest.raises(UserError, match="exists; choose another name, or"):
