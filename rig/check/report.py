@@ -132,7 +132,7 @@ def calibration_notes(r: CheckResult) -> list[str]:
     changes = ", ".join(f"{100 * e.nominal:.2f} %" for e in r.calibration)
     return [
         f"Calibrated kinematics ({one.source}): they move a sensor by up to"
-        f" {one.largest_move_mm:.2f} mm; with the model's, ζ as proposed would be {changes}."
+        f" {1000 * one.largest_move:.2f} mm; with the model's, ζ as proposed would be {changes}."
     ]
 
 

@@ -70,7 +70,9 @@ def zeta(
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
     wanted = verifier.scene.target_named(target, radius)
     found = verifier.verify(setup_from(setup, verifier.scene), wanted)
-    if any(pose.proof is not None and width > 0 and not pose.proof.reached for pose in found.poses):
+    if any(
+        pose.bounds is not None and width > 0 and not pose.bounds.reached for pose in found.poses
+    ):
         raise KeyboardInterrupt
     percents = {f"{key}_percent": 100 * getattr(found, key) for key in ("zeta", "low", "high")}
     return percents | {
