@@ -184,7 +184,7 @@ def test_rings_that_cannot_be_mounted_are_counted_and_named(robot):
     assert record.unmounted == (0, 1, 2, 3)  # beside the housings
     for ring in record.unmounted:
         assert any(f"ring {ring} (" in line for line in record.mounting)
-    assert pr.verify("n2_16_25", pr.Scene.paper(robot=robot), voxel=0.1).records[0].mounting == []
+    assert pr.verify("n2_16_25", pr.Scene.paper(robot=robot), voxel=0.1).records[0].mounting == ()
 
 
 def test_a_scene_with_a_cell_reads_back(tmp_path):

@@ -402,12 +402,12 @@ def test_a_saved_file_states_what_cannot_be_built(tmp_path):
     path = tmp_path / "close.toml"
     save(path, close, scene, counted, found)
     (record,) = read_proposal(path)[2].zeta
-    assert record.mounting == [f.text for f in mount_faults(scene, close)]
-    assert record.unmounted == [0, 1]
+    assert list(record.mounting) == [f.text for f in mount_faults(scene, close)]
+    assert record.unmounted == (0, 1)
     assert all(text in path.read_text() for text in texts)
     assert all(text in words.violations(texts) for text in texts)
     save(path, close, scene, counted)
-    assert read_proposal(path)[2].zeta[0].mounting == []
+    assert read_proposal(path)[2].zeta[0].mounting == ()
     assert words.violations([]) == ""
 
 
