@@ -1,24 +1,35 @@
-"""The built-in robots, by name."""
+"""The built-in robots, by name: every robot that a file of the library states."""
 
+import pkgutil
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import fields, replace
+from functools import cache
+from importlib import import_module
 
 import numpy as np
 from jaxtyping import Float
 
+from . import library
 from .calibration import DhTable, dh_table, dh_table_of, measured_axes, tool_pose, with_kinematics
 from .kinematics import Chain
-from .library.seven_axis import FR3, IIWA14, PANDA
-from .library.ur import UR3, UR3E, UR5, UR5E, UR10E, UR16E
 from .library.ur10 import UR10, UR10_DH
 from .robot import Robot
 
 __all__ = ["PAPER_ROBOTS", "ROBOTS", "UR10", "UR10_DH", "built_in", "robot"]
 
 PAPER_ROBOTS = ("ur10", "ur10_dh")  # two possible readings of the paper's UR10
-ROBOTS = {
-    robot.name: robot
-    for robot in (UR10, UR10_DH, UR3, UR5, UR3E, UR5E, UR10E, UR16E, PANDA, FR3, IIWA14)
-}
+
+
+def _library() -> Iterator[Robot]:
+    """Yield the robots of the library, the paper's first."""
+    yield from (UR10, UR10_DH)
+    for module in sorted((m.name for m in pkgutil.iter_modules(library.__path__)), reverse=True):
+        names = vars(import_module(f"{library.__name__}.{module}"))
+        yield from (value for value in names.values() if isinstance(value, Robot))
+
+
+ROBOTS = {robot.name: robot for robot in _library()}
 
 
 def robot(name: str) -> Robot:
@@ -87,8 +98,17 @@ def T_flange_tcp(robot: Robot) -> Float[np.ndarray, "4 4"]:
 def _flange(chain: Chain) -> float:
     """Return the distance of the flange from the axis of joint 4, m."""
     table = dh_table(chain)
-    for one in (UR10, UR3, UR5, UR3E, UR5E, UR10E, UR16E):
-        known = dh_table(one.chain)
+    for known in _known_tables():
         if np.allclose([*known.a, *known.d[:5]], [*table.a, *table.d[:5]], rtol=0, atol=1e-4):
             return float(known.d[5])
     return float(table.d[5])
+
+
+@cache
+def _known_tables() -> tuple[DhTable, ...]:
+    """Return the tables of the built-in arms of Universal Robots."""
+    tables = []
+    for known in ROBOTS.values():
+        with suppress(ValueError):
+            tables.append(dh_table(known.chain))
+    return tuple(tables)
