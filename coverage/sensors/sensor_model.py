@@ -102,6 +102,8 @@ class Model:
     """Least distance between two such targets, m."""
     histogram: bool | None = None
     """Whether the raw histogram of returns can be read."""
+    wavelength_nm: Annotated[float, Field(ge=200, le=20_000)] | None = None
+    """Wavelength of the emitted light, nm."""
     safety: _Line = ""
     """Safety rating."""
     life_cycle: _Line = ""
