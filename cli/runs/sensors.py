@@ -83,6 +83,8 @@ def _details(m: Model) -> Iterator[str]:
         yield f"targets: at least {m.separation_m:g} m apart"
     if m.histogram is not None:
         yield f"raw histogram: {'yes' if m.histogram else 'no'}"
+    if m.wavelength_nm is not None:
+        yield f"wavelength: {m.wavelength_nm:g} nm"
     if m.safety:
         yield f"safety rating: {m.safety}"
     if m.life_cycle:
