@@ -1,4 +1,4 @@
-"""Universal Robots' CB3 and e-Series arms other than the reference scene's UR10.
+"""Universal Robots' CB3 and e-Series arms other than the reference scene's UR10, and the UR20.
 
 Lengths come from the manufacturer's Denavit-Hartenberg tables, reaches from its data sheets. The
 public description (UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5) supplies the lateral
@@ -238,5 +238,28 @@ UR16E = _arm(
         ("wrist_1", 3, (0, 0.1202, -0.0004), (0, 0.1343, 0.0116), 0.071),
         ("wrist_2", 4, (0, -0.0021, 0.1125), (0, 0.0203, 0.1193), 0.0652),
         ("wrist_3", 5, (0, 0.0876, -0.001), (0, 0.0878, 0.003), 0.0497),
+    ),
+)
+
+# The mesh of its upper arm lies 2.1 mm beside the lateral offset that the description states.
+UR20 = _arm(
+    "ur20",
+    1.75,
+    _Lengths(0.2363, 0.862, 0.7287, 0.201, 0.1593, 0.1543, 0.2579, 0.043),
+    _Tube(0.2, 0.77, 0.0795),
+    _Tube(0.2, 0.64, 0.0625),
+    0.056,
+    (
+        ("base", BASE, (0, 0, 0.0219), (0, 0, 0.0219), 0.1246),
+        ("shoulder", 0, (0, 0, -0.0424), (0, 0.0485, 0), 0.1243),
+        ("upper_arm_0", 1, (0.0004, -0.0001, 0.1003), (0.0001, -0.039, 0.0001), 0.1274),
+        ("upper_arm_1", 1, (0, 0, 0.2), (0, 0, 0.77), 0.0797),
+        ("upper_arm_2", 1, (0.0005, -0.0003, 0.8378), (0.0005, -0.0477, 0.8616), 0.1015),
+        ("forearm_0", 2, (0.0001, 0.0309, 0), (0.0001, 0, 0.1152), 0.1055),
+        ("forearm_1", 2, (0, 0, 0.2), (0, 0, 0.64), 0.0627),
+        ("forearm_2", 2, (0.0001, 0, 0.6932), (0.0002, 0.0269, 0.7288), 0.0735),
+        ("wrist_1", 3, (0, 0.1579, 0.0329), (0.0001, 0.1323, 0), 0.0722),
+        ("wrist_2", 4, (0, 0, 0.1349), (-0.0005, 0.035, 0.1581), 0.0713),
+        ("wrist_3", 5, (0, 0.1184, 0), (0, 0.1184, 0), 0.0609),
     ),
 )
