@@ -1,6 +1,7 @@
 """Reading of proposals, scenes, robots and sensors, and writing of the first three."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,6 @@ from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
-from ._urdf import urdf_options
 from .coverage.robots.robot import Robot
 from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
@@ -66,8 +66,10 @@ def load(
     file = Path(path)
     with input_errors():
         if file.suffix.lower() in (".urdf", ".xml"):
-            options = urdf_options(base, tip, hold, packages, package, skip_missing_meshes)
-            return options.fit(file).robot
+            from .formats.robots.urdf_options import UrdfOptions  # meshes take a while to load
+
+            reading = UrdfOptions(base, tip, hold or {}, False, packages, package or {})
+            return replace(reading, skip_missing_meshes=skip_missing_meshes).fit(file).robot
         given: dict[str, Any] = {"base": base, "tip": tip, "hold": hold}
         given |= {"packages": packages, "package": package}
         given |= {"skip_missing_meshes": skip_missing_meshes}

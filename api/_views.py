@@ -96,7 +96,7 @@ def view(
         ...     print(page.url.startswith("http://127.0.0.1:"))
         True
     """
-    from ._urdf import urdf_options
+    from .formats.robots.urdf_options import UrdfOptions
     from .viewer.robot_surface import read_skin
     from .viewer.server import Server
     from .viewer.session import ViewerSession
@@ -111,7 +111,9 @@ def view(
         surface = (
             None
             if urdf is None
-            else read_skin(Path(urdf), urdf_options(packages=packages, package=package), core.robot)
+            else read_skin(
+                Path(urdf), UrdfOptions(packages=packages, package=package or {}), core.robot
+            )
         )
         session = ViewerSession(core, setups, None if folder is None else writable(folder), surface)
         try:

@@ -1,7 +1,7 @@
 """How a robot is read from its URDF: ends of the chain, held joints, and folders of its meshes."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,9 +26,9 @@ class UrdfOptions:
     """Values of joints by name that do not move, rad, or m for prismatic joints."""
     degrees: bool = False
     """Whether ``hold`` is in degrees instead of rad; metres stay metres."""
-    packages: tuple[Path, ...] = ()
+    packages: Sequence[str | Path] = ()
     """Folders that are packages of ``package://`` addresses, or hold packages."""
-    package: Mapping[str, Path] = field(default_factory=dict)
+    package: Mapping[str, str | Path] = field(default_factory=dict)
     """Folders of packages by the packages' names."""
     skip_missing_meshes: bool = False
     """Whether to leave out meshes whose file does not exist; a note names each."""
@@ -52,9 +52,9 @@ class UrdfOptions:
         Raises:
             UserError: if a folder does not exist.
         """
-        return Meshes(
-            urdf.path, self.packages, self.package, urdf.addresses, self.skip_missing_meshes
-        )
+        folders = tuple(map(Path, self.packages))
+        named = {name: Path(folder) for name, folder in self.package.items()}
+        return Meshes(urdf.path, folders, named, urdf.addresses, self.skip_missing_meshes)
 
     def fit(
         self,
