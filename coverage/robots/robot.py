@@ -1,5 +1,6 @@
 """A robot: its chain, mounts, link bodies, joint limits and reach."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -69,6 +70,18 @@ class Body:
     """Index into ``forward``'s frames, or ``BASE`` for the base frame."""
     capsule: Capsules
     """A single capsule, in that frame."""
+
+
+CapsuleRow = tuple[str, int, tuple[float, float, float], tuple[float, float, float], float]
+"""Name, frame, ends of the axis, m, and radius, m, of a body."""
+
+
+def bodies_of(rows: Iterable[CapsuleRow]) -> tuple[Body, ...]:
+    """Return the bodies of rows."""
+    return tuple(
+        Body(name, frame, Capsules(np.array(start), np.array(end), radius))
+        for name, frame, start, end, radius in rows
+    )
 
 
 @dataclass(frozen=True)

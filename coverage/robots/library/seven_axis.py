@@ -23,27 +23,17 @@ import math
 
 import numpy as np
 
-from ...solids.capsules import Capsules
 from ..kinematics import Chain, transform
-from ..robot import BASE, Body, Mount, Robot
+from ..robot import BASE, CapsuleRow, Mount, Robot, bodies_of
 
 _QUARTER = math.pi / 2
 _Z = np.eye(3)[2]
 _O = np.zeros(3)
 
-_Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float], float]
-
 
 def _unit(*v: float) -> np.ndarray:
     unit: np.ndarray = np.array(v) / np.linalg.norm(v)
     return unit
-
-
-def _bodies(rows: tuple[_Capsule, ...]) -> tuple[Body, ...]:
-    return tuple(
-        Body(name, frame, Capsules(np.array(start), np.array(end), radius))
-        for name, frame, start, end, radius in rows
-    )
 
 
 _FRANKA = np.stack(
@@ -90,7 +80,7 @@ def _symmetric(*limits: float) -> np.ndarray:
     return np.stack([-np.array(limits), np.array(limits)], axis=1)
 
 
-_PANDA_BODIES: tuple[_Capsule, ...] = (
+_PANDA_BODIES: tuple[CapsuleRow, ...] = (
     ("link0", BASE, (-0.0572, 0, 0.0208), (0, 0, 0.0506), 0.1052),
     ("link1_0", 0, (0, 0, -0.1619), (0.0002, -0.008, -0.1336), 0.063),
     ("link1_1", 0, (0.0001, -0.06, -0.0499), (0, -0.0128, -0.076), 0.0619),
@@ -108,7 +98,7 @@ _PANDA_BODIES: tuple[_Capsule, ...] = (
     ("link6", 5, (0.0222, 0.009, 0.0054), (0.088, 0.0091, 0), 0.0749),
     ("link7", 6, (-0.0052, -0.0052, 0.0731), (0.0329, 0.0329, 0.0813), 0.0495),
 )
-_FR3_BODIES: tuple[_Capsule, ...] = (
+_FR3_BODIES: tuple[CapsuleRow, ...] = (
     ("link0", BASE, (-0.0573, -0.0008, 0.0242), (-0.0009, -0.0001, 0.0513), 0.1065),
     ("link1_0", 0, (0, 0, -0.1579), (0.0001, -0.0025, -0.1533), 0.065),
     ("link1_1", 0, (0, -0.0576, -0.0377), (0, -0.0013, -0.0943), 0.0621),
@@ -126,7 +116,7 @@ _FR3_BODIES: tuple[_Capsule, ...] = (
     ("link6", 5, (0.0229, 0.0066, 0.0038), (0.0863, 0.0084, -0.0019), 0.0759),
     ("link7", 6, (-0.005, -0.0048, 0.0732), (0.0342, 0.0342, 0.0747), 0.05),
 )
-_IIWA_BODIES: tuple[_Capsule, ...] = (
+_IIWA_BODIES: tuple[CapsuleRow, ...] = (
     ("link_0", BASE, (0, 0, 0.0554), (-0.0376, -0.0016, 0.0669), 0.1336),
     ("link_1_0", 0, (0, -0.0061, 0.0098), (0, 0, 0.0094), 0.0863),
     ("link_1_1", 0, (0, -0.0423, 0.0959), (0.0001, -0.005, 0.0468), 0.0842),
@@ -149,7 +139,7 @@ PANDA = Robot(
     chain=Chain(_joints("panda_"), _FRANKA, np.stack([_Z] * 7)),
     mounts=_FRANKA_MOUNTS,
     reach=0.855,
-    bodies=_bodies(_PANDA_BODIES),
+    bodies=bodies_of(_PANDA_BODIES),
     limits=np.array(
         [
             [-2.8973, 2.8973],
@@ -170,7 +160,7 @@ FR3 = Robot(
     chain=Chain(_joints("fr3_"), _FRANKA, np.stack([_Z] * 7)),
     mounts=_FRANKA_MOUNTS,
     reach=0.855,
-    bodies=_bodies(_FR3_BODIES),
+    bodies=bodies_of(_FR3_BODIES),
     limits=np.array(
         [
             [-2.7437, 2.7437],
@@ -230,7 +220,7 @@ IIWA14 = Robot(
         Mount("tool", 7, _O, _Z, np.eye(3)[0], 0.0, section=0.053),
     ),
     reach=0.82,
-    bodies=_bodies(_IIWA_BODIES),
+    bodies=bodies_of(_IIWA_BODIES),
     limits=np.radians(_symmetric(170, 120, 170, 120, 170, 120, 175)),
     home=np.radians([0.0, 30.0, 0.0, -80.0, 0.0, 70.0, 0.0]),
     source="KUKA LBR iiwa 14 R820: iiwa_stack, iiwa_description; data sheet",

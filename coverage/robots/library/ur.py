@@ -18,16 +18,15 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ...solids.capsules import Capsules
 from ..kinematics import Chain, transform
-from ..robot import BASE, Body, Mount, Robot
+from ..robot import BASE, CapsuleRow, Mount, Robot, bodies_of
 
 _X, _Y, _Z = np.eye(3)
 _O = np.zeros(3)
-_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
-_ENDLESS_WRIST = np.vstack([_LIMITS[:5], [-np.inf, np.inf]])  # UR3 and UR3e: wrist 3
-_HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
+_ENDLESS_WRIST = np.vstack([LIMITS[:5], [-np.inf, np.inf]])  # UR3 and UR3e: wrist 3
+HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 
 class _Lengths(NamedTuple):
@@ -56,9 +55,6 @@ class _Tube(NamedTuple):
     """Radius, m."""
 
 
-_Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float], float]
-
-
 def _arm(
     name: str,
     reach: float,
@@ -66,8 +62,8 @@ def _arm(
     upper_arm: _Tube,
     forearm: _Tube,
     flange: float,
-    bodies: tuple[_Capsule, ...],
-    limits: Float[np.ndarray, "6 2"] = _LIMITS,
+    bodies: tuple[CapsuleRow, ...],
+    limits: Float[np.ndarray, "6 2"] = LIMITS,
 ) -> Robot:
     mounts = tuple(
         Mount(link, frame, tube.start * _Z, _Z, _X, tube.end - tube.start, section=tube.radius)
@@ -76,7 +72,7 @@ def _arm(
     return Robot(
         name=name,
         chain=Chain(
-            joints=_JOINTS,
+            joints=JOINTS,
             origin=np.stack(
                 [
                     transform((0, 0, size.d1)),
@@ -92,12 +88,9 @@ def _arm(
         ),
         mounts=(*mounts, Mount("tool", 6, _O, _Y, _X, 0.0, section=flange)),
         reach=reach,
-        bodies=tuple(
-            Body(link, frame, Capsules(np.array(a), np.array(b), radius))
-            for link, frame, a, b, radius in bodies
-        ),
+        bodies=bodies_of(bodies),
         limits=limits,
-        home=_HOME,
+        home=HOME,
         source=f"{name.upper()}: the maker's table; ur_description 2.4.5",
     )
 

@@ -11,24 +11,23 @@ the upper arm. That of wrist 3 also contains its mesh where the maker moved it i
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from ...solids.capsules import Capsules
 from ..kinematics import Chain, dh_transform, forward, transform
-from ..robot import BASE, Body, Links, Mount, Robot
+from ..robot import BASE, Body, Links, Mount, Robot, bodies_of
+from .ur import HOME, JOINTS, LIMITS
 
 _X, _Y, _Z = np.eye(3)
 _O = np.zeros(3)
-_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _QUARTER = math.pi / 2
-_LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
-_HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 _FLANGE = 0.046  # m, radius of the section at the TCP
 _SOURCE = "ur_description 2.4.5 (commit 2221ec0), meshes/ur10/visual"
 
 _CHAIN = Chain(
-    joints=_JOINTS,
+    joints=JOINTS,
     origin=np.stack(
         [
             transform((0, 0, 0.1273)),
@@ -43,7 +42,7 @@ _CHAIN = Chain(
     axis=np.stack([_Z, _Y, _Y, _Y, _Z, _Y]),
 )
 _DH_CHAIN = Chain(
-    joints=_JOINTS,
+    joints=JOINTS,
     origin=np.stack(
         [
             np.eye(4),
@@ -63,25 +62,21 @@ _TUBES = (
     Mount("forearm", 2, np.array([0.0, -0.0007, 0.08]), _Z, _X, 0.448, section=0.0456),
     Mount("tool", 6, _O, _Y, _X, 0.0, section=_FLANGE),
 )
-_CAPSULES: tuple[
-    tuple[str, int, tuple[float, float, float], tuple[float, float, float], float], ...
-] = (
-    ("base_0", BASE, (-0.0176, 0.0391, 0.0181), (-0.0176, -0.0394, 0.0184), 0.0609),
-    ("base_1", BASE, (0.0526, -0.0593, 0.0188), (0.0528, 0.0596, 0.0187), 0.0297),
-    ("shoulder", 0, (0, 0.0118, 0.001), (0, 0.0002, -0.0147), 0.1058),
-    ("upper_arm_0", 1, (-0.0001, -0.0591, 0.0016), (0, -0.045, 0.0148), 0.1073),
-    ("upper_arm_1", 1, (0, -0.0457, 0.1006), (0, -0.0457, 0.537), 0.0556),
-    ("upper_arm_2", 1, (0, -0.0449, 0.5969), (0.0002, -0.0489, 0.6124), 0.0813),
-    ("forearm_0", 2, (0, -0.0008, 0.0154), (-0.0011, 0.0125, 0.0034), 0.0821),
-    ("forearm_1", 2, (0, -0.0007, 0.08), (0, -0.0007, 0.528), 0.0464),
-    ("forearm_2", 2, (0, -0.0083, 0.5671), (0, 0.0199, 0.5733), 0.061),
-    ("wrist_1", 3, (0.0006, 0.1078, 0.0004), (-0.0045, 0.114, 0.0173), 0.0669),
-    ("wrist_2", 4, (0.0001, -0.0014, 0.1089), (-0.0007, 0.017, 0.113), 0.0656),
-    ("wrist_3", 5, (0, 0.0701, 0.001), (0, 0.0701, 0.0002), 0.0463),
-)
-_BODIES = tuple(
-    Body(name, frame, Capsules(np.array(start), np.array(end), radius))
-    for name, frame, start, end, radius in _CAPSULES
+_BODIES = bodies_of(
+    (
+        ("base_0", BASE, (-0.0176, 0.0391, 0.0181), (-0.0176, -0.0394, 0.0184), 0.0609),
+        ("base_1", BASE, (0.0526, -0.0593, 0.0188), (0.0528, 0.0596, 0.0187), 0.0297),
+        ("shoulder", 0, (0, 0.0118, 0.001), (0, 0.0002, -0.0147), 0.1058),
+        ("upper_arm_0", 1, (-0.0001, -0.0591, 0.0016), (0, -0.045, 0.0148), 0.1073),
+        ("upper_arm_1", 1, (0, -0.0457, 0.1006), (0, -0.0457, 0.537), 0.0556),
+        ("upper_arm_2", 1, (0, -0.0449, 0.5969), (0.0002, -0.0489, 0.6124), 0.0813),
+        ("forearm_0", 2, (0, -0.0008, 0.0154), (-0.0011, 0.0125, 0.0034), 0.0821),
+        ("forearm_1", 2, (0, -0.0007, 0.08), (0, -0.0007, 0.528), 0.0464),
+        ("forearm_2", 2, (0, -0.0083, 0.5671), (0, 0.0199, 0.5733), 0.061),
+        ("wrist_1", 3, (0.0006, 0.1078, 0.0004), (-0.0045, 0.114, 0.0173), 0.0669),
+        ("wrist_2", 4, (0.0001, -0.0014, 0.1089), (-0.0007, 0.017, 0.113), 0.0656),
+        ("wrist_3", 5, (0, 0.0701, 0.001), (0, 0.0701, 0.0002), 0.0463),
+    )
 )
 
 
@@ -101,15 +96,7 @@ def _dh_from(frame: int) -> np.ndarray:
 def _dh_mount(mount: Mount) -> Mount:
     T = _dh_from(mount.frame)
     start, R = T[:3, :3] @ mount.start + T[:3, 3], T[:3, :3]
-    return Mount(
-        mount.link,
-        mount.frame,
-        start,
-        R @ mount.axis,
-        R @ mount.zero,
-        mount.length,
-        section=mount.section,
-    )
+    return replace(mount, start=start, axis=R @ mount.axis, zero=R @ mount.zero)
 
 
 def _dh_body(body: Body) -> Body:
@@ -145,8 +132,8 @@ UR10 = Robot(
     mounts=_JOINT_LINKS.mounts,
     reach=1.3,
     bodies=_JOINT_LINKS.bodies,
-    limits=_LIMITS,
-    home=_HOME,
+    limits=LIMITS,
+    home=HOME,
     source=f"UR10 (CB3): ros-industrial/universal_robot; {_SOURCE}",
     tube_links=Links(_TUBES, _BODIES),
     joint_links=_JOINT_LINKS,
@@ -175,8 +162,8 @@ UR10_DH = Robot(
     mounts=_DH_JOINT_LINKS.mounts,
     reach=1.3,
     bodies=_DH_JOINT_LINKS.bodies,
-    limits=_LIMITS,
-    home=_HOME,
+    limits=LIMITS,
+    home=HOME,
     source=f"UR10 (CB3): the maker's Denavit-Hartenberg table; {_SOURCE}",
     tube_links=Links(tuple(map(_dh_mount, _TUBES)), tuple(map(_dh_body, _BODIES))),
     joint_links=_DH_JOINT_LINKS,
