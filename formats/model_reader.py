@@ -67,7 +67,8 @@ def read_model(path: Path, model: type[_Model], robot: Robot | None = None) -> _
             raw = _with_files(path, raw, "", robot)
         elif model is ProposalFile and isinstance(raw.get("scene"), dict):
             raw = {**raw, "scene": _with_files(path, raw["scene"], "scene.")}
-        return cast(_Model, adapter(model).validate_python(raw, context=FROM_FILE))
+        kind: Any = model
+        return cast(_Model, adapter(kind).validate_python(raw, context=FROM_FILE))
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:

@@ -52,6 +52,7 @@ class Board:
 
     def __post_init__(self) -> None:
         half = (self.width / 2, self.height / 2)
+        spots: list[tuple[tuple[str | int, ...], tuple[float, float], float]]
         spots = [(("lens",), self.lens, 0.0)]
         spots += [(("holes", i), at, self.hole / 2) for i, at in enumerate(self.holes)]
         refuse(
