@@ -341,7 +341,7 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
 
 
 def test_boards_and_printing_in_a_scenes_file(tmp_path):
-    own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
+    own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, source="mine")
     scene = paper_scene(
         sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt="M4", nut="through")
     )
