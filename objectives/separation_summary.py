@@ -53,8 +53,8 @@ class Separations:
     ) -> Self:
         """Return the record of the largest distance's terms and of the figures over all poses."""
         each = [float(getattr(terms, name)) for name in ("S_h", "S_r", "S_s", "C", "Z_d", "Z_r")]
-        times = safety.human, safety.reaction, float(terms.stopping)
-        return cls(least, mean, float(terms.total), fastest, known, *each, *times)
+        each += [safety.human, safety.reaction, float(terms.stopping)]
+        return cls(least, mean, float(terms.total), fastest, known, *each)
 
 
 def separations(scene: CoreScene, target: Target) -> Separations | None:

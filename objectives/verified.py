@@ -265,7 +265,7 @@ class Verified(WithInterval):
 
     def model_dump(self, mode: Literal["json", "python"] = "json") -> dict[str, Any]:
         """Return the keys and values that ``verify --json`` prints."""
-        keys: dict[str, Any] = adapter(type(self)).dump_python(self, mode=mode, by_alias=True)
+        keys: dict[str, Any] = adapter(Verified).dump_python(self, mode=mode, by_alias=True)
         return keys
 
     def in_scene(self, name: str, scene: CoreScene) -> Self:
