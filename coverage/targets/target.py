@@ -83,6 +83,18 @@ class Target(TargetTerms, ABC):
         return self.kind
 
     @property
+    def goal(self) -> Self:
+        """The target itself, which was wrapped before."""
+        warnings.warn("a target is its own goal; leave out .goal", DeprecationWarning, stacklevel=2)
+        return self
+
+    @property
+    def volume(self) -> Self:
+        """The target itself, which was wrapped before."""
+        warnings.warn("a target is a volume; leave out .volume", DeprecationWarning, stacklevel=2)
+        return self
+
+    @property
     def named(self) -> bool:
         """Whether it is a named volume under its own name."""
         return not self.own and self.name == self.kind

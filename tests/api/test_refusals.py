@@ -51,3 +51,13 @@ def test_areas_are_polygons_of_pairs(corners):
         return
     with pytest.raises(ValueError, match=r"^Person: areas"):
         pr.Person(floor=0.0, areas=[corners])
+
+
+@pytest.mark.parametrize(
+    ("former", "today"), [("symbol", "kind"), ("goal", None), ("volume", None)]
+)
+def test_former_attributes_of_a_target_lead_to_those_of_today(former, today):
+    target = pr.Shell(0.5, weight=0.3, at_least_percent=40)
+    with pytest.warns(DeprecationWarning):
+        value = getattr(target, former)
+    assert value == (target if today is None else getattr(target, today))
