@@ -58,6 +58,6 @@ def test_areas_are_polygons_of_pairs(corners):
 )
 def test_former_attributes_of_a_target_lead_to_those_of_today(former, today):
     target = pr.Shell(0.5, weight=0.3, at_least_percent=40)
-    with pytest.warns(DeprecationWarning):
+    with pytest.warns(DeprecationWarning, match=former):
         value = getattr(target, former)
     assert value == (target if today is None else getattr(target, today))
