@@ -54,7 +54,7 @@ if TYPE_CHECKING:
         Shell,
         ToolSphere,
     )
-    from .coverage.targets.own import Box, Cone, Cylinder, HalfSpace, Implicit, Sphere
+    from .coverage.targets.own import Box, Capsule, Cone, Cylinder, HalfSpace, Implicit, Sphere
     from .objectives.mount_rules import Limits, Rules
     from .objectives.poses import Pose
     from .objectives.prices import Prices
@@ -63,6 +63,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Box",
+    "Capsule",
     "Cone",
     "Coverage",
     "Cylinder",
@@ -144,7 +145,15 @@ _MODULES = {
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
     "_mesh": ("Mesh",),
-    "coverage.targets.own": ("Box", "Cone", "Cylinder", "HalfSpace", "Implicit", "Sphere"),
+    "coverage.targets.own": (
+        "Box",
+        "Capsule",
+        "Cone",
+        "Cylinder",
+        "HalfSpace",
+        "Implicit",
+        "Sphere",
+    ),
     "coverage.targets.combined": ("DifferenceOf", "IntersectionOf", "UnionOf"),
     "_weight_field": ("weight_field",),
     "coverage.targets.named": (

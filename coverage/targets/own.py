@@ -1,4 +1,4 @@
-"""Targets of one's own: boxes, cylinders, spheres, half-spaces, meshes and functions.
+"""Targets of one's own: boxes, cylinders, capsules, spheres, half-spaces, meshes and functions.
 
 All exclude the robot's own volume V_R and the scene's obstacles, as the named targets do; with V_N
 among their parts they exclude the robot's bodies in place of V_R. All coordinates are in the base
@@ -21,6 +21,7 @@ from ..definitions.field_types import FARTHEST, Items, Metres, Pair, Point, Trip
 from ..robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..robots.kinematics import transform
 from ..solids.base import CubePairs, Difference, Intersection, Parts, Solid, Union
+from ..solids.capsules import Capsules
 from ..solids.closed_mesh import ClosedMesh
 from ..solids.cones import Cones
 from ..solids.cylinders import Cylinders
@@ -150,6 +151,37 @@ class Cone(Target):
     def described(self) -> str:
         radii = f"{self.radius:g} and {self.top_radius:g} m"
         return f"a cone of radii {radii} and height {self.height:g} m"
+
+
+@definition
+class Capsule(Target):
+    """A capsule: all points within a radius of a segment.
+
+    Example:
+        >>> import place_rings as pr
+        >>> str(pr.Capsule((1, 0, 0.2), (1, 0, 1.6), 0.3, name="a person"))
+        'a person'
+    """
+
+    kind = "capsule"
+
+    start: Point
+    """Start of the segment (x, y, z) in the base frame (``base`` of ``Scene``), m."""
+    end: Point
+    """End of the segment (x, y, z) in the base frame, m; a ball if it is the start."""
+    radius: Metres
+    """Radius, m."""
+
+    def solid(self, place: PosedRobot) -> Solid:
+        start, end = np.array([self.start]), np.array([self.end])
+        return Capsules(start, end, np.array([self.radius]))
+
+    def _turned(self) -> dict[str, Any]:
+        return {"start": turned(self.start), "end": turned(self.end)}
+
+    def described(self) -> str:
+        length = math.dist(self.start, self.end)
+        return f"a capsule of radius {self.radius:g} m about a segment of {length:g} m"
 
 
 @definition

@@ -23,7 +23,7 @@ from place_rings.coverage.targets.combined import (
     UnionOf,
 )
 from place_rings.coverage.targets.named import ProtectiveVolume, Shell
-from place_rings.coverage.targets.own import Box, Cylinder, HalfSpace, Implicit
+from place_rings.coverage.targets.own import Box, Capsule, Cylinder, HalfSpace, Implicit
 from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.targets.target import KINDS
 from place_rings.coverage.voxels.certified_bounds import bracket
@@ -37,7 +37,7 @@ from place_rings.objectives.scene import CoreScene, Obstacle
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import CELLS, scenes
-from ..strategies.volumes import ANYWHERE, BOXES, CONES, CYLINDERS, OWN_TARGETS, VOLUMES
+from ..strategies.volumes import ANYWHERE, BOXES, CAPSULES, CONES, CYLINDERS, OWN_TARGETS, VOLUMES
 from ..support.refusals import refused
 from .test_octree import agree, dense, lattice
 
@@ -72,12 +72,16 @@ def test_count_is_the_dense_count(rule, scene):
     agree(scene, scene.cones, rule)
 
 
-@given(BOXES | CYLINDERS | CONES)
+@given(BOXES | CYLINDERS | CONES | CAPSULES)
 def test_count_is_the_volume_of_the_closed_form(volume):
     found = voxels(volume.solid(ANYWHERE), 0.02)
     if isinstance(volume, Box):
         a, b, c = volume.size
         surface, inside = 2 * (a * b + b * c + c * a), a * b * c
+    elif isinstance(volume, Capsule):
+        r, length = volume.radius, math.dist(volume.start, volume.end)
+        surface = 2 * math.pi * r * (length + 2 * r)
+        inside = math.pi * r**2 * (length + 4 / 3 * r)
     else:
         r, h = volume.radius, volume.height
         t = getattr(volume, "top_radius", r)

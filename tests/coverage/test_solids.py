@@ -34,7 +34,7 @@ from ..strategies.solids import (
     some_solids,
 )
 from ..strategies.units import GENERATORS, failures, uniform_directions
-from ..strategies.volumes import ANYWHERE, BOXES, CONES, CYLINDERS, VOLUMES
+from ..strategies.volumes import ANYWHERE, BOXES, CAPSULES, CONES, CYLINDERS, VOLUMES
 from .test_octree import dense, lattice
 from .test_volume_fraction import shares
 
@@ -44,6 +44,7 @@ KINDS = {
     "beams": some_beams(2, 2),
     "boxes and cylinders": (BOXES | CYLINDERS).map(lambda v: v.solid(ANYWHERE)),
     "frusta": CONES.map(lambda v: v.solid(ANYWHERE)),
+    "capsules as targets": CAPSULES.map(lambda v: v.solid(ANYWHERE)),
     "volumes": VOLUMES.map(lambda v: target_solid(v, UR10, CoreScene.poses[0].q)),
     "meshes": MESHES.map(
         lambda m: ClosedMesh(np.array(m.vertices, float), np.array(m.faces, np.int64))

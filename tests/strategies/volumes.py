@@ -15,7 +15,7 @@ from place_rings.coverage.targets.named import (
     Shell,
     ToolSphere,
 )
-from place_rings.coverage.targets.own import Box, Cone, Cylinder, HalfSpace, Sphere
+from place_rings.coverage.targets.own import Box, Capsule, Cone, Cylinder, HalfSpace, Sphere
 from place_rings.coverage.targets.posed_robot import PosedRobot, Shape
 from place_rings.coverage.targets.target import Target
 
@@ -39,6 +39,7 @@ SIZES = _lengths(100, 1500)
 BOXES = _made(Box, st.tuples(SIZES, SIZES, SIZES), PLACES, TURNS)
 CYLINDERS = _made(Cylinder, _lengths(50, 800), SIZES, PLACES, TURNS)
 CONES = _made(Cone, _lengths(50, 800), SIZES | st.just(0.0), SIZES, PLACES, TURNS)
+CAPSULES = _made(Capsule, PLACES, PLACES, _lengths(50, 800))
 BALLS = _made(Sphere, _lengths(50, 900), PLACES)
 HALF_SPACES = _made(HalfSpace, FACINGS.map(directions), PLACES)
 NAMED = st.one_of(
@@ -55,7 +56,7 @@ def _combined(inner: st.SearchStrategy[Target]) -> st.SearchStrategy[Target]:
 
 
 VOLUMES = st.recursive(
-    st.one_of(BOXES, CYLINDERS, CONES, BALLS, HALF_SPACES, NAMED), _combined, max_leaves=5
+    st.one_of(BOXES, CYLINDERS, CONES, CAPSULES, BALLS, HALF_SPACES, NAMED), _combined, max_leaves=5
 ).filter(lambda volume: volume.bounded)
 """Volumes with an end; some are empty."""
 
