@@ -154,7 +154,7 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
     for name, text in itertools.chain(*(lines.items() for lines in docs)):
         key = keys.get(name, name)
         if key in table.get("properties", {}):
-            text = text.replace(", rad", ", degrees") if key.endswith("_deg") else text
+            text = text.replace(", rad", ", degrees") if "_deg" in key else text
             table["properties"][key]["description"] = text
     for name, unit in units_in(cls).items():
         default = cls.__pydantic_fields__[name].default  # type: ignore[attr-defined]

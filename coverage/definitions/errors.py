@@ -162,7 +162,7 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
     schema = schema_of(definition)
     named = {own.get(key, key): node for key, node in schema.get("properties", {}).items()}
     line = _line({**fault, "loc": tuple(path)}, {**schema, "properties": named})
-    if path and str(path[0]) not in own and keys.get(str(path[0]), "").endswith("_deg"):
+    if path and str(path[0]) not in own and "_deg" in keys.get(str(path[0]), ""):
         line = f"in degrees, {line}{_hint(fault)}"
     return InputError(line, f"{definition.__name__}: {key_path(tuple(path))}".removesuffix(": "))
 

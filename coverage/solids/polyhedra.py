@@ -222,10 +222,11 @@ def crossing(height: Array, slope: Array, end: Any, axis: int = -1) -> tuple[Any
         axis: axis of the planes.
     """
     xp = namespace(height)
-    place = -height / xp.where(slope == 0, 1.0, slope)
-    beside = (slope == 0) & (height > 0)
-    enter = xp.where(slope < 0, place, 0.0).max(axis=axis)
-    leave = xp.where(beside, -xp.inf, xp.where(slope > 0, place, end)).min(axis=axis)
+    flat = xp.abs(slope) < 1e6 * xp.finfo(slope.dtype).tiny  # parallel: the quotient overflows
+    place = -height / xp.where(flat, 1.0, slope)
+    beside = flat & (height > 0)
+    enter = xp.where((slope < 0) & ~flat, place, 0.0).max(axis=axis)
+    leave = xp.where(beside, -xp.inf, xp.where((slope > 0) & ~flat, place, end)).min(axis=axis)
     return xp.maximum(enter, 0.0), xp.minimum(leave, end)
 
 

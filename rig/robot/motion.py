@@ -146,7 +146,7 @@ class Mover(Closing):
                 return f"after {100 * share:.0f} % of the way: {wrong}"
         return self._danger()
 
-    def move(self, q: Float[np.ndarray, " 6"]) -> None:
+    def move(self, q: Float[np.ndarray, "..."]) -> None:
         """Move to joint angles ``q`` (6,) rad, all joints together, and stand still there.
 
         Anything that ends the motion early, including Ctrl-C, stops the robot first.

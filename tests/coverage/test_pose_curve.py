@@ -119,10 +119,11 @@ def test_impossible_curves_and_targets_are_refused(reference_pose):
         ("V_X", None),
         ("V_S", None),
         ("V_O", 0.5),
-        ("V_S", -1.0),
-        ("V_S", math.nan),
     ):
         with pytest.raises(ValueError, match=name):
             named_target(name, radius)
+    for radius in (-1.0, math.nan):
+        with pytest.raises(ValueError, match="radius"):
+            named_target("V_S", radius)
     with pytest.raises(ValueError, match="V_R"):
         target_solid(Shell(0.15), ROBOTS["ur10"], reference_pose)

@@ -14,6 +14,7 @@ import pytest
 from place_rings.rig.check.actors import MovedRobot
 from place_rings.rig.recording.records import Kind, Record, RecordReader
 from place_rings.rig.robot import motion
+from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import (
     UNSEEN,
     MotionLimits,
@@ -47,10 +48,10 @@ while data := os.read(0, 4096):
 """
 
 
-class Told:
+class Told(Link):
     """A link whose robot is at the next place whenever it is asked, and stays at the last."""
 
-    robot = None
+    robot = fault = None
 
     def __init__(self):
         self.path, self.fault, self.clock = [HOME], None, 0.0
