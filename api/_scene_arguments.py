@@ -1,6 +1,6 @@
 """The arguments of a scene: from what a user passes to the fields of ``CoreScene``."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -68,7 +68,8 @@ def changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
             "occlusion",
         )
     if "attached" in given:
-        solids = _each(Attached, "attached(...)")(given["attached"] or (), "attached")
+        tools = () if given["attached"] is None else given["attached"]
+        solids = _each(Attached, "attached(...)")(tools, "attached")
         with input_errors("attached"):
             fields["robot"] = core.robot.with_attached(solids)
     if _turns(core.robot, given.get("base")):
@@ -118,9 +119,10 @@ def _each(kind: type, allowed: str) -> Callable[[Any, str], tuple[Any, ...]]:
     def check(values: Any, name: str) -> tuple[Any, ...]:
         if isinstance(values, kind):
             values = (values,)
-        if not isinstance(values, Iterable):
-            raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name)
-        each = tuple(values)
+        try:
+            each = tuple(values)
+        except TypeError as error:
+            raise InputError(f"found {values!r}, allowed: {allowed}, one or more", name) from error
         for value in each:
             if not isinstance(value, kind):
                 raise InputError(f"found {value!r}, allowed: {allowed}", name)

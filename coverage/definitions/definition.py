@@ -21,10 +21,11 @@ of Python, a wrong key of a file a pydantic ``ValidationError``, which ``explain
 """
 
 import dataclasses
+import inspect
 import itertools
 from collections.abc import Callable, Iterable
 from functools import cache, partial, wraps
-from typing import Any, TypeVar, dataclass_transform, overload
+from typing import Any, TypeVar, dataclass_transform, get_type_hints, overload
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
@@ -73,10 +74,35 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
         except ValidationError as error:
             raise explain_argument(error, type(self)) from None
         finally:
-            new.__init__ = checked  # the first call builds the validator, and sets it anew
+            show()  # the first call builds the validator, and sets both anew
 
-    new.__init__ = checked
+    def show() -> None:
+        new.__init__, new.__signature__ = checked, _Signature()
+
+    checked.__doc__ = "Set the fields, if their values are allowed."
+    show()
     return new
+
+
+class _Signature:
+    """The signature of a definition, with the names and types of its fields: made on demand."""
+
+    def __get__(self, _: Any, cls: Any) -> inspect.Signature:
+        hints, parameters = get_type_hints(cls), []
+        for field in dataclasses.fields(cls):
+            stated = cls.__pydantic_fields__[field.name]
+            default = stated.get_default(call_default_factory=True)
+            parameters.append(
+                inspect.Parameter(
+                    field.name,
+                    inspect.Parameter.KEYWORD_ONLY
+                    if field.kw_only
+                    else inspect.Parameter.POSITIONAL_OR_KEYWORD,
+                    default=inspect.Parameter.empty if stated.is_required() else default,
+                    annotation=hints[field.name],
+                )
+            )
+        return inspect.Signature(sorted(parameters, key=lambda p: p.kind), return_annotation=None)
 
 
 class _Marked(dict[str, Any]):
@@ -183,7 +209,8 @@ def field_docs(cls: type) -> dict[str, str]:
     docs: dict[str, str] = {}
     for name, text in docstrings(cls).items():
         text = text.replace("``", "").removesuffix(".")
-        docs[name] = text if text[1:2].isupper() else text[:1].lower() + text[1:]
+        word = text[1:2].islower() or text[:2] == "A "  # no symbol, such as T_r
+        docs[name] = text[:1].lower() + text[1:] if word else text
     return docs
 
 

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,13 @@ if TYPE_CHECKING:  # keeps pydantic out of the start-up
 
 NAMED, IN_LINE = "by name", "in-line"  # tags of a key's two kinds, omitted from its name
 _LONGEST = 60  # characters of a text that a message shows
+
+
+@dataclass(frozen=True)
+class InFile:
+    """A number of a file, in the unit of files."""
+
+    value: Any
 
 
 class UserError(Exception):
@@ -95,6 +103,8 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
 def shown(value: Any) -> str:
     """Return a value as a message shows it: short, on one line, in TOML notation."""
     match value:
+        case InFile(number):
+            return shown(number)
         case None:
             return "nothing"
         case bool():
@@ -134,7 +144,8 @@ def explain(file: str, error: "ValidationError", model: Any) -> UserError:
     """
     faults = error.errors(include_url=False)
     where, text = key_path(_place(faults[0])), _line(faults[0], schema_of(model))
-    more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+    places = {_place(fault) for fault in faults}  # each missing item of a list is a fault of it
+    more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
     return UserError(f"{file}: {where + ': ' if where else ''}{text}{more}")
 
 
@@ -152,7 +163,11 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
     fields: Any = definition.__pydantic_fields__  # type: ignore[attr-defined]
     loc = _place(fault)
     if loc and isinstance(loc[0], int):  # by position
-        loc = (definition.__match_args__[loc[0]], *loc[1:])  # type: ignore[attr-defined]
+        names: tuple[str, ...] = definition.__match_args__  # type: ignore[attr-defined]
+        if loc[0] >= len(names):
+            allowed = f"at most {len(names)} by position" if names else "only those by name"
+            return InputError(f"found {shown(fault['input'])}, allowed: {allowed}", "arguments")
+        loc = (names[loc[0]], *loc[1:])
     keys = {name: field.alias or name for name, field in fields.items()}
     own = {key: name for name, key in keys.items()}
     path = [own.get(str(part), part) if i == 0 else part for i, part in enumerate(loc)]
@@ -162,6 +177,8 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
     schema = schema_of(definition)
     named = {own.get(key, key): node for key, node in schema.get("properties", {}).items()}
     line = _line({**fault, "loc": tuple(path)}, {**schema, "properties": named})
+    if fault["type"].startswith("dataclass"):
+        line = f"found {shown(fault['input'])}, allowed: a {fault['ctx']['class_name']}"
     if path and str(path[0]) not in own and "_deg" in keys.get(str(path[0]), ""):
         line = f"in degrees, {line}{_hint(fault)}"
     return InputError(line, f"{definition.__name__}: {key_path(tuple(path))}".removesuffix(": "))

@@ -12,14 +12,9 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from pydantic import Field
 from pydantic_core import core_schema
 
+from .errors import InFile
+
 DIGITS = 9  # decimals of a value in files whose unit differs from Python's
-
-
-@dataclasses.dataclass(frozen=True)
-class InFile:
-    """A number in the unit of files."""
-
-    value: Any
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,7 +36,10 @@ class FileUnit:
                 return self.from_file(checked(value.value))
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return checked(value)  # raises
-            checked(self.to_file(value))
+            try:
+                checked(self.to_file(value))
+            except OverflowError:  # an integer beyond all floats
+                checked(math.inf if value > 0 else -math.inf)  # raises
             return value
 
         return core_schema.no_info_wrap_validator_function(

@@ -2,9 +2,10 @@
 place of what is wrong.
 """
 
+import inspect
 import math
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Annotated
 
 import numpy as np
@@ -15,6 +16,8 @@ from place_rings.coverage.definitions.definition import adapter, definition, ref
 from place_rings.coverage.definitions.errors import InputError, explain
 from place_rings.coverage.definitions.field_types import Coordinate, Items, Metres, Pair, Point
 from place_rings.coverage.definitions.units import Degrees, Percent
+from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.objectives.motion_limits import Motion
 from pydantic import Field, ValidationError
 
 
@@ -98,6 +101,10 @@ FAULTS = [
     ({"size": 1.0, "centre": [1.0, 2.0, 101.0]}, "centre[2]"),
     ({"size": 1.0, "count": 1.0}, "count"),
     ({"size": 1.0, "count": 4}, "count"),
+    ({"size": 10**400}, "size"),
+    ({"size": 1.0, "turn": 10**400}, "turn"),
+    ({"size": 1.0, "turn": -(10**400)}, "turn"),
+    ({"size": 1.0, "angles": 1.0}, "angles"),
     ({"size": 1.0, "colour": 1.0}, "colour"),
 ]
 KEYS = {"turn": "turn_deg", "angles": "angles_deg", "share": "share_percent"}
@@ -123,3 +130,43 @@ def test_docstrings_of_fields_describe_keys_in_the_unit_of_files():
     keys = adapter(Pad).json_schema()["properties"]
     assert keys["size"]["description"] == "side, m"
     assert keys["turn_deg"]["description"] == "turn, degrees"
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ({"angles_deg": 3}, "f: angles_deg: found 3, allowed: a list"),
+        ({"turn_deg": "3"}, 'f: turn_deg: found "3", allowed: a number'),
+        ({"centre": []}, "f: centre: found a list of 0, allowed: a list of 3"),
+    ],
+)
+def test_a_fault_of_a_file_shows_once_what_the_file_states(keys, line):
+    """Not what marks its unit, nor each missing item of a list."""
+    with pytest.raises(ValidationError) as caught:
+        read({"size": 1.0, **keys})
+    text = str(explain("f", caught.value, Pad))
+    assert text.startswith(line)
+    assert "more)" not in text
+
+
+def test_help_of_a_key_keeps_symbols_and_has_the_unit_of_files():
+    safety, motion = (adapter(cls).json_schema()["properties"] for cls in (Safety, Motion))
+    assert safety["reaction_s"]["description"].startswith("T_r, ")
+    assert safety["intrusion_m"]["description"].startswith("C, ")
+    assert motion["speed_deg_s"]["description"].endswith(", degrees/s")
+
+
+def test_the_signature_of_a_definition_has_the_names_of_its_fields():
+    """Before it is first constructed and afterwards."""
+    for cls in (definition(type("Late", (), {"__annotations__": {"size": float}})), Pad):
+        for _ in range(2):
+            names = list(inspect.signature(cls).parameters)
+            assert names == [field.name for field in fields(cls)]
+            cls(1.0)
+    text = str(inspect.signature(Pad))
+    assert text.startswith("(size: float, turn: float = 0.0, angles: tuple[float, ...] = ()")
+
+
+def test_more_arguments_than_fields_are_one_line():
+    with pytest.raises(InputError, match="arguments: found 9, allowed: at most 7 by position"):
+        Pad(1.0, 0.0, (), None, (), (0.0, 0.0, 0.0), 1, 9)
