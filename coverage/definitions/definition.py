@@ -73,15 +73,17 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
             construct(self, *map(as_python, args), **values)
         except ValidationError as error:
             raise explain_argument(error, type(self)) from None
-        finally:
-            show()  # the first call builds the validator, and sets both anew
-
-    def show() -> None:
-        new.__init__, new.__signature__ = checked, _Signature()
 
     checked.__doc__ = "Set the fields, if their values are allowed."
-    show()
+    new._checked = checked
+    _show(new)
     return new
+
+
+def _show(cls: Any) -> None:
+    """Let a definition be constructed as Python users see it: pydantic sets both anew whenever it
+    builds the class."""
+    cls.__init__, cls.__signature__ = cls._checked, _Signature()
 
 
 class _Signature:
@@ -115,6 +117,7 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
     other units than the fields' are marked as such."""
     from pydantic_core import core_schema
 
+    _show(cls)
     inner = node = handler(source)
     while node["type"] != "dataclass":
         if node["type"] == "function-before":

@@ -18,7 +18,8 @@ from place_rings.coverage.definitions.field_types import Coordinate, Items, Metr
 from place_rings.coverage.definitions.units import Degrees, Percent
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.objectives.motion_limits import Motion
-from pydantic import Field, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
+from pydantic.dataclasses import rebuild_dataclass
 
 
 @definition
@@ -165,6 +166,23 @@ def test_the_signature_of_a_definition_has_the_names_of_its_fields():
             cls(1.0)
     text = str(inspect.signature(Pad))
     assert text.startswith("(size: float, turn: float = 0.0, angles: tuple[float, ...] = ()")
+
+
+def test_a_fault_is_an_input_error_however_the_class_was_built():
+    """pydantic sets the constructor anew when a file or a schema builds the class first."""
+    for build in (
+        lambda cls: adapter(cls).json_schema(),
+        lambda cls: adapter(cls).validate_python({"size": 1.0}),
+        lambda cls: TypeAdapter(cls).rebuild(force=True),
+        lambda cls: TypeAdapter(list[cls]).validate_python([{"size": 1.0}]),
+        lambda cls: rebuild_dataclass(cls, force=True),
+    ):
+        cls = definition(type("Late", (), {"__annotations__": {"size": float}}))
+        build(cls)
+        for _ in range(2):
+            with pytest.raises(InputError, match="Late: size: found"):
+                cls("1")
+            assert list(inspect.signature(cls).parameters) == ["size"]
 
 
 def test_more_arguments_than_fields_are_one_line():
