@@ -26,16 +26,16 @@ from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Obstacle, paper_scene
-from place_rings.rig.mount.as_built import AsBuilt, truth_of
+from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.mount.fit_record import truth_of
 from place_rings.rig.mount.stop_plan import MountPlan, planned
 from place_rings.rig.rod.coverage_estimate import RodCheck, check_rod
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import Places, places, plan_rod, rod_zeta
-from place_rings.rig.sensing.readings import Readings, at_stops
+from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.ground_truth import injected
-from place_rings.rig.simulated_cell.late_frames import BUSY, counted
-from place_rings.rig.simulated_cell.simulated_time import mount_check
+from place_rings.rig.simulated_cell.simulated_time import BUSY, counted, mount_check
 from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 
@@ -78,7 +78,7 @@ def one(seed: int, late: bool) -> dict[str, Any]:
     world = done.world(SCENE)
     if late:
         gathered = mount_check(world, plan.joints, plan.frames, rng, BUSY)
-        readings = counted(Readings(*gathered.rows(len(SETUP.groups))), gathered)
+        readings = counted(gathered.readings(), gathered)
     else:
         readings = world.readings(rng, plan.joints, plan.frames)
     stops = at_stops(readings, SETUP, plan.joints)

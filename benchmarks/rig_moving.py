@@ -5,8 +5,6 @@ process of its own, with the time limits of a real rig; a fault strikes at a ran
 motion.
 """
 
-import re
-import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from statistics import median
@@ -14,16 +12,11 @@ from typing import Any
 
 import numpy as np
 from common import say, table
-from place_rings.rig.robot.motion import UNSEEN
-from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.simulated.process import SimulatedRig, command
 
-from tests.rig.moving import FAULTS, LIMITS, RINGS, TRIES, MovingCheck, Stood, running, standstill
+from tests.rig.moving import FAULTS, LEFT, RINGS, STILL, TRIES, MovingCheck, Stood, struck
 
-# s, bounds of the time to standstill, and of the end of all processes after the check
-STILL, LEFT = 1.0, LEAVE + 0.5
 _SIDE_BY_SIDE = 2  # rigs at once, as runs mostly wait
-_LATE = "only after"  # in the report of a robot that was seen to stand still too late
 
 
 @dataclass
@@ -48,36 +41,17 @@ class Stillness:
 
 def strike(rig: SimulatedRig, check: Any, name: str, moment: float, found: Stillness) -> None:
     """Let a fault strike a motion once."""
-    fault = FAULTS[name]
-    check.answer("\n")  # begin, and move
-    if check.wait("moving")["what"] != "moving":
+    outcome = struck(rig, check, name, moment)
+    if outcome is None:
         found.again += 1
         return
-    time.sleep(moment)
-    family, start, struck = check.children(), rig.do("state")["q"], time.monotonic()
-    fault.strike(rig, check)
-    still = standstill(rig, struck, start)
-    if fault.moves:
-        check.wait("arrived")
-        check.answer("s")
-    said = check.wait("ended")
-    ended, why = time.monotonic(), said["why"]
-    remaining = running(family, 10 * LEFT)
-    found.left.append(time.monotonic() - ended)
-    if said["what"] == "gone":
-        check.process.wait()
-    admitted = UNSEEN in why or _LATE in why
-    found.reports, found.unseen = found.reports + 1, found.unseen + admitted
-    if fault.stops and not fault.moves and still is not None:
-        found.still.append(still)
-    if not (fault.moves or admitted or (still is not None and still.seconds <= STILL)):
-        found.wrong.append(f"stood still after {still}: {why}")
-    if fault.reported and not re.search(fault.reported, why):
-        limit = re.search(LIMITS, why)
-        found.other += bool(limit)
-        found.wrong += [] if limit else [f"reported: {why}"]
-    if remaining or found.left[-1] > LEFT:
-        found.wrong.append(f"processes remained for {found.left[-1]:.1f} s")
+    fault = outcome.fault
+    found.left.append(outcome.seconds)
+    found.reports, found.unseen = found.reports + 1, found.unseen + outcome.admitted
+    if fault.stops and not fault.moves and outcome.still is not None:
+        found.still.append(outcome.still)
+    found.other += outcome.disturbed
+    found.wrong += [] if outcome.disturbed else outcome.wrong()
 
 
 def runs_of(names: list[str], runs: int) -> dict[str, Stillness]:

@@ -10,9 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.spatial import ConvexHull
 
-from ..coverage.arrays import Array
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.base_frame import frame_text
@@ -22,6 +20,7 @@ from ..coverage.solids.cones import Cones
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.motion_samples import STEP, Moments
+from .outlines import DISC, capsule_outlines, outline
 from .plots import COLOURS, GREY, GRID, INK, plain, save, sheet
 
 SHOWN = 2  # approaches that the figure shows
@@ -31,24 +30,13 @@ _LEAST_VIEW = 2.8  # m, the view covers at least this to both sides of the base
 _GHOSTS = 0.5  # s, interval between drawn persons
 
 
-_DISC = np.stack(
-    [f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1
-)
-
-
-def _outline(points: Float[np.ndarray, "P 2"]) -> Float[np.ndarray, "Q 2"]:
-    """Return the corners of the convex hull of points on two axes."""
-    corners: np.ndarray = points[ConvexHull(points).vertices]
-    return corners
-
-
 def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
     """Return points (P, 3) m whose convex hull is a cone: its apex and the circle of its base."""
     axis = cones.axis[i]
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u /= np.linalg.norm(u)
     circle = (
-        cones.range_m[i] * np.tan(cones.half_angle[i]) * (_DISC @ np.stack([u, np.cross(axis, u)]))
+        cones.range_m[i] * np.tan(cones.half_angle[i]) * (DISC @ np.stack([u, np.cross(axis, u)]))
     )
     return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
 
@@ -62,7 +50,7 @@ def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np
         turn: angle by which everything is first rotated about z, rad.
         flat: indices of the two axes to project on.
     """
-    return _outline(turned(_beam(cones, i), turn)[:, flat])
+    return outline(turned(_beam(cones, i), turn)[:, flat])
 
 
 def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[np.ndarray]:
@@ -76,24 +64,6 @@ def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> l
     """
     start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
     return capsule_outlines(start, end, bodies.radius, flat)
-
-
-def capsule_outlines(
-    start: Float[Array, "N 3"],
-    end: Float[Array, "N 3"],
-    radius: Float[Array, " N"],
-    flat: list[int],
-) -> list[np.ndarray]:
-    """Return the outlines of capsules in a projection.
-
-    Args:
-        start: first ends (N, 3) m.
-        end: second ends (N, 3) m.
-        radius: radii (N,) m.
-        flat: indices of the two axes to project on.
-    """
-    each = zip(start, end, radius, strict=True)
-    return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
 
 
 def last_reported(found: Approaches) -> list[int]:

@@ -77,7 +77,7 @@ def check(
     ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import resolve
-    from ...rig.check.models import PortModel
+    from ...rig.rings.line_monitor import Port
     from ..options.rig import check_installed, check_ports, require_fit, resolve_ports
     from ..options.scenes import resolve_scene, with_calibration
     from ..options.targets import parse_goals, with_goals
@@ -104,7 +104,7 @@ def check(
     if files.plan_only:
         write_only(setup, where, options, out)
         return
-    ports = list[PortModel]()
+    ports = list[Port]()
     if rig.robot_host is not None:
         ports = resolve_ports(setup, rig.ring)
         check_ports(setup, ports)

@@ -8,11 +8,10 @@ from pathlib import Path
 from ...coverage.rings.ring import Setup
 from ...formats.errors import UserError, shown
 from ...formats.optional_dependencies import require
-from ...rig.check.models import PortModel
 from ...rig.check.options import CheckOptions, FileOptions, RigOptions
 from ...rig.check.planned_check import ring_names
 from ...rig.rings.firmware_decoders import DECODERS
-from ...rig.rings.line_monitor import BAUD
+from ...rig.rings.line_monitor import BAUD, Port
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
 
@@ -98,13 +97,13 @@ def _refuse(names: Sequence[str], way: str) -> None:
         raise UserError(f"--{name.replace('_', '-')}: not allowed with {way}")
 
 
-def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
+def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[Port]:
     """Return the ports of all rings from texts NAME=PORT[,DECODER[,BAUD]].
 
     Raises:
         UserError: if a ring is missing, named twice, or unknown.
     """
-    names, ports = ring_names(setup), dict[str, PortModel]()
+    names, ports = ring_names(setup), dict[str, Port]()
     for text in texts:
         match = _RING.fullmatch(text)
         if match is None:
@@ -126,7 +125,7 @@ def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
                 f"--ring {text}: found decoder {shown(decoder)}, allowed: {', '.join(DECODERS)}"
             )
         count = setup.groups[names.index(name)].count
-        ports[name] = PortModel(
+        ports[name] = Port(
             name=match["port"], count=count, decoder=decoder, baud=int(match["baud"] or BAUD)
         )
     if missing := [n for n in names if n not in ports]:
@@ -136,7 +135,7 @@ def resolve_ports(setup: Setup, texts: Sequence[str]) -> list[PortModel]:
     return [ports[n] for n in names]
 
 
-def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
+def check_ports(setup: Setup, ports: Sequence[Port]) -> None:
     """Check that all ports exist, that the user may read and write them, and that each is given
     once, by whatever name.
 

@@ -1,7 +1,6 @@
 """Check a setup on a real, simulated or recorded robot."""
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 from ...coverage.rings.ring import Setup
@@ -11,54 +10,19 @@ from ...formats.writing import made_folder
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
+from ...rig.check.attendant import EXEMPT, Attendant
 from ...rig.check.bag_log import write_bag
 from ...rig.check.check_data import CheckData
 from ...rig.check.live import LiveCheck
-from ...rig.check.models import PortModel
 from ...rig.check.offline import file_check
 from ...rig.check.options import CheckOptions, FileOptions
-from ...rig.check.planned_check import ring_names
-from ...rig.check.plans import Plans, plan_check, write_plans
+from ...rig.check.plans import plan_check, write_plans
 from ...rig.check.preconditions import require_revolute
 from ...rig.check.report import write_files
-from ...rig.check.stopping import StopBound
-from ...rig.poses.itinerary import Itinerary
-from ...rig.poses.near_stops import NearStops
 from ...rig.recording.recording import RecordingReader
-from ...rig.session.session import Session
+from ...rig.rings.line_monitor import Port
 from ..signals import ended_by_signals, gone_is_an_error
-from .check_confirmation import EXEMPT, confirm, show_near_stops, show_stopping
 from .check_summary import tell
-from .check_view import CheckView
-
-
-class TerminalAttendant:
-    """Questions and messages to the person at a check, in a terminal."""
-
-    def __init__(self, console: Terminal) -> None:
-        self._console = console
-
-    def working(self, what: str) -> AbstractContextManager[object]:
-        return self._console.status(what)
-
-    def view(self, session: Session, setup: Setup) -> CheckView:
-        ranges = [r.sensor.range_m for r in setup.groups]
-        return CheckView(session, ring_names(setup), ranges, self._console)
-
-    def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
-        show_near_stops(stops, setup, scene, self._console)
-
-    def show_stopping(self, bounds: Sequence[StopBound], warning: str | None) -> None:
-        show_stopping(bounds, warning, self._console)
-
-    def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
-        confirm(scene, plans, itinerary, self._console)
-
-    def note(self, text: str) -> None:
-        self._console.print(text, highlight=False, soft_wrap=True, markup=False)
-
-    def alarm(self, text: str) -> None:
-        say(f"ATTENTION: {text}", error=True)
 
 
 def check_live(
@@ -67,7 +31,7 @@ def check_live(
     scene: CoreScene,
     options: CheckOptions,
     host: str | None,
-    ports: Sequence[PortModel],
+    ports: Sequence[Port],
     out: Path,
     *,
     bag: bool,
@@ -89,17 +53,18 @@ def check_live(
         The exit code of the verdict.
     """
     console = Terminal(stderr=True)
+    attendant = Attendant(console)
     if host is None:
-        console.print(EXEMPT, highlight=False, soft_wrap=True)
+        attendant.note(EXEMPT)
     live = LiveCheck.of(name, setup, scene, options, host)
     for warning in live.warnings:
-        console.print(f"warning: {warning}", highlight=False, soft_wrap=True, markup=False)
+        attendant.note(f"warning: {warning}")
     with console.status("planning"):
         plans = plan_check(live.setup, live.scene, options, live.moved)
     with made_folder(out) as folder:
         files = write_plans(live.scene, plans, folder)
         with gone_is_an_error(), ended_by_signals():
-            data = live.record(plans, ports, folder, TerminalAttendant(console))
+            data = live.record(plans, ports, folder, attendant)
         assert data.file is not None
         try:
             return _report(data, folder, console, as_json, bag, [*files, data.file.name])

@@ -22,11 +22,8 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
     lines += calibration_notes(r)
     if r.mount is not None:
         for one in r.mount.rings:
-            errors = ", ".join(
-                f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors
-            )
-            found = f"{one.verdict}; {errors or 'not estimated'}"
-            lines.append(f"ring {one.ring} ({one.link}): {found}")
+            errors = ", ".join(map(str, one.errors)) or "not estimated"
+            lines.append(f"ring {one.ring} ({one.link}): {one.verdict}; {errors}")
         lines += [
             f"coverage of {z.named}: {z.proposed_percent:.2f} % as proposed,"
             f" {z.alive_percent:.2f} %"

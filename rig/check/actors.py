@@ -29,7 +29,6 @@ from ..sensing.readings import WITHIN
 from ..session.session import Session
 from ..session.stop_conditions import StopConditions, StopRules
 from ..simulated.process import SimulatedRig, SimulationError
-from .options import Part
 from .planned_check import ring_names
 from .procedure import EndedError
 
@@ -39,10 +38,8 @@ _LATE = 0.05  # m; a target may have come closer since a simulated ring saw it
 _LEAVE = "; step out of the robot's reach: it may move next"
 _PASSAGE = 0.15  # s that a simulated hand stays in front of a sensor
 
-Ask = Callable[
-    [str], bool
-]  # show an instruction: True if done, False if skipped; raises EndedError
-Show = Callable[[Part, int, int], None]
+# show an instruction: True if done, False if skipped; raises EndedError
+Ask = Callable[[str], bool]
 
 
 class MovedRobot:
@@ -232,21 +229,6 @@ class Helper:
             f"ring {self._names[ring]}: pass a hand 10 to 20 cm in front of its sensors, one by"
             " one, half a second each, starting at the first in the order of phase (right-handed"
             " about the link, toward its distal end); then take the hand away" + self._leave
-        )
-
-
-class RobotAndHelper:
-    """Combines robot, helper and progress display into one ``Operator``."""
-
-    def __init__(
-        self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show
-    ) -> None:
-        self.order, self.stand, self.put, self.wave, self.show = (
-            robot.order,
-            robot.stand,
-            helper.put,
-            helper.wave,
-            show,
         )
 
 

@@ -8,7 +8,6 @@ from typing import Literal
 
 from ...objectives.calibration_effect import calibration_effect
 from ...objectives.verify import Verifier
-from ..session.gathering import Gathered
 from .check_data import CheckData
 from .findings import differences, missing
 from .models import CheckResult
@@ -48,7 +47,7 @@ def assess(data: CheckData) -> Assessment:
     lines = lines_of(setup, check.ports, gathered)
     differs = differences(setup, done, mount, coverage, lines)
     lacks, too_much = missing(check.plans, setup, done, mount, coverage)
-    ended = _ended(gathered)
+    ended = next((str(n.get("why")) for n in gathered.notes("ended")), "it was cut off")
     early = [f"ended early: {ended}"] if ended else []
     verdict: Literal["as proposed", "differs", "unfinished"] = "as proposed"
     if ended or too_much:
@@ -79,9 +78,3 @@ def assess(data: CheckData) -> Assessment:
         version=about.version,
     )
     return Assessment(result, done, verifier)
-
-
-def _ended(gathered: Gathered) -> str:
-    """Return why the check ended early; empty if it did not."""
-    ends = (str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended")
-    return next(ends, "it was cut off")

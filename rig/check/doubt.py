@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from ..poses.near_stops import near_stops
 from ..sensing.expected import expected
-from ..sensing.noise import Noise
+from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import BLOCKED, FAILED, VALID, Readings, stop_of
 
 MOST = 0.2  # share of a sensor's readings, above which a kind of doubt counts
@@ -27,37 +27,30 @@ KINDS = ("failed", "missing", "near", "apart", "absent", "together")
 
 @dataclass(frozen=True)
 class Doubt:
-    """Shares of doubtful readings of K sensors, as wired."""
+    """Doubtful readings of K sensors, as wired."""
 
     readings: Int[np.ndarray, " K"]
     """Number of readings."""
-    failed: Float[np.ndarray, " K"]
-    """Share of failures; 1 without readings."""
-    missing: Float[np.ndarray, " K"]
-    """Share of readings without a sure distance, at stops with a target."""
-    near: Float[np.ndarray, " K"]
-    """Share of readings below the sensor's least distance, or 5 cm, where nothing is expected."""
-    apart: Float[np.ndarray, " K"]
-    """Share of distances outside the cluster that most are in."""
-    absent: Float[np.ndarray, " K"]
-    """Share of its ring's frames in which it sends nothing; 0 without readings."""
-    together: Float[np.ndarray, " K"]
-    """Share of its ring's frames in which it fails, misses, reads too near or sends nothing."""
+    shares: Float[np.ndarray, "6 K"]
+    """Share of the readings that are doubtful, by ``KINDS``: failures, 1 without readings; without
+    a sure distance at stops with a target; below the sensor's least distance, or 5 cm, where
+    nothing is expected; outside the cluster that most distances are in. Of the frames of its ring,
+    in which it sends nothing; in which it fails, misses, reads too near or sends nothing."""
 
     @property
     def found(self) -> Bool[np.ndarray, "6 K"]:
         """Which of ``KINDS`` counts for which sensor; ``together`` if no other one does."""
-        shares = np.stack([getattr(self, kind) for kind in KINDS])
-        frames = self.readings / np.where(self.absent < 1, 1 - self.absent, 1.0)
-        enough = (self.readings == 0) | (np.rint(shares * frames) >= _FEWEST)
-        found = np.asarray((shares > MOST) & enough)
+        absent = self.shares[KINDS.index("absent")]
+        frames = self.readings / np.where(absent < 1, 1 - absent, 1.0)
+        enough = (self.readings == 0) | (np.rint(self.shares * frames) >= _FEWEST)
+        found = np.asarray((self.shares > MOST) & enough)
         found[-1] &= ~found[:-1].any(axis=0)
         return found
 
     def worse(self, other: "Doubt") -> "Doubt":
         """Return the larger shares of two parts of a check."""
-        each = (np.maximum(getattr(self, kind), getattr(other, kind)) for kind in KINDS)
-        return Doubt(np.maximum(self.readings, other.readings), *each)
+        both = np.maximum(self.shares, other.shares)
+        return Doubt(np.maximum(self.readings, other.readings), both)
 
 
 def doubt(
@@ -65,7 +58,6 @@ def doubt(
     setup: Setup,
     readings: Readings,
     joints: Float[np.ndarray, "P J"],
-    noise: Noise | None = None,
 ) -> Doubt:
     """Count the doubtful readings of each sensor over stops of the robot.
 
@@ -80,12 +72,11 @@ def doubt(
         setup: the rings as proposed.
         readings: while the robot stood still.
         joints: (P, J) rad, the stops.
-        noise: of the sensors.
 
     Raises:
         ValueError: if a reading is of a sensor that the setup does not have.
     """
-    noise, shape = noise or Noise(), (len(joints), setup.sensors)
+    shape = (len(joints), setup.sensors)
     stop, wire = stop_of(readings, joints), readings.wire(setup)
     group = np.where(stop >= 0, stop * setup.sensors + wire, -1)
     sensors = [g.sensor for g in setup.groups for _ in range(g.count)]
@@ -101,32 +92,25 @@ def doubt(
     total, read, failed = number(group >= 0), number(valid), number(readings.status == FAILED)
     wanted = expected(scene, setup, joints).distance
     there = np.isfinite(wanted)
-    close = there & (wanted <= least + _BODY + _SURE * noise.at(np.where(there, wanted, 0.0)))
+    close = there & (wanted <= least + _BODY + _SURE * USUAL_NOISE.at(np.where(there, wanted, 0.0)))
     here = valid & (group >= 0)
-    middle, apart = _clusters(readings.distance[here], group[here], total, noise)
+    middle, apart = _clusters(readings.distance[here], group[here], total)
     with np.errstate(invalid="ignore"):
         edge = (wanted >= _EDGE * most) & there | (middle >= _EDGE * most)
     sees = (read > MOST * total) | ((read > 0) & there)
     missing = np.where(sees & ~close & ~edge, total - read - failed - number(below & ~valid), 0)
     near = np.where(close, 0, number(below))
     near = np.where(_own_body(scene, setup, joints, near, least), np.minimum(near, apart), near)
-    every = np.maximum(total.sum(axis=0), 1)
-    none = total.sum(axis=0) == 0
-    fail, miss, close_by, off = (a.sum(axis=0) / every for a in (failed, missing, near, apart))
-    counts = [group.count for group in setup.groups]
-    sent = np.maximum.reduceat(total, np.cumsum([0, *counts[:-1]]), axis=1).sum(axis=0)
-    frames = np.maximum(np.repeat(sent, counts), 1)
-    absent = np.where(none, 0, frames - total.sum(axis=0))
-    together = (failed + missing + near).sum(axis=0) + absent
-    return Doubt(
-        total.sum(axis=0),
-        np.where(none, 1.0, fail),
-        miss,
-        close_by,
-        off,
-        absent / frames,
-        np.where(none, 1.0, together / frames),
-    )
+    readings_of = total.sum(axis=0)
+    none, every = readings_of == 0, np.maximum(readings_of, 1)
+    doubtful = [a.sum(axis=0) for a in (failed, missing, near, apart)]
+    sent = [total[:, k].max(axis=1).sum() for k in setup.slices]
+    frames = np.maximum(np.array(sent)[setup.ring_of_sensor], 1)
+    absent = np.where(none, 0, frames - readings_of)
+    together = sum(doubtful[:3]) + absent
+    shares = np.stack([*(a / every for a in doubtful), absent / frames, together / frames])
+    shares[np.ix_((0, 5), none)] = 1.0
+    return Doubt(readings_of, shares)
 
 
 def _own_body(
@@ -151,7 +135,6 @@ def _clusters(
     distance: Float[np.ndarray, " n"],
     group: Int[np.ndarray, " n"],
     total: Int[np.ndarray, "P K"],
-    noise: Noise,
 ) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
     """Return the median of the distances of each group, m, nan for an empty one; and the number of
     distances outside the narrow cluster that most are in.
@@ -162,7 +145,7 @@ def _clusters(
     for i in np.flatnonzero(np.diff(first)):
         here = distance[order[first[i] : first[i + 1]]]
         middle[i] = np.median(here)
-        width = max(_WIDTH, _WIDE * float(noise.at(middle[i : i + 1])[0]))
+        width = max(_WIDTH, _WIDE * float(USUAL_NOISE.at(middle[i : i + 1])[0]))
         inside = np.searchsorted(here, here + width, side="right") - np.arange(len(here))
         apart[i] = len(here) - inside.max()
     return middle.reshape(total.shape), apart.reshape(total.shape)

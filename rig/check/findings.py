@@ -100,14 +100,14 @@ def _doubts(setup: Setup, done: PartResults) -> list[str]:
         return []
     found = done.doubt.found
     if done.self_check is not None or done.built is not None:
-        found[:, done.doubt.failed == 1] = False
+        found[:, done.doubt.shares[0] == 1] = False
     return [
         f"sensors that {_DOUBTS[kind]} in more than {100 * MOST:.0f} % of their readings: "
         + ", ".join(
-            f"{name} ({100 * getattr(done.doubt, kind)[k]:.0f} %)"
+            f"{name} ({100 * shares[k]:.0f} %)"
             for name, k in zip(sensor_names(setup, which), which, strict=True)
         )
-        for kind, each in zip(KINDS, found, strict=True)
+        for kind, shares, each in zip(KINDS, done.doubt.shares, found, strict=True)
         if len(which := np.flatnonzero(each))
     ]
 
@@ -163,7 +163,7 @@ def missing(
     )
     few = 2 * stops < planned
     if mount is not None:
-        lines += [f"ring {r.ring} ({r.link}): {one}" for r in mount.rings for one in r.open]
+        lines += [f"ring {r.ring} ({r.link}): {line}" for r in mount.rings for line in r.open]
     return lines, nothing or few or any(2 * one.trials < one.planned for one in coverage)
 
 

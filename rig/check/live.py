@@ -12,7 +12,7 @@ from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import CoreScene
 from ..recording.recording import Recording
-from ..rings.line_monitor import BAUD
+from ..rings.line_monitor import BAUD, Port
 from ..robot.link import START
 from ..robot.robot_mode import not_running
 from ..robot.state import JOINTS, State
@@ -21,17 +21,17 @@ from ..rod.rod import Rod
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
-from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper
+from .actors import GuidedRobot, Helper, MovedRobot, SimulatedHelper
 from .arm_calibration import ArmKinematics, arm_kinematics
 from .attendant import Attendant
 from .check_data import CheckData
-from .models import AboutFile, PortModel
+from .models import AboutFile
 from .options import CheckOptions
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck
 from .plans import Plans
 from .preconditions import require_known_cell, require_revolute
-from .procedure import run
+from .procedure import Operator, run
 from .readiness import Readiness
 
 # factor on time limits: a simulated rig shares the machine with the check
@@ -44,7 +44,7 @@ class _Rig:
 
     address: str
     """Address of the robot's controller."""
-    ports: Sequence[PortModel]
+    ports: Sequence[Port]
     """Ports of the rings."""
     simulated: SimulatedRig | None
     """The simulated rig; None for a real one."""
@@ -97,7 +97,7 @@ class LiveCheck:
         return self.options.move or self.host is None
 
     def record(
-        self, plans: Plans, ports: Sequence[PortModel], folder: Path, attendant: Attendant
+        self, plans: Plans, ports: Sequence[Port], folder: Path, attendant: Attendant
     ) -> CheckData:
         """Run the plans and record them, in a new file of ``folder``.
 
@@ -134,9 +134,7 @@ class LiveCheck:
         return _SIMULATED if self.host is None else _REAL
 
     @contextmanager
-    def _rig(
-        self, ports: Sequence[PortModel], folder: Path, attendant: Attendant
-    ) -> Iterator[_Rig]:
+    def _rig(self, ports: Sequence[Port], folder: Path, attendant: Attendant) -> Iterator[_Rig]:
         if self.host is not None:
             yield _Rig(self.host, ports, None)
             return
@@ -144,7 +142,7 @@ class LiveCheck:
             with attendant.working("starting the simulated rig"):
                 rig = stack.enter_context(_started(self.scene, self.setup, self.options, folder))
             own = [
-                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
+                Port(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
                 for i, r in enumerate(self.setup.groups)
             ]
             yield _Rig(rig.address, own, rig)
@@ -198,7 +196,8 @@ class LiveCheck:
             )
             stack.enter_context(view)
             before = ready.require_self_check if moves else lambda: None
-            run(session, plans, RobotAndHelper(robot, helper, view.show), before)
+            deeds = (robot.order, robot.stand, helper.put, helper.wave, view.show)
+            run(session, plans, Operator(*deeds), before)
 
     def _state(self, state: Callable[[], State]) -> State:
         """Return a state; raise UserError if the robot's link has none."""

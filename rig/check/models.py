@@ -11,6 +11,9 @@ from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.robot_models import robot_of
 from ...objectives.verified import CalibrationEffect
+from ..mount.as_built import ZetaModel, named
+from ..mount.fit_record import RingFitModel
+from ..rings.line_monitor import Port
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
@@ -19,18 +22,6 @@ DISCLAIMER = (
     " does."
 )
 _Text = Annotated[str, Field(max_length=1000)]
-
-
-def _named(target: str, radius: float | None) -> str:
-    return target if radius is None else f"{target}({radius:g})"
-
-
-class PortModel(StrictModel):
-    name: _Text
-    count: int = Field(ge=1, le=1000)
-    decoder: str = "place-rings"
-    baud: int = Field(ge=50, le=20_000_000)
-    patience: float = Field(default=1.0, ge=1, le=100)
 
 
 class AboutFile(StrictModel):
@@ -49,7 +40,7 @@ class AboutFile(StrictModel):
     moved: bool
     stale_s: float = Field(gt=0, le=100)
     voxel: float = Field(gt=0, le=1)
-    ports: list[PortModel] = Field(min_length=1, max_length=255)
+    ports: list[Port] = Field(min_length=1, max_length=255)
     seconds: float | None = Field(default=None, gt=0, le=3600)
     wave: bool = False
     stops: MountPlanFile | None = None
@@ -69,10 +60,8 @@ class AboutFile(StrictModel):
                     )
                 ]
             )
-        joints, plans = (
-            len(robot_of(self.proposal.scene.robot).chain),
-            [p for p in (self.stops, *self.trials) if p],
-        )
+        joints = len(robot_of(self.proposal.scene.robot).chain)
+        plans = [p for p in (self.stops, *self.trials) if p]
         angles = {
             len(s.q_deg)
             for p in plans
@@ -125,6 +114,11 @@ class LineModel(StrictModel):
     serial: str | None = None
     drift_ppm: float | None = None
     jitter_ms: float | None = None
+
+    @property
+    def board(self) -> str:
+        """The board's serial number."""
+        return self.serial or "none"
 
 
 class EventModel(StrictModel):
@@ -188,53 +182,6 @@ class SensorHealthModel(StrictModel):
     doubtful: bool
 
 
-class ErrorModel(StrictModel):
-    """Mounting error of a ring: the estimate, its 95 % margin, and for a simulated rig the injected
-    error.
-    """
-
-    name: Literal["slip", "tilt", "phase", "offset"]
-    unit: Literal["mm", "°"]
-    value: float
-    margin: float
-    injected: float | None = None
-
-
-class RingFitModel(StrictModel):
-    """Mounting of a ring. ``verdict`` is ``differs`` if there are ``faults``; if there are none and
-    the readings leave something ``open``, it is ``not determined``."""
-
-    ring: int
-    link: str
-    verdict: Literal["as proposed", "differs", "not determined"]
-    readings: int
-    scale: float
-    errors: list[ErrorModel]
-    faults: list[str]
-    open: list[str] = Field(description="what the readings do not determine, with the reason")
-    misfits: dict[str, str] = Field(
-        default={},
-        description="what is mixed in grids of zones that fit no turn and no mirror, by sensor;"
-        " then no errors are estimated",
-    )
-    region_holds: bool | None = Field(
-        default=None, description="the joint region of 95 %, what was injected"
-    )
-
-
-class ZetaModel(StrictModel):
-    target: str
-    radius: float | None = None
-    proposed_percent: Percent
-    built_percent: Percent
-    alive_percent: Percent
-
-    @property
-    def named(self) -> str:
-        """The target."""
-        return _named(self.target, self.radius)
-
-
 class MountCheckModel(StrictModel):
     stops: int
     planned: int
@@ -275,7 +222,7 @@ class CoverageModel(StrictModel):
     @property
     def named(self) -> str:
         """The target."""
-        return _named(self.target, self.radius)
+        return named(self.target, self.radius)
 
 
 class CheckResult(StrictModel):

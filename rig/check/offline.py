@@ -12,7 +12,7 @@ from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan
-from ..rings.line_monitor import BAUD
+from ..rings.line_monitor import BAUD, Port
 from ..robot.vetting import STALE
 from ..rod.trial_plan import RodPlan
 from ..sensing.readings import WITHIN
@@ -20,7 +20,7 @@ from ..sources.files import FileData, RigFiles, read_files
 from ..sources.names import rig_names
 from ..sources.standstills import Standstill
 from .check_data import CheckData
-from .models import AboutFile, PortModel
+from .models import AboutFile
 from .options import CheckOptions, FileOptions
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
@@ -91,7 +91,7 @@ class _Steps:
         mount = self._stops() if "mount" in parts and setup.rings else None
         rods = self._trials() if "coverage" in parts else ()
         ports = [
-            PortModel(name=topics, count=group.count, decoder="file", baud=BAUD)
+            Port(name=topics, count=group.count, decoder="file", baud=BAUD)
             for group, topics in zip(setup.groups, self._data.topics, strict=True)
         ]
         return AboutFile(

@@ -110,7 +110,7 @@ class _Parts:
 
     def __init__(self, check: PlannedCheck, gathered: Gathered) -> None:
         self._check = check
-        self._readings = Readings(*gathered.rows_with_zones(len(check.setup.groups)))
+        self._readings = gathered.readings()
         self._steps = spans(gathered.said)
         self.cut_short = self._cut_short(gathered)
         stops = 0 if check.plans.mount is None else len(check.plans.mount.joints)

@@ -19,7 +19,6 @@ from ...objectives.scene import CoreScene
 from ..mount.stop_plan import MountPlan
 from ..rod.rod import Detection, Rod
 from ..rod.trial_plan import RodPlan, Stratum
-from ..sensing.noise import Noise
 
 _Angles = Annotated[
     list[Annotated[float, Field(ge=-720, le=720, description="degrees")]],
@@ -62,35 +61,6 @@ class MountPlanFile(VersionedFile):
         return self
 
 
-class RodModel(StrictModel):
-    radius: Metres
-    length: float = Field(
-        ge=0, le=10, description="metres, of the axis between the round ends' middles"
-    )
-
-
-class NoiseModel(StrictModel):
-    sigma: float = Field(ge=0, le=1, description="metres")
-    share: float = Field(ge=0, le=1, description="of the distance")
-    quantum: float = Field(ge=0, le=1, description="metres")
-    lost: float = Field(ge=0, lt=1, description="of the readings")
-
-
-class DetectionModel(StrictModel):
-    frames: _Count
-    before: _Count
-    sure: float = Field(gt=0, le=100, description="standard deviations")
-    noise: NoiseModel
-
-
-class StratumModel(StrictModel):
-    pose: _Index
-    covered: bool
-    weight: float = Field(ge=0, le=1)
-    points: _Count
-    edge: bool = False
-
-
 class TrialModel(StrictModel):
     stratum: _Index
     point: Annotated[list[_Place], Field(min_length=3, max_length=3)]
@@ -102,10 +72,10 @@ class RodPlanFile(VersionedFile):
     target: str = Field(max_length=2 * LONGEST_NAME)
     target_radius: Metres | None = None
     testable_percent: Percent
-    rod: RodModel
-    detection: DetectionModel
+    rod: Rod
+    detection: Detection
     poses: list[StopModel] = Field(min_length=1, max_length=10_000)
-    strata: list[StratumModel] = Field(min_length=1, max_length=20_000)
+    strata: list[Stratum] = Field(min_length=1, max_length=20_000)
     trials: list[TrialModel] = Field(min_length=1, max_length=100_000)
 
     @model_validator(mode="after")
@@ -163,20 +133,10 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
         target=name,
         target_radius=radius,
         testable_percent=100 * plan.testable,
-        rod=RodModel(**vars(plan.rod)),
-        detection=DetectionModel(
-            frames=plan.detection.frames,
-            before=plan.detection.before,
-            sure=plan.detection.sure,
-            noise=NoiseModel(**vars(plan.detection.noise)),
-        ),
+        rod=plan.rod,
+        detection=plan.detection,
         poses=_stops(plan.joints),
-        strata=[
-            StratumModel(
-                pose=s.pose, covered=s.covered, weight=s.weight, points=s.points, edge=s.edge
-            )
-            for s in plan.strata
-        ],
+        strata=list(plan.strata),
         trials=[
             TrialModel(stratum=int(s), point=[round(float(x), _DIGITS) for x in p])
             for s, p in zip(plan.stratum, plan.point, strict=True)
@@ -195,13 +155,12 @@ def rod_plan_of(file: RodPlanFile, scene: CoreScene) -> RodPlan:
     Raises:
         ValueError: if neither has the target's name.
     """
-    d = file.detection
     return RodPlan(
         scene.target_named(file.target, file.target_radius),
-        Rod(file.rod.radius, file.rod.length),
-        Detection(Noise(**d.noise.model_dump()), d.frames, d.before, d.sure),
+        file.rod,
+        file.detection,
         _joints(file.poses),
-        tuple(Stratum(s.pose, s.covered, s.weight, s.points, s.edge) for s in file.strata),
+        tuple(file.strata),
         np.array([t.stratum for t in file.trials]),
         np.array([t.point for t in file.trials]),
         file.testable_percent / 100,

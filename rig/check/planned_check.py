@@ -50,10 +50,7 @@ class PlannedCheck:
     @property
     def ports(self) -> list[Port]:
         """Ports of the rings."""
-        limits = (self.scene.link.ring_silent, self.scene.link.ring_late)
-        return [
-            Port(p.name, p.count, p.decoder, p.baud, p.patience, *limits) for p in self.about.ports
-        ]
+        return self.about.ports
 
     @property
     def injected(self) -> Injected | None:

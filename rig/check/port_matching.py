@@ -15,7 +15,6 @@ from ..mount.channel_assignment import best_order, costs
 from ..mount.hand_sweep import passages
 from ..rings.protocol import Counts
 from ..sensing.expected import expected
-from ..sensing.noise import Noise
 from ..sensing.readings import Readings, Stops
 
 _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
@@ -58,8 +57,7 @@ def by_waving(waves: Mapping[int, Readings], setup: Setup) -> Ports:
     owner: dict[int, int] = {}
     for ring, readings in waves.items():
         share = [
-            np.isfinite(passages(readings, setup, i, Noise())).mean()
-            for i, _ in enumerate(setup.groups)
+            np.isfinite(passages(readings, setup, i)).mean() for i, _ in enumerate(setup.groups)
         ]
         port = int(np.argmax(share))
         same = setup.groups[port].count == setup.groups[ring].count

@@ -6,7 +6,8 @@ readings belong to which step.
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -31,49 +32,21 @@ class EndedError(Exception):
     """
 
 
-class Operator(Protocol):
-    """Brings the robot to its poses and the rod to its points."""
+@dataclass(frozen=True)
+class Operator:
+    """Brings the robot to its poses and the rod to its points. What is skipped returns False; all
+    raise EndedError if the check must end."""
 
-    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
-        """Return the indices of the reachable poses among P, in the order to visit them."""
-        ...
-
-    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
-        """Bring the robot to ``q`` (J,) rad and let it stand still.
-
-        Returns:
-            False if this pose is skipped.
-
-        Raises:
-            EndedError: if the check must end.
-        """
-        ...
-
-    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
-        """Put the rod's centre at ``point`` (3,) m, or take the rod away if it is None.
-
-        Returns:
-            False if this point is skipped.
-
-        Raises:
-            EndedError: if the check must end.
-        """
-        ...
-
-    def wave(self, ring: int) -> bool:
-        """Pass a hand over the sensors of a ring, one by one.
-
-        Returns:
-            False if this ring is skipped.
-
-        Raises:
-            EndedError: if the check must end.
-        """
-        ...
-
-    def show(self, part: Part, done: int, of: int) -> None:
-        """Show that ``done`` of ``of`` steps of a part are complete."""
-        ...
+    order: Callable[[Float[np.ndarray, "P J"]], Sequence[int]]
+    """The indices of the reachable poses among P, in the order to visit them."""
+    stand: Callable[[Float[np.ndarray, " J"], str], bool]
+    """Bring the robot to joints (J,) rad, which a text names, and let it stand still."""
+    put: Callable[[Float[np.ndarray, " 3"] | None, str], bool]
+    """Put the rod's centre at a point (3,) m, which a text names, or take the rod away."""
+    wave: Callable[[int], bool]
+    """Pass a hand over the sensors of a ring, one by one."""
+    show: Callable[[Part, int, int], None]
+    """Show how many of how many steps of a part are complete."""
 
 
 class Span(NamedTuple):

@@ -1,50 +1,38 @@
 """Convert collected data and results to the models of a check."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ...objectives.verify import Verifier
-from ..mount.as_built import AsBuilt, faults, truth_of, undetermined
+from ..mount.as_built import AsBuilt
+from ..mount.fit_record import fit_of
 from ..mount.hand_sweep import Waving
-from ..mount.ring_fit import RingFit
 from ..recording.clocks import Alignment
 from ..rings.line_monitor import Happened, Port
 from ..robot.vetting import Ended
 from ..rod.coverage_estimate import RodCheck
 from ..rod.trial_plan import Places, places, rod_zeta
 from ..session.gathering import Gathered
-from ..simulated_cell.ground_truth import Injected
 from .doubt import KINDS, Doubt
 from .line_findings import chip_of, code_findings, unknown_codes
 from .models import (
     CoverageModel,
-    ErrorModel,
     EventModel,
     LineModel,
     LinkModel,
-    LookModel,
     MountCheckModel,
-    RingFitModel,
     SelfModel,
     SensorHealthModel,
     WavingModel,
-    ZetaModel,
 )
 from .planned_check import PlannedCheck
 from .self_check import SelfCheck, sensor_names
 
-_SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
-    "slip": (1000.0, "mm"),
-    "tilt": (180 / np.pi, "°"),
-    "phase": (180 / np.pi, "°"),
-    "offset": (1000.0, "mm"),
-}
 _WORTH = (Happened.BACK,)  # events that are no warning
 _STARTING = (Happened.SILENT.value, Happened.GARBLED.value)
-_DIGITS = 6
 # places away from the edge of coverage at which a sensor sees the rod although none should
 _INTRUDES = 2
 
@@ -66,9 +54,8 @@ def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
 
 def link_of(gathered: Gathered) -> LinkModel:
     """Describe the robot's link."""
-    endings = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
-    if endings:
+    if endings := gathered.notes("link ended"):
         why, detail = (str(endings[0].get(key, "")) for key in ("why", "detail"))
         ended = ": ".join(
             t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
@@ -119,12 +106,8 @@ def warnings_of(
         if e.what not in {w.value for w in _WORTH} and e not in waited
     ]
     link = link_of(gathered).ended
-    waived = [
-        said
-        for _, said in gathered.said
-        if said.get("what") == "near stop" and said.get("waived") is True
-    ]
-    shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
+    waived = [note for note in gathered.notes("near stop") if note.get("waived") is True]
+    shares = [note["share"] for note in waived if isinstance(note.get("share"), float)]
     foreign = [
         f"{setup.group_name(one.ring)}: {one.corrupt} lines are corrupt, the first foreign one:"
         f" {one.foreign}"
@@ -138,7 +121,7 @@ def warnings_of(
             for share in shares
         ),
         *([f"the robot's link ended: {link}"] if link else []),
-        *(str(said.get("text")) for _, said in gathered.said if said.get("what") == "warning"),
+        *(str(note.get("text")) for note in gathered.notes("warning")),
         *([f"the recording is damaged: {damage}"] if damage else []),
         *code_findings(setup, lines)[1],
         *foreign,
@@ -148,7 +131,10 @@ def warnings_of(
 
 def _waited_for(gathered: Gathered) -> list[EventModel]:
     """Return the silence of rings that were starting, before their first frames."""
-    rings = {ring for _, said in gathered.said for ring in _rings_of(said)}
+    stated = [note.get("rings") for note in gathered.notes("starting")]
+    rings = {
+        ring for part in stated if isinstance(part, list) for ring in part if isinstance(ring, int)
+    }
     found, begun = list[EventModel](), set[int]()
     for event in events_of(gathered):
         if event.what == Happened.BACK.value:
@@ -158,31 +144,10 @@ def _waited_for(gathered: Gathered) -> list[EventModel]:
     return [event for event in found if event.ring in begun]
 
 
-def _rings_of(said: Mapping[str, Any]) -> list[int]:
-    """Return the rings that a note says to be starting."""
-    match said:
-        case {"what": "starting", "rings": list(rings)}:
-            return [ring for ring in rings if isinstance(ring, int)]
-    return []
-
-
 def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
     """Describe the self check."""
     if done is None:
         return None
-    rings = []
-    for i, (health, k) in enumerate(zip(done.rings, done.setup.slices, strict=True)):
-        spread = done.spread[k][np.isfinite(done.spread[k])]
-        rings.append(
-            LookModel(
-                ring=i,
-                frames=health.frames,
-                rate_hz=round(health.rate, 3),
-                gaps=health.gaps,
-                answering=int((done.answers[k] > 0).sum()),
-                scatter_mm=round(1000 * float(np.median(spread)), 3) if len(spread) else None,
-            )
-        )
     keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
     hands = [
         WavingModel(
@@ -194,7 +159,7 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
         for i, w in waved.items()
     ]
     return SelfModel(
-        rings=rings,
+        rings=list(done.rings),
         waved=hands,
         silent_zones=done.silent_zones,
         blocked_zones=done.blocked_zones,
@@ -206,45 +171,16 @@ def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorHealthModel]:
     """Describe the doubtful readings of each sensor."""
     if found is None:
         return []
-    percents = {
-        f"{kind}_percent": np.round(100 * getattr(found, kind), 3).tolist() for kind in KINDS
-    }
+    keys, percents = [f"{kind}_percent" for kind in KINDS], np.round(100 * found.shares, 3).tolist()
     return [
         SensorHealthModel(
             sensor=name,
             readings=int(found.readings[k]),
             doubtful=bool(found.found[:, k].any()),
-            **{key: values[k] for key, values in percents.items()},
+            **{key: values[k] for key, values in zip(keys, percents, strict=True)},
         )
         for k, name in enumerate(sensor_names(setup, np.arange(setup.sensors)))
     ]
-
-
-def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
-    """Describe the estimated mounting of a ring, beside the injected errors."""
-    truth = None if done is None or not fit.names else truth_of(fit, done.errors[number])
-    errors = []
-    for k, (name, value, margin) in enumerate(
-        zip(fit.names, fit.values, fit.margins(), strict=True)
-    ):
-        scale, unit = _SHOWN[name]
-        key: Any = name
-        was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
-        value, margin = (round(scale * float(v), _DIGITS) for v in (value, margin))
-        errors.append(ErrorModel(name=key, unit=unit, value=value, margin=margin, injected=was))
-    differs, left = faults(fit, number), undetermined(fit)
-    return RingFitModel(
-        ring=number,
-        link=fit.nominal.link,
-        verdict="differs" if differs else "not determined" if left else "as proposed",
-        readings=fit.used,
-        scale=round(fit.scale, _DIGITS),
-        errors=errors,
-        faults=differs,
-        open=left,
-        misfits={str(wire): text for wire, text in fit.misfits.items()},
-        region_holds=None if truth is None else fit.holds(truth),
-    )
 
 
 def mount_of(
@@ -254,18 +190,13 @@ def mount_of(
     plan, was = check.plans.mount, check.injected
     if plan is None or built is None:
         return None
-    zeta = []
-    for goal in check.scene.targets:
-        z = built.zeta(goal.target, verifier)
-        percents = {
-            f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
-        }
-        zeta.append(ZetaModel(target=goal.target.key[0], radius=goal.target.key[1], **percents))
     return MountCheckModel(
         stops=stops,
         planned=len(plan.joints),
-        rings=[fit_of(i, f, was) for i, f in enumerate(built.fits)],
-        zeta=zeta,
+        rings=[
+            fit_of(i, f, None if was is None else was.errors[i]) for i, f in enumerate(built.fits)
+        ],
+        zeta=[built.zeta(goal.target, verifier) for goal in check.scene.targets],
         injected_found=None if was is None else was.found(built.fits),
     )
 

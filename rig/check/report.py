@@ -1,6 +1,6 @@
 """Files of a check: page, JSON, CSV, and the setup as built."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from ...formats.writing import output_files, write_text
 from ...reporting.pages import csv_text, escaped, html, table
+from ..mount.fit_record import RingFitModel
 from ..rod.coverage_edge import EDGE
 from ..rod.coverage_estimate import RodCheck
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
 from .assessment import Assessment
-from .health_tables import doubtful_sensors, links, shown_number
-from .models import CheckResult, RingFitModel, WavingModel
+from .models import CheckResult, WavingModel
 from .pictures import write_pictures
 from .planned_check import PlannedCheck
 
@@ -118,8 +118,8 @@ def page(r: CheckResult, pictures: Mapping[str, str]) -> str:
     lines += [*(escaped(note) for note in calibration_notes(r)), ""] * bool(r.calibration)
     return "\n".join(
         [
-            *(*lines, *rings, *_self(r), *doubtful_sensors(r), *_mount(r), *readings),
-            *(*_coverage(r), *trials, *links(r)),
+            *(*lines, *rings, *_self(r), *_doubtful(r), *_mount(r), *readings),
+            *(*_coverage(r), *trials, *_links(r)),
         ]
     )
 
@@ -139,18 +139,9 @@ def calibration_notes(r: CheckResult) -> list[str]:
 def _self(r: CheckResult) -> list[str]:
     if r.self_check is None:
         return []
-    rows = [
-        (
-            str(one.ring),
-            str(one.frames),
-            f"{one.rate_hz:.1f}",
-            str(one.gaps),
-            str(one.answering),
-            shown_number(one.scatter_mm),
-        )
-        for one in r.self_check.rings
-    ]
-    heads = ("ring", "frames", "a second", "gaps", "sensors that answer", "scatter, mm")
+    columns = {"ring": "{0.ring}", "frames": "{0.frames}", "a second": "{0.rate_hz:.1f}"}
+    columns |= {"gaps": "{0.gaps}", "sensors that answer": "{0.answering}"}
+    columns |= {"scatter, mm": "{0.scatter_mm:.1f}"}
     named = (
         ("Never answer", r.self_check.silent),
         ("Scatter more than expected", r.self_check.noisy),
@@ -159,7 +150,7 @@ def _self(r: CheckResult) -> list[str]:
         ("Differ from the expected reading", r.self_check.surprising),
     )
     return [
-        *("## Self check", "", table(heads, rows)),
+        *("## Self check", "", _table_of(r.self_check.rings, columns)),
         *(f"- {words}: {escaped(', '.join(sensors))}" for words, sensors in named if sensors),
         *(f"- ring {w.ring}, by a hand: {escaped(_wired(w))}" for w in r.self_check.waved),
         "",
@@ -175,29 +166,11 @@ def _wired(wave: WavingModel) -> str:
 def _mount(r: CheckResult) -> list[str]:
     if r.mount is None:
         return []
-    lines = [
-        "## Mount check",
-        "",
-        f"{r.mount.stops} of {r.mount.planned} stops; margins are 95 %.",
-        "",
-    ]
-    heads = [
-        "ring",
-        "link",
-        "verdict",
-        "slip, mm",
-        "tilt, °",
-        "phase, °",
-        "offset, mm",
-        "readings",
-        "residuals",
-    ]
-    lines += [table(heads, [_ring(one) for one in r.mount.rings])]
-    lines += [
-        f"- ring {one.ring} ({escaped(one.link)}): {escaped(fault)}"
-        for one in r.mount.rings
-        for fault in (*one.faults, *one.open)
-    ]
+    stops = f"{r.mount.stops} of {r.mount.planned} stops; margins are 95 %."
+    heads = ("ring", "link", "verdict", "slip, mm", "tilt, °", "phase, °", "offset, mm", "readings")
+    rings = [_ring(ring) for ring in r.mount.rings]
+    lines = ["## Mount check", "", stops, "", table([*heads, "residuals"], rings)]
+    lines += [f"- {escaped(line)}" for ring in r.mount.rings for line in ring.text]
     if r.mount.injected_found is not None:
         held = [one.region_holds for one in r.mount.rings]
         said = ", ".join(
@@ -207,25 +180,12 @@ def _mount(r: CheckResult) -> list[str]:
         wrong = [what for what, ok in r.mount.injected_found.items() if not ok]
         nothing = f"No error or fault was injected{'; reported all the same: ' * bool(wrong)}"
         faults = f"Injected faults: {said}" if r.faults == "random" else nothing + ", ".join(wrong)
-        lines += [
-            "",
-            (
-                f"{faults}. The injected errors lie in the 95 % region of"
-                f" {sum(map(bool, held))} of {len(held)} rings (injected value after the slash)."
-            ),
-        ]
-    rows = [
-        (
-            z.named,
-            *(f"{v:.2f}" for v in (z.proposed_percent, z.built_percent, z.alive_percent)),
-        )
-        for z in r.mount.zeta
-    ]
-    return [
-        *lines,
-        "",
-        table(("ζ, %", "as proposed", "as built", "as built, answering sensors only"), rows),
-    ]
+        text = f"{faults}. The injected errors lie in the 95 % region of {sum(map(bool, held))} of"
+        lines += ["", f"{text} {len(held)} rings (injected value after the slash)."]
+    columns = {"ζ, %": "{0.named}", "as proposed": "{0.proposed_percent:.2f}"}
+    columns |= {"as built": "{0.built_percent:.2f}"}
+    columns |= {"as built, answering sensors only": "{0.alive_percent:.2f}"}
+    return [*lines, "", _table_of(r.mount.zeta, columns)]
 
 
 def _ring(one: RingFitModel) -> list[str]:
@@ -269,4 +229,54 @@ def _coverage(r: CheckResult) -> list[str]:
         if c.true_percent is not None:
             lines.append(f"True value of the simulated rig, counted: {c.true_percent:.1f} %.")
         lines.append("")
+    return lines
+
+
+def _table_of(records: Iterable[object], columns: Mapping[str, str]) -> str:
+    """Return a table of records by the format of each column, such as ``{0.rate_hz:.1f}``; a cell
+    without a value is empty.
+    """
+
+    def cell(form: str, record: object) -> str:
+        try:
+            return escaped(form.format(record))
+        except TypeError:  # None has no decimals
+            return ""
+
+    return table([*columns], [[cell(form, r) for form in columns.values()] for r in records])
+
+
+def _doubtful(r: CheckResult) -> list[str]:
+    """List the doubtful sensors with their shares of doubtful readings."""
+    doubtful = [sensor for sensor in r.sensors if sensor.doubtful]
+    columns = {"sensor": "{0.sensor}", "readings": "{0.readings}"}
+    columns |= {f"{kind}, %": f"{{0.{kind}_percent:.0f}}" for kind in ("failed", "missing")}
+    columns |= {"below 5 cm, %": "{0.near_percent:.0f}"}
+    columns |= {f"{kind}, %": f"{{0.{kind}_percent:.0f}}" for kind in ("apart", "absent")}
+    return ["## Doubtful sensors", "", _table_of(doubtful, columns), ""] if doubtful else []
+
+
+def _links(r: CheckResult) -> list[str]:
+    """Describe the links to the rings and the robot, and their events."""
+    columns = {"ring": "{0.ring} {0.link}", "port": "simulated" if r.simulated else "{0.port}"}
+    columns |= {"decoder": "{0.decoder}", "board": "{0.board}"}
+    columns |= {key: f"{{0.{key}}}" for key in ("frames", "lost", "late", "corrupt", "restarts")}
+    columns |= {"clock, ppm": "{0.drift_ppm:.1f}", "jitter, ms": "{0.jitter_ms:.2f}"}
+    drift, jitter = (
+        "" if value is None else f"{value:.{digits}f}"
+        for value, digits in ((r.robot.drift_ppm, 1), (r.robot.jitter_ms, 2))
+    )
+    clock = (
+        f"The robot sent {r.robot.states} states in {r.robot.seconds:.1f} s; its clock is {drift}"
+        f" ppm faster than the host's; states arrive with a jitter of {jitter} ms."
+    )
+    lines = ["## Links", "", _table_of(r.lines, columns), clock, ""]
+    lines += [
+        f"- ring {line.ring}: the first line outside its decoder's grammar: {escaped(line.foreign)}"
+        for line in r.lines
+        if line.foreign
+    ]
+    if r.events:
+        columns = {"s": "{0.seconds:.2f}", "ring": "{0.ring}", "what": "{0.what}"}
+        lines += ["## Events", "", _table_of(r.events, columns | {"detail": "{0.detail}"})]
     return lines

@@ -14,6 +14,7 @@ from ..sensing.noise import Noise
 from ..sensing.readings import Readings, at_stops
 from ..sensing.zone_grid import zoned
 from ..sensing.zone_state import ZoneState, zone_state
+from .models import LookModel
 
 _BODY = 0.05  # m between a robot's body and the capsules that model it
 _SURE = 5.0  # standard deviations
@@ -23,24 +24,12 @@ _GAP = 1.5  # periods
 
 
 @dataclass(frozen=True)
-class RingHealth:
-    """Frames of one ring."""
-
-    frames: int
-    """Number of frames."""
-    rate: float
-    """Frames per second."""
-    gaps: int
-    """How often two frames were more than 1.5 times the median period apart."""
-
-
-@dataclass(frozen=True)
 class SelfCheck:
     """Readings of K sensors at one pose, as wired, ring by ring."""
 
     setup: Setup
     """The rings as proposed."""
-    rings: tuple[RingHealth, ...]
+    rings: tuple[LookModel, ...]
     """Frames of each ring."""
     answers: Float[np.ndarray, " K"]
     """Share of readings that are not failures."""
@@ -142,11 +131,15 @@ def self_check(
     stops, wanted = at_stops(readings, setup, q), expected(scene, setup, q)
     total = np.maximum(stops.total[0], 1)
     states = [zone_state(scene, setup, i, readings, q) for i in zoned(setup)]
-    rings = tuple(_health(readings.time[readings.ring == i]) for i in range(len(setup.groups)))
+    answers = (stops.total[0] - stops.failed[0]) / total
+    rings = tuple(
+        _look(i, readings.time[readings.ring == i], answers[k], stops.spread[0, k])
+        for i, k in enumerate(setup.slices)
+    )
     return SelfCheck(
         setup,
         rings,
-        (stops.total[0] - stops.failed[0]) / total,
+        answers,
         stops.valid[0] / total,
         stops.distance[0],
         stops.spread[0],
@@ -157,11 +150,21 @@ def self_check(
     )
 
 
-def _health(time: Float[np.ndarray, " n"]) -> RingHealth:
-    frames = np.unique(time)
-    if len(frames) < 2:
-        return RingHealth(len(frames), 0.0, 0)
+def _look(
+    ring: int,
+    time: Float[np.ndarray, " n"],
+    answers: Float[np.ndarray, " k"],
+    spread: Float[np.ndarray, " k"],
+) -> LookModel:
+    """Describe a ring by the times of its readings, s, and by the shares of answers and the
+    standard deviations, m, of its k sensors."""
+    frames, known = np.unique(time), spread[np.isfinite(spread)]
     period = np.diff(frames)
-    return RingHealth(
-        len(frames), float(1 / period.mean()), int((period > _GAP * np.median(period)).sum())
+    return LookModel(
+        ring=ring,
+        frames=len(frames),
+        rate_hz=round(float(1 / period.mean()), 3) if len(period) else 0.0,
+        gaps=int((period > _GAP * np.median(period)).sum()) if len(period) else 0,
+        answering=int((answers > 0).sum()),
+        scatter_mm=round(1000 * float(np.median(known)), 3) if len(known) else None,
     )

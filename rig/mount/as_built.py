@@ -2,12 +2,11 @@
 own.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from ...coverage.pytrees import mapped
 from ...coverage.rings.ring import Setup
@@ -15,36 +14,37 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
 from ...coverage.targets.target import Target
+from ...formats.schema.base_model import StrictModel
+from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight
 from ...objectives.scene import CoreScene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
-from .channel_assignment import told
-from .mounting_error_model import LIMITS, NAMES
+from .fit_record import fit_of
 from .ring_fit import RingFit
 
-_SHOWN = {
-    "slip": (1000.0, "mm"),
-    "tilt": (180 / math.pi, "°"),
-    "phase": (180 / math.pi, "°"),
-    "offset": (1000.0, "mm"),
-}
+
+def named(target: str, radius: float | None) -> str:
+    """Name a target of a result."""
+    return target if radius is None else f"{target}({radius:g})"
 
 
-@dataclass(frozen=True)
-class Zeta:
-    """ζ of a target, in [0, 1]."""
+class ZetaModel(StrictModel):
+    """ζ of a target: of the proposed setup, of the setup as built, and of the same without dead
+    sensors."""
 
-    target: Target
-    """The target."""
-    proposed: float
-    """ζ of the proposed setup."""
-    built: float
-    """ζ of the setup as built."""
-    alive: float
-    """ζ of the setup as built, without dead sensors."""
+    target: str
+    radius: float | None = None
+    proposed_percent: Percent
+    built_percent: Percent
+    alive_percent: Percent
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return named(self.target, self.radius)
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,19 @@ class AsBuilt:
         single[list(self.silent)] = False
         return np.concatenate([*alive, single])
 
-    def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
+    def zeta(self, target: Target, verifier: Verifier | None = None) -> ZetaModel:
         """Count ζ; ``verifier`` must be of the same scene."""
         verifier = verifier or Verifier(self.scene)
         proposed, built = (verifier.verify(s, target).zeta for s in (self.proposed, self.setup))
         alive = built if self.alive.all() else float(exact_zetas(verifier, target, self._living)[0])
-        return Zeta(target, proposed, built, alive)
+        name, radius = target.key
+        return ZetaModel(
+            target=name,
+            radius=radius,
+            proposed_percent=100 * proposed,
+            built_percent=100 * built,
+            alive_percent=100 * alive,
+        )
 
     def _living(self, pose: int) -> Sequence[Parts]:
         """Return the regions that answering sensors cover at a pose."""
@@ -97,82 +104,28 @@ class AsBuilt:
             )
         ]
 
-    def proposal(self, name: str, verifier: Verifier | None = None) -> ProposalFile:
+    def toml(self, name: str, verifier: Verifier | None = None) -> str:
         """Return the setup as built as a proposal's file, with ζ of the scene's targets verified
-        again.
+        again, and with the findings as comments.
         """
         verifier = verifier or Verifier(self.scene)
         zeta = [
             replace(verified.in_scene(name, self.scene), seconds=0.0)  # one file of one reading
             for verified in verifier.verify_goals(self.setup)
         ]
-        return ProposalFile.of(self.setup, self.scene, zeta=zeta)
+        file = ProposalFile.of(self.setup, self.scene, zeta=zeta)
+        return to_toml(file, "\n".join(["As built, from a mount check:", *self.text()]))
 
-    def toml(self, name: str, verifier: Verifier | None = None) -> str:
-        """Return the same as text, with the findings as comments."""
-        return to_toml(
-            self.proposal(name, verifier),
-            "\n".join(["As built, from a mount check:", *self.text()]),
-        )
-
-    def text(self, confidence: float = 0.95) -> list[str]:
+    def text(self) -> list[str]:
         """Compare each ring with its proposal and list its faults, as lines."""
         lines = []
-        for i, fit in enumerate(self.fits):
-            margins = fit.margins(confidence)
-            found = [_shown(*each) for each in zip(fit.names, fit.values, margins, strict=True)]
-            sure = (
-                f"{100 * confidence:.0f} % confidence, {fit.used} readings, residuals"
-                f" {fit.scale:.2f} of the noise model"
-            )
-            values = f"{', '.join(found)} ({sure})" if found else "not estimated, as proposed here"
-            lines.append(f"ring {i} ({fit.nominal.link}): {values}")
-            said = [*faults(fit, i), *undetermined(fit)]
-            lines += [f"ring {i} ({fit.nominal.link}): {one}" for one in said]
+        for r in map(fit_of, range(len(self.fits)), self.fits):
+            values = ", ".join(map(str, r.errors))
+            values += f" (95 % confidence, {r.readings} readings, residuals {r.scale:.2f} of"
+            values += " the noise model)"
+            values = values if r.errors else "not estimated, as proposed here"
+            lines += [f"ring {r.ring} ({r.link}): {values}", *r.text]
         first = len(self.proposed.rings)
-        lines += [f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent]
-        return lines
-
-
-def _shown(name: str, value: float, margin: float) -> str:
-    factor, unit = _SHOWN[name]
-    return f"{name} {factor * value:+.2f} ± {factor * margin:.2f} {unit}"
-
-
-def faults(fit: RingFit, number: int) -> list[str]:
-    """List the differences of ring ``number`` from its proposal."""
-    found = told(fit.order, fit.mixed)
-    found += _mixed_grids(fit)
-    if fit.zones is not None:
-        found += fit.zones.faults(number, fit.nominal.link)
-    if fit.dead:
-        found.append(f"has dead sensors, by place in its frames: {', '.join(map(str, fit.dead))}")
-    if fit.ring.position < 0 or fit.ring.position > 1:
-        found.append(f"sits beyond its link's end, at {fit.ring.position:.3f}")
-    limit = LIMITS[[NAMES.index(name) for name in fit.names]]
-    beyond = np.flatnonzero(np.abs(fit.values) > limit + fit.margins())
-    return found + [f"is off by more than careful mounting allows: {fit.names[k]}" for k in beyond]
-
-
-def undetermined(fit: RingFit) -> list[str]:
-    """List what the readings do not determine about a ring, with the reason."""
-    if fit.unfit:
-        return [f"not determined, as proposed here: {fit.unfit}"]
-    return [f"not determined by these readings: {', '.join(fit.open)}"] * bool(fit.open)
-
-
-def _mixed_grids(fit: RingFit) -> list[str]:
-    """Describe grids of zones that fit no turn and no mirror, one line for each likely order."""
-    each: dict[str, list[str]] = {}
-    for wire, text in fit.misfits.items():
-        each.setdefault(text, []).append(str(wire))
-    return [
-        f"the grids of sensors {', '.join(wires)} fit no turn and no mirror"
-        + f"; they fit if the {text}: mend the order of the zones in the firmware" * bool(text)
-        for text, wires in each.items()
-    ]
-
-
-def truth_of(fit: RingFit, errors: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " p"]:
-    """Select from errors by ``NAMES`` those that a fit estimated."""
-    return np.array([errors[NAMES.index(name)] for name in fit.names])
+        return lines + [
+            f"{self.proposed.group_name(first + k)}: never answers" for k in self.silent
+        ]

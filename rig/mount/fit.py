@@ -17,8 +17,8 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
 from ..sensing.expected import CELL, ROBOT, expected
-from ..sensing.noise import Noise
-from ..sensing.readings import BLOCKED, Stops, ZoneStops
+from ..sensing.noise import USUAL_NOISE
+from ..sensing.readings import BLOCKED, Stops
 from ..sensing.zone_targets import expected_zones
 from .channel_assignment import Order, best_order, costs, mixed, reseated
 from .mounting_error_model import NAMES, free, moved
@@ -47,9 +47,7 @@ class _Measured:
     """Number of readings of each median."""
     mute: Bool[np.ndarray, " n"]
     """Which wires never answered."""
-    noise: Noise
-    """Noise of the sensors."""
-    zones: ZoneStops | None
+    zones: Stops | None
     """The same of the zones; None for sensors of one zone."""
 
 
@@ -57,8 +55,7 @@ def fit_mount(
     scene: CoreScene,
     setup: Setup,
     stops: Stops,
-    noise: Noise | None = None,
-    zones: Mapping[int, ZoneStops] | None = None,
+    zones: Mapping[int, Stops] | None = None,
 ) -> tuple[RingFit, ...]:
     """Estimate how each ring of ``setup`` is mounted, from the readings at the stops of a mount
     check. A ring with too few readings has no values, and says why; the others are not concerned.
@@ -67,14 +64,13 @@ def fit_mount(
         scene: with the known cell.
         setup: as proposed.
         stops: readings, wire by wire.
-        noise: of the sensors; only its growth with distance matters.
         zones: readings of the zones at the stops, by the number of their ring.
     """
-    noise, fits = noise or Noise(), []
+    fits = []
     for i, (ring, k) in enumerate(zip(setup.rings, setup.slices, strict=False)):
         mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
         here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
-        measured = _Measured(*here, mute, noise, (zones or {}).get(i))
+        measured = _Measured(*here, mute, (zones or {}).get(i))
         try:
             fits.append((_fit if measured.zones is None else _fit_zones)(scene, ring, measured))
         except MountError as error:
@@ -139,7 +135,7 @@ def _misfits(scene: CoreScene, fit: RingFit, measured: _Measured) -> dict[int, s
 def _fit(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
     """Fit a ring, with the readings of its zones if there are some."""
     joints, distance, zones = measured.joints, measured.distance, measured.zones
-    sigma = measured.noise.at(np.nan_to_num(distance)) * median_error(measured.valid)
+    sigma = USUAL_NOISE.at(np.nan_to_num(distance)) * median_error(measured.valid)
     none, turned = ~np.isfinite(distance).any(axis=0), replace(ring, tilt=-ring.tilt)
     tables = {
         f: costs(
@@ -215,7 +211,7 @@ class _Seated(NamedTuple):
 def _turns(
     scene: CoreScene,
     found: _Seated,
-    zones: ZoneStops,
+    zones: Stops,
     joints: Float[np.ndarray, "P J"],
     order: Order,
     silent: Int[np.ndarray, " s"],
@@ -257,7 +253,7 @@ def _seated(
         built = moved(scene, start, values)
         wanted = expected(scene, Setup((built,)), read.joints).distance + values[3]
         spread = np.sqrt(
-            (scale * measured.noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / number
+            (scale * USUAL_NOISE.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / number
             + _FINE**2
         )
         table = costs(read.distance, wanted, spread)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ..sensing.noise import Noise
+from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import FAILED, VALID, Readings
 from .channel_assignment import Order, mixed, told
 
@@ -38,7 +38,7 @@ class Waving:
         return told(self.order, self.mixed)
 
 
-def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
+def waved(readings: Readings, setup: Setup, ring: int) -> Waving:
     """Determine the wiring of a ring, or whether a single sensor sees a hand.
 
     The readings are those while the robot stood still and a hand passed the sensors one by one.
@@ -53,11 +53,11 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     Raises:
         ValueError: if there is no reading of the ring.
     """
-    noise, count = noise or Noise(), setup.groups[ring].count
+    count = setup.groups[ring].count
     mine = readings.only(readings.ring == ring)
     if not len(mine):
         raise ValueError(f"no reading of {setup.group_name(ring)} while a hand passed it")
-    time = passages(mine, setup, ring, noise)
+    time = passages(mine, setup, ring)
     answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
     seen = np.flatnonzero(np.isfinite(time))
     seen = seen[np.argsort(time[seen])]
@@ -78,14 +78,14 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     )
 
 
-def passages(readings: Readings, setup: Setup, ring: int, noise: Noise) -> Float[np.ndarray, " n"]:
+def passages(readings: Readings, setup: Setup, ring: int) -> Float[np.ndarray, " n"]:
     """Return when a hand passed each of the n sensors of a ring, s; nan where no hand was seen."""
     mine = readings.only(readings.ring == ring)
     count = setup.groups[ring].count
-    return np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
+    return np.array([_passage(mine.only(mine.sensor == k)) for k in range(count)])
 
 
-def _passage(readings: Readings, noise: Noise) -> float:
+def _passage(readings: Readings) -> float:
     """Return when the hand was nearest to one sensor, s; nan if no hand was seen.
 
     Each zone has its own usual distance, so that a hand at the side of the beam is seen although
@@ -95,7 +95,9 @@ def _passage(readings: Readings, noise: Noise) -> float:
     good = (status == VALID) & np.isfinite(distance)
     often = 2 * good.sum(axis=0) > len(good)
     usual = np.where(often, _middle(distance, good), np.inf)
-    least = np.where(often, np.maximum(_LEAST, _SURE * noise.at(np.where(often, usual, 0.0))), 0.0)
+    least = np.where(
+        often, np.maximum(_LEAST, _SURE * USUAL_NOISE.at(np.where(often, usual, 0.0))), 0.0
+    )
     hand = good & (distance < usual - least)
     to_hand = np.where(hand, distance, np.inf).min(axis=1)
     if not hand.any():

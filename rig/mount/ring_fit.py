@@ -66,9 +66,9 @@ class RingFit:
         """Degrees of freedom of the residuals."""
         return self.used - len(self.names)
 
-    def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
+    def margins(self) -> Float[np.ndarray, " p"]:
         """Return the margin of each value on its own, m and rad, by Student's t."""
-        margin: np.ndarray = stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(
+        margin: np.ndarray = stats.t.ppf((1 + CONFIDENCE) / 2, self.freedom) * np.sqrt(
             np.diag(self.covariance)
         )
         return margin

@@ -18,7 +18,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import CoreScene
 from ..poses.clear import drawn
 from ..sensing.expected import CELL, expected
-from ..sensing.noise import Noise
+from ..sensing.noise import USUAL_NOISE
 from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
 POSES, FRAMES = 24, 10
@@ -45,7 +45,6 @@ def planned(
     setup: Setup,
     poses: int = POSES,
     frames: int = FRAMES,
-    noise: Noise | None = None,
     seed: int = 0,
     candidates: int = _CANDIDATES,
     among: Float[np.ndarray, "C J"] | None = None,
@@ -57,7 +56,6 @@ def planned(
         setup: as proposed.
         poses: number of stops.
         frames: read at each stop.
-        noise: of the sensors.
         seed: of random poses and mountings.
         candidates: number of clear poses to draw and choose from.
         among: poses to choose from instead, rad.
@@ -66,11 +64,11 @@ def planned(
         ValueError: if the scene has no obstacles, or leaves no clear poses.
     """
     require_cell(scene)
-    noise, joints = noise or Noise(), drawn(scene, candidates, seed) if among is None else among
+    joints = drawn(scene, candidates, seed) if among is None else among
     rng, parts = np.random.default_rng((seed, 1)), []
     for draw in range(1 + _DRAWS):
         errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS * (draw > 0)
-        parts.append(_information(scene, setup, joints, errors, noise, frames))
+        parts.append(_information(scene, setup, joints, errors, frames))
     each = np.mean(parts, axis=0)
     total = np.tile(np.eye(4), (len(setup.rings), 1, 1))
     chosen: list[int] = []
@@ -96,7 +94,6 @@ def _information(
     setup: Setup,
     joints: Float[np.ndarray, "C J"],
     errors: Float[np.ndarray, "R 4"],
-    noise: Noise,
     frames: int,
 ) -> Float[np.ndarray, "C R 4 4"]:
     """Return the information of each pose about each ring mounted with these errors, in units of
@@ -110,7 +107,7 @@ def _information(
         by = np.where(
             grazing(by)[:, None],
             0.0,
-            by * LIMITS / (noise.at(distance) * np.sqrt(_MEDIAN / frames))[:, None],
+            by * LIMITS / (USUAL_NOISE.at(distance) * np.sqrt(_MEDIAN / frames))[:, None],
         )
         if len(free(scene, ring)) < 4:
             by[:, 0] = 0.0

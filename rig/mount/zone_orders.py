@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import linear_sum_assignment
 
-from ..sensing.readings import ZoneStops
+from ..sensing.readings import Stops
 from ..sensing.zone_grid import every_turn
 from .channel_assignment import CAP, SURE, reading_costs
 
@@ -75,7 +75,7 @@ class GridFit:
         return "" if unknown else None
 
 
-def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: ZoneStops, wire: int) -> GridFit:
+def grid_fit(wanted: Float[np.ndarray, "P r c"], stops: Stops, wire: int) -> GridFit:
     """Compare the readings of one wire's zones with those of its seat (P, r, c), m, including the
     offset of its sensors, in each turn and each other order.
     """

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import CoreScene
-from ..sensing.readings import ZoneStops
+from ..sensing.readings import Stops
 from ..sensing.zone_grid import GridTurn, every_turn, stated_turn, zone_grid
 from ..sensing.zone_targets import expected_zones
 from .channel_assignment import SURE, Order, reading_costs
@@ -61,7 +61,7 @@ class ZoneTurns:
 
 
 def turn_costs(
-    scene: CoreScene, built: Ring, stops: ZoneStops, joints: Float[np.ndarray, "P J"], offset: float
+    scene: CoreScene, built: Ring, stops: Stops, joints: Float[np.ndarray, "P J"], offset: float
 ) -> tuple[list[GridTurn], Float[np.ndarray, "g n n"]]:
     """Return the turns, and the cost of each wire (row) in each seat (column) at each turn.
 
@@ -120,7 +120,7 @@ def zone_turns(
 def nearest_zones(
     scene: CoreScene,
     built: Ring,
-    stops: ZoneStops,
+    stops: Stops,
     joints: Float[np.ndarray, "P J"],
     seat: Int[np.ndarray, " n"],
     turns: ZoneTurns,

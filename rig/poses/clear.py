@@ -63,11 +63,9 @@ def _from_body(
     """Minimise a convex function along segments between points (P, N, 3) m: sample each segment,
     then sample more finely around the minimum.
     """
-    low, width, found = (
-        np.zeros(start.shape[:2]),
-        np.ones(start.shape[:2]),
-        np.full(start.shape[:2], np.inf),
-    )
+    low = np.zeros(start.shape[:2])
+    width = np.ones(start.shape[:2])
+    found = np.full(start.shape[:2], np.inf)
     for _ in range(2):
         place = np.clip(low + np.linspace(0, 1, _ALONG)[:, None, None] * width, 0, 1)  # (A, P, N)
         value = body(start + place[..., None] * (end - start))  # (A, P, N)

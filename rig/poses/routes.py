@@ -64,11 +64,9 @@ class Clearance:
         """Return why a pose is not clear with ``slack`` m more, or None."""
         if self._some(q[None], slack)[0]:
             return None
-        names, obstacles, motion = (
-            [b.name for b in self.scene.robot.enclosed().bodies],
-            self.scene.obstacles,
-            self.scene.motion,
-        )
+        names = [b.name for b in self.scene.robot.enclosed().bodies]
+        obstacles = self.scene.obstacles
+        motion = self.scene.motion
         if self.scene.robot.beyond(q) is not None:
             return f"joint {self.scene.robot.beyond(q)} is beyond its limits"
         own, cell = gaps(self.scene, q[None])

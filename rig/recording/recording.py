@@ -7,7 +7,7 @@ import json
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -27,13 +27,11 @@ class Recording(Closing):
     """Appends records to a new file; when ``put`` returns, the operating system has the record.
 
     If the disk is full, or writing fails for another reason, the recording ends at the last
-    complete record. ``failure`` then gives the reason, ``on_failure`` is called once with it, and
-    later records are discarded.
+    complete record. ``failure`` then gives the reason, and later records are discarded.
 
     Args:
         path: of the file, which must not exist.
         about: description of the recorded check, as JSON.
-        on_failure: receives the reason, in the thread that wrote.
 
     Raises:
         UserError: if the file exists or cannot be created.
@@ -43,9 +41,8 @@ class Recording(Closing):
         self,
         path: Path,
         about: Mapping[str, Any],
-        on_failure: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self.path, self.failure, self._on_failure = path, "", on_failure
+        self.path, self.failure = path, ""
         self._lock, self._size, self._ended = threading.Lock(), 0, threading.Event()
         try:
             self._file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
@@ -69,10 +66,8 @@ class Recording(Closing):
                 while left:
                     left = left[os.write(self._file, left) :]
                 self._size += len(data)
-                return
             except OSError as error:
                 self._fail(error)
-        self._on_failure(self.failure)
 
     def close(self) -> None:
         """Write an end mark, which tells a reader that nothing is missing."""
@@ -88,7 +83,7 @@ class Recording(Closing):
         """Cut the file after its last complete record, if possible; a reader skips the
         rest anyway.
         """
-        self.failure = f"{self.path}: the recording ended: {error.strerror}"
+        self.failure = self.failure or f"{self.path}: the recording ended: {error.strerror}"
         with suppress(OSError):
             os.ftruncate(self._file, self._size)
 
@@ -104,10 +99,7 @@ class Recording(Closing):
                 # a pipe or a device cannot be flushed
                 if error.errno not in (errno.EINVAL, errno.ENOTSUP):
                     with self._lock:
-                        known = self.failure
                         self._fail(error)
-                    if not known:
-                        self._on_failure(self.failure)
                     return
             if ended:
                 return

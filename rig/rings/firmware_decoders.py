@@ -4,7 +4,6 @@ text.
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
@@ -30,29 +29,13 @@ class FrameDecoder(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Layout:
-    """A packed frame without a checksum: a magic, a sequence number, then distance in millimetres
-    and status of each sensor.
-    """
-
-    magic: bytes
-    """First bytes of a frame."""
-    sequence: struct.Struct
-    """Struct format of the sequence number."""
-    sensor: np.dtype
-    """NumPy type of a sensor, with the fields ``mm`` and ``status``."""
-
-    def length(self, count: int) -> int:
-        """Return the bytes of a frame of ``count`` sensors."""
-        return len(self.magic) + self.sequence.size + count * self.sensor.itemsize
-
-
-ESP32 = Layout(b"\x5a\x5a", struct.Struct("<H"), np.dtype([("mm", "<u2"), ("status", "u1")]))
+# a packed frame without a checksum: a magic, a sequence number, then mm and status of each sensor
+_MAGIC, _SEQUENCE = b"\x5a\x5a", struct.Struct("<H")
+_SENSOR = np.dtype([("mm", "<u2"), ("status", "u1")])
 
 
 class PackedDecoder:
-    """Decodes frames of a ``Layout``.
+    """Decodes packed frames.
 
     Without a checksum, a frame counts as intact only if the magic of the next one follows it at
     once. So each frame is returned when the next one starts; its time is still the arrival of its
@@ -60,49 +43,38 @@ class PackedDecoder:
     """
 
     def __init__(
-        self,
-        count: int,
-        counts: Counts | None = None,
-        layout: Layout = ESP32,
-        codes: StatusCodes | None = None,
+        self, count: int, counts: Counts | None = None, codes: StatusCodes | None = None
     ) -> None:
-        self.counts, self._count, self._layout, self._length = (
-            counts or Counts(),
-            count,
-            layout,
-            layout.length(count),
-        )
-        self._arrivals, self._codes = Arrivals(), codes
-        self._order = SequenceTracker(self.counts, 1 << 8 * layout.sequence.size)
+        self.counts, self._count, self._codes = counts or Counts(), count, codes
+        self._length = len(_MAGIC) + _SEQUENCE.size + count * _SENSOR.itemsize
+        self._arrivals = Arrivals()
+        self._order = SequenceTracker(self.counts, 1 << 8 * _SEQUENCE.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
         """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
         nothing.
         """
         self._arrivals.add(data, time)
-        buffer, magic, at, frames = self._arrivals.bytes, self._layout.magic, 0, list[Frame]()
-        while len(buffer) - at >= self._length + len(magic):
+        buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
+        while len(buffer) - at >= self._length + len(_MAGIC):
             end = at + self._length
-            if buffer.startswith(magic, at) and buffer.startswith(magic, end):
+            if buffer.startswith(_MAGIC, at) and buffer.startswith(_MAGIC, end):
                 frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end - 1))
                 at = end
             else:
-                self.counts.corrupt += buffer.startswith(magic, at)
-                after = buffer.find(magic, at + 1)
-                after = after if after >= 0 else len(buffer) - len(magic) + 1
+                self.counts.corrupt += buffer.startswith(_MAGIC, at)
+                after = buffer.find(_MAGIC, at + 1)
+                after = after if after >= 0 else len(buffer) - len(_MAGIC) + 1
                 self.counts.skipped += after - at
                 at = after
         self._arrivals.drop(at)
         return frames
 
     def _frame(self, data: bytes, time: float) -> list[Frame]:
-        place = len(self._layout.magic)
-        sequence = self._layout.sequence.unpack_from(data, place)[0]
+        sequence = _SEQUENCE.unpack_from(data, len(_MAGIC))[0]
         if not self._order.take(sequence, np.nan):
             return []
-        sensors = np.frombuffer(
-            data, self._layout.sensor, self._count, place + self._layout.sequence.size
-        )
+        sensors = np.frombuffer(data, _SENSOR, self._count, len(_MAGIC) + _SEQUENCE.size)
         mm, code = sensors["mm"], sensors["status"]
         status = code
         if self._codes is None:

@@ -5,10 +5,13 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from ...objectives.link_limits import USUAL_LIMITS
+from ...coverage.definitions.definition import definition
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.clocks import Lag, RateCheck
 from ..recording.records import Kind, Record
 from .firmware_decoders import decoder
@@ -70,31 +73,32 @@ class Event:
         raise ValueError("no event of a ring")
 
 
-@dataclass(frozen=True)
+@definition
 class Port:
     """Serial port of a ring."""
 
-    name: str
+    name: Annotated[str, Field(max_length=1000)]
     """Name of the port."""
-    count: int
+    count: Annotated[int, Field(ge=1, le=1000)]
     """Number of sensors of the ring."""
     decoder: str = "place-rings"
     """Decoder of its firmware."""
-    baud: int = BAUD
+    baud: Annotated[int, Field(ge=50, le=20_000_000)] = BAUD
     """Speed, baud."""
-    patience: float = 1.0
-    """Factor on the times below; a simulated ring on a busy machine needs more than 1."""
-    silent: float = SILENT
-    """Time without a frame, after which the ring is silent, s."""
-    late: float = LATE
-    """Delay of a frame, beyond which it is reported and not passed on, s."""
+    patience: Annotated[float, Field(ge=1, le=100)] = 1.0
+    """Factor on time limits; a simulated ring on a busy machine needs more than 1."""
 
 
 class Line:
-    """Frames and events of ring ``number`` from ``now`` s on. ``counts`` cover the whole time."""
+    """Frames and events of ring ``number`` from ``now`` s on, within ``limits``. ``counts`` cover
+    the whole time."""
 
-    def __init__(self, number: int, port: Port, now: float) -> None:
+    def __init__(
+        self, number: int, port: Port, now: float, limits: LinkLimits = USUAL_LIMITS
+    ) -> None:
         self._number, self._port, self.counts = number, port, Counts()
+        self.silent = port.patience * limits.ring_silent
+        self._late = port.patience * limits.ring_late
         self._state: Happened | None = None
         self._spoiled: deque[float] = deque([-np.inf] * _NOISY, maxlen=_NOISY)
         self._bad, self._noisy, self._era = 0, False, -1
@@ -139,8 +143,7 @@ class Line:
             self._doubled = self.counts.doubled
             yield from self._prove(now)
         # a line of text is used once its grammar is recognised
-        longest = self._port.silent * (2 if self.counts.waiting else 1)
-        if now - self._heard > self._port.patience * longest:
+        if now - self._heard > self.silent * (2 if self.counts.waiting else 1):
             yield from self._turn(
                 Happened.GARBLED if self._bytes else Happened.SILENT, now, self._why_garbled()
             )
@@ -198,7 +201,7 @@ class Line:
             yield Event(self._number, Happened.RESTARTED, frame.time)
         if self._two(frame.time):
             return
-        if delay > self._port.patience * self._port.late:
+        if delay > self._late:
             yield from self._turn(Happened.LATE, frame.time, f"{1000 * delay:.0f} ms")
         else:
             yield from self._turn(Happened.BACK, frame.time)
@@ -222,8 +225,8 @@ class Line:
 
     def _rate(self, frame: Frame) -> Iterator[Event]:
         """Stop using a clock that runs too fast, which would hide every delay."""
-        slack = self._port.patience * self._port.late
-        if not self._fast and (fault := self._rate_check.fault(frame.time, frame.clock, slack)):
+        fault = self._rate_check.fault(frame.time, frame.clock, self._late)
+        if fault and not self._fast:
             self._fast = True
             yield Event(self._number, Happened.CLOCK, frame.time, fault)
 

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
+from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..closing import Closing
 from ..recording.records import Kind, Record
 from .line_monitor import Event, Line, Port
@@ -17,8 +18,8 @@ class RingReader:
     """Reads ring ``number`` at ``port`` and passes on its frames, its events and all its bytes.
 
     It detects a lost port within 20 ms, silence or bytes without a valid frame within
-    ``port.silent`` s of the last frame, and a port that is back within 50 ms of its appearance;
-    plus the time that the machine takes to wake a thread.
+    ``limits.ring_silent`` s of the last frame, and a port that is back within 50 ms of its
+    appearance; plus the time that the machine takes to wake a thread.
     """
 
     def __init__(
@@ -28,15 +29,12 @@ class RingReader:
         on_frame: Callable[[int, Frame], None],
         on_event: Callable[[Event], None],
         record: Callable[[Record], None],
+        limits: LinkLimits = USUAL_LIMITS,
     ) -> None:
-        self._number, self._port, self._on_frame, self._on_event, self._record = (
-            number,
-            port,
-            on_frame,
-            on_event,
-            record,
-        )
-        self._line, self._last, self._open = Line(number, port, time.monotonic()), None, False
+        self._number, self._port = number, port
+        self._on_frame, self._on_event, self._record = on_frame, on_event, record
+        self._line = Line(number, port, time.monotonic(), limits)
+        self._last, self._open = None, False
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
         self._thread.start()
@@ -59,11 +57,8 @@ class RingReader:
     def latest(self) -> Frame | None:
         """Return the newest frame if it is fresh, else None."""
         frame = self._last
-        return (
-            frame
-            if frame and time.monotonic() - frame.time <= self._port.patience * self._port.silent
-            else None
-        )
+        fresh = frame and time.monotonic() - frame.time <= self._line.silent
+        return frame if fresh else None
 
     def end(self) -> None:
         """Ask the thread to stop reading."""
@@ -114,6 +109,7 @@ class RingReaders(Closing):
         on_frame: receives a ring's number and each of its frames, in the ring's thread.
         on_event: receives the events of the lines, in their threads.
         record: receives all bytes as they arrive.
+        limits: of the links.
     """
 
     def __init__(
@@ -122,10 +118,11 @@ class RingReaders(Closing):
         on_frame: Callable[[int, Frame], None] = lambda ring, frame: None,
         on_event: Callable[[Event], None] = lambda event: None,
         record: Callable[[Record], None] = lambda record: None,
+        limits: LinkLimits = USUAL_LIMITS,
     ) -> None:
         self.sizes = [port.count for port in ports]
         self._readers = [
-            RingReader(i, port, on_frame, on_event, record) for i, port in enumerate(ports)
+            RingReader(i, port, on_frame, on_event, record, limits) for i, port in enumerate(ports)
         ]
 
     @property

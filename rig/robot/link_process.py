@@ -15,28 +15,21 @@ import time
 import numpy as np
 
 from ..recording.records import Kind, Record
+from .client_process import client_process
 from .rtde_requests import refusal
-from .state import VARIABLES, State, complaint
+from .state import VARIABLES, State
 
 _POLL = 0.0005  # s
-# s: Python cannot interrupt a constructor that hangs, so the kernel ends it, if nothing else does
-_HOPELESS = 10
+_HOPELESS = 10  # s for the client's constructor
 _ANSWER = 1.0  # s, for the version of the protocol
 
 
 def main() -> None:
     """Forward each new state once."""
-    host, rate, patience = (
-        sys.argv[1],
-        float(sys.argv[2]),
-        float(sys.argv[3]) if len(sys.argv) > 3 else 1.0,
-    )
-    out = os.dup(sys.stdout.fileno())
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
-    signal.setitimer(signal.ITIMER_REAL, _HOPELESS * patience)
-    for ignored in (signal.SIGINT, signal.SIGHUP):  # handled by the check
-        signal.signal(ignored, signal.SIG_IGN)
-    try:
+    host = sys.argv[1]
+    rate = float(sys.argv[2])
+    patience = float(sys.argv[3]) if len(sys.argv) > 3 else 1.0
+    with client_process(_HOPELESS * patience) as out:
         if why := refusal(host, _ANSWER):
             raise ConnectionError(why)
         from rtde_receive import RTDEReceiveInterface
@@ -60,11 +53,6 @@ def main() -> None:
             os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
         else:
             os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())
-    except BrokenPipeError:
-        pass
-    except Exception as error:  # the client may raise anything
-        os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
-    os._exit(0)  # the client's threads may hang
 
 
 if __name__ == "__main__":

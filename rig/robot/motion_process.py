@@ -22,7 +22,8 @@ from typing import Any
 
 from ...objectives.link_limits import USUAL_LIMITS
 from ..recording.records import Kind, Record, RecordReader
-from .state import complaint, unpack_move
+from .client_process import client_process
+from .state import unpack_move
 
 # s without a sign of life of this process, after which the robot ends its program
 WATCHDOG = USUAL_LIMITS.watchdog
@@ -30,7 +31,7 @@ WATCHDOG = USUAL_LIMITS.watchdog
 SIGN = USUAL_LIMITS.sign_of_life
 HANG = 2.0  # s, of one call of the client
 LEAVE = 3.0  # s for stopping the robot once the check is gone
-START = 15.0  # s for the client's constructor, which Python cannot interrupt while it hangs
+START = 15.0  # s for the client's constructor
 TICK = 0.02  # s between two signs of life to the robot
 DECELERATION = 2.0  # rad/s²
 
@@ -152,21 +153,10 @@ class MotionProcess:
 def main() -> None:
     """Connect, then serve the check."""
     host, patience, *limits = sys.argv[1], *map(float, sys.argv[2:] or ["1"])
-    out = os.dup(sys.stdout.fileno())
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
-    # the check receives them too, and then commands a stop
-    for ignored in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(ignored, signal.SIG_IGN)
-    signal.setitimer(signal.ITIMER_REAL, START * patience)
-    try:
+    with client_process(START * patience) as out:
         from rtde_control import RTDEControlInterface
 
         MotionProcess(RTDEControlInterface(host), out, patience, *limits).serve()
-    except BrokenPipeError:
-        pass  # the check is gone; the watchdog stops the robot
-    except Exception as error:  # the client may raise anything
-        os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
-    os._exit(0)  # the client's threads may hang
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ INPUTS = (
     *(f"input_int_register_{i}" for i in range(8)),
     *(f"input_double_register_{i}" for i in range(18)),
 )
-_HEAD = struct.Struct(">HB")  # size including this header, kind
+HEAD = struct.Struct(">HB")  # size including this header, kind
 _VERSION, _INPUTS = b"VI"
 _MOST = 16  # packages before the answer, such as messages of the controller
 _IN_USE = "IN_USE"
@@ -58,10 +58,10 @@ def _accepts(line: socket.socket, until: float) -> bool | None:
 
 def _asked(line: socket.socket, until: float, kind: int, data: bytes) -> bytes | None:
     """Return the answer to a request; None if there is none among the next packages."""
-    line.sendall(_HEAD.pack(_HEAD.size + len(data), kind) + data)
+    line.sendall(HEAD.pack(HEAD.size + len(data), kind) + data)
     for _ in range(_MOST):
-        size, of = _HEAD.unpack(read_exactly(line, _HEAD.size, until))
-        answer = read_exactly(line, max(size - _HEAD.size, 0), until)
+        size, of = HEAD.unpack(read_exactly(line, HEAD.size, until))
+        answer = read_exactly(line, max(size - HEAD.size, 0), until)
         if of == kind:
             return answer
     return None

@@ -125,21 +125,3 @@ def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
     """Return joint angles, speed and acceleration of a motion."""
     *q, speed, acceleration = _MOVE.unpack(data)
     return tuple(q), speed, acceleration
-
-
-def complaint(error: Exception) -> str:
-    """Return an error of the client as one line; if ur-rtde is missing, how to install it; if the
-    robot has no dashboard server, what works without.
-    """
-    if isinstance(error, ImportError):
-        from ...formats.optional_dependencies import how_to_install  # loads pydantic
-
-        return f"ur-rtde is not installed: {how_to_install('rig')}"
-    text = " ".join(str(error).split()) or repr(error)
-    if "dashboard server" in text:
-        return (
-            f"{text} The controller does not answer on port 29999: a robot with PolyScope X has no"
-            " dashboard server, so that ur-rtde reads its joints but does not move it; leave out"
-            " --move and guide it to its poses"
-        )
-    return text

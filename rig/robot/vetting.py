@@ -40,9 +40,9 @@ class LinkFaultError(Exception):
         time: when it was detected, s of the host's monotonic clock.
     """
 
-    def __init__(self, why: Ended, detail: str = "", at: float | None = None) -> None:
+    def __init__(self, why: Ended, detail: str = "") -> None:
         super().__init__(f"{why.value}: {detail}" if detail else why.value)
-        self.why, self.detail, self.time = why, detail, time.monotonic() if at is None else at
+        self.why, self.detail, self.time = why, detail, time.monotonic()
 
 
 class Vetting:

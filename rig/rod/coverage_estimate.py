@@ -20,7 +20,7 @@ from jaxtyping import Bool, Int
 from scipy import stats
 
 from ...coverage.rings.ring import Setup
-from ..sensing.readings import Readings, Stops, ZoneStops, at_stops, zones_at_stops
+from ..sensing.readings import Readings, Stops, at_stops, zones_at_stops
 from ..sensing.zone_grid import zoned
 from .trial_plan import RodPlan, Stratum
 
@@ -52,8 +52,6 @@ class RodCheck:
     """Which trials were completed."""
     share: Share
     """Measured share of the target."""
-    confidence: float
-    """Confidence of the interval."""
 
     @property
     def seen(self) -> Bool[np.ndarray, " T"]:
@@ -88,7 +86,7 @@ class RodCheck:
         wrong, trials = int(row[1 if covered else 0]), int(row.sum())
         if not trials:
             return False
-        return _interval(wrong, trials, 2 * self.confidence - 1)[0] > TOLERATED
+        return _interval(wrong, trials, 2 * CONFIDENCE - 1)[0] > TOLERATED
 
     @property
     def intruding(self) -> Int[np.ndarray, "2 K"]:
@@ -105,7 +103,6 @@ def check_rod(
     setup: Setup,
     before: Readings,
     trials: Sequence[Readings | None],
-    confidence: float = CONFIDENCE,
 ) -> RodCheck:
     """Evaluate the trials.
 
@@ -115,7 +112,6 @@ def check_rod(
         before: readings at every pose of the plan, without the rod.
         trials: readings with the rod at each point, in the plan's order; None, or no reading at the
             pose, means not tested.
-        confidence: of the interval.
 
     Raises:
         ValueError: if the number of trials differs from the plan, or a reading is of a sensor that
@@ -143,8 +139,7 @@ def check_rod(
         plan,
         told,
         tested,
-        share(plan.strata, plan.stratum[tested], _any(told)[tested], confidence),
-        confidence,
+        share(plan.strata, plan.stratum[tested], _any(told)[tested]),
     )
 
 
@@ -152,9 +147,7 @@ def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:
     return np.asarray(told.any(axis=1))
 
 
-def nearer(
-    plan: RodPlan, empty: Stops | ZoneStops, pose: int, now: Stops | ZoneStops
-) -> Bool[np.ndarray, "*K"]:
+def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, "*K"]:
     """Return which sensors, or zones of sensors, read an object that was not there before."""
     was, read = empty.distance[pose], now.distance[0]
     with np.errstate(invalid="ignore"):
@@ -166,7 +159,6 @@ def share(
     strata: Sequence[Stratum],
     stratum: Int[np.ndarray, " T"],
     seen: Bool[np.ndarray, " T"],
-    confidence: float = CONFIDENCE,
 ) -> Share:
     """Estimate the share of the target that is seen, from T trials, each of a stratum."""
     value, low, high, open_ = 0.0, 0.0, 0.0, 0.0
@@ -175,7 +167,7 @@ def share(
         if not len(some):
             open_ += s.weight
             continue
-        least, most = _interval(int(some.sum()), len(some), confidence)
+        least, most = _interval(int(some.sum()), len(some), CONFIDENCE)
         p = float(some.mean())
         value += s.weight * p
         low += (s.weight * (p - least)) ** 2

@@ -6,11 +6,14 @@ although its centre is outside every beam: predictions here are for the rod, not
 """
 
 import math
-from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from pydantic import Field
 
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.field_types import Metres
 from ...coverage.occlusion.ball_in_cone import ball_in_cone
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
@@ -27,13 +30,13 @@ from ..sensing.zone_targets import expected_zones, zones_of_rods
 CLEAR = 0.03  # m between a rod and robot or cell
 
 
-@dataclass(frozen=True)
+@definition
 class Rod:
     """A test rod."""
 
-    radius: float = 0.035
+    radius: Metres = 0.035
     """m."""
-    length: float = 0.3
+    length: Annotated[float, Field(ge=0, le=10)] = 0.3
     """Length of the axis between the centres of the round ends, m."""
 
     def at(self, points: Float[np.ndarray, "N 3"]) -> Capsules:
@@ -44,20 +47,23 @@ class Rod:
         return Capsules((points - half)[:, None], (points + half)[:, None], np.array([self.radius]))
 
 
-@dataclass(frozen=True)
+_Frames = Annotated[int, Field(ge=1, le=100_000)]
+
+
+@definition
 class Detection:
     """Rule by which a sensor detects the rod: its median with the rod is closer than its median
     without the rod by ``sure`` standard deviations of their difference, or there was no target
     before.
     """
 
-    noise: Noise = field(default_factory=Noise)
+    noise: Noise = Noise()
     """Noise of the sensors."""
-    frames: int = 10
+    frames: _Frames = 10
     """Readings with the rod."""
-    before: int = 20
+    before: _Frames = 20
     """Readings without the rod."""
-    sure: float = 5.0
+    sure: Annotated[float, Field(gt=0, le=100)] = 5.0
     """Required difference, in standard deviations."""
 
     def margin(self, distance: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
@@ -76,13 +82,12 @@ def placeable(
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],
     rod: Rod,
-    clear: float = CLEAR,
 ) -> Bool[np.ndarray, " N"]:
-    """Return where the rod can stand at pose ``q`` (J,) rad: ``clear`` m away from the robot and
+    """Return where the rod can stand at pose ``q`` (J,) rad: ``CLEAR`` m away from the robot and
     the obstacles.
     """
     stands = rod.at(points)
-    good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
+    good = np.asarray((from_cell(scene, stands) >= CLEAR).all(axis=1))
     if scene.robot.bodies:
         robot = scene.robot.enclosed()
         start, end, radius = robot_capsules(robot, forward(robot.chain, q)).arrays()
@@ -90,7 +95,7 @@ def placeable(
             a, b = (np.broadcast_to(v, points.shape) for v in (a, b))
             good &= (
                 segment_to_segment(stands.start[:, 0], stands.end[:, 0], a, b) - r - rod.radius
-                >= clear
+                >= CLEAR
             )
     return good
 

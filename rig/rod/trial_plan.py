@@ -14,10 +14,13 @@ should be.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from pydantic import Field
 
+from ...coverage.definitions.definition import definition
 from ...coverage.rings.ring import Setup
 from ...coverage.targets.target import Target
 from ...coverage.voxels.octree import voxels
@@ -33,17 +36,17 @@ _NEAR = 0.25  # least share of the trials of a prediction near the edge, and awa
 _SPLIT = 8  # trials of a prediction at a pose, from which those near the edge are a stratum
 
 
-@dataclass(frozen=True)
+@definition
 class Stratum:
     """Points of a pose with the same prediction."""
 
-    pose: int
+    pose: Annotated[int, Field(ge=0, le=100_000)]
     """Number of the pose."""
     covered: bool
     """Whether the rod is predicted to be seen."""
-    weight: float
+    weight: Annotated[float, Field(ge=0, le=1)]
     """Share of the target over all poses."""
-    points: int
+    points: Annotated[int, Field(ge=1, le=100_000)]
     """Number of points."""
     edge: bool = False
     """Whether its points are near the edge of coverage. With weight 0 they are beyond the target.
@@ -71,28 +74,31 @@ class RodPlan:
     testable: float
     """Share of the target in which the rod can stand; all results refer to this part."""
 
+    def _of_strata(self, key: str) -> np.ndarray:
+        """Return what the stratum of each trial states (T,)."""
+        each = [getattr(stratum, key) for stratum in self.strata]
+        stated: np.ndarray = np.array(each)[self.stratum]
+        return stated
+
     @property
     def pose(self) -> Int[np.ndarray, " T"]:
         """Pose of each trial."""
-        pose: np.ndarray = np.array([s.pose for s in self.strata], int)[self.stratum]
-        return pose
+        return self._of_strata("pose")
 
     @property
     def covered(self) -> Bool[np.ndarray, " T"]:
         """Whether each trial is predicted to be seen."""
-        covered: np.ndarray = np.array([s.covered for s in self.strata], bool)[self.stratum]
-        return covered
+        return self._of_strata("covered")
 
     @property
     def edge(self) -> Bool[np.ndarray, " T"]:
         """Which trials are near the edge of coverage."""
-        edge: np.ndarray = np.array([s.edge for s in self.strata], bool)[self.stratum]
-        return edge
+        return self._of_strata("edge")
 
     @property
     def beyond(self) -> Bool[np.ndarray, " T"]:
         """Which trials are beyond the target."""
-        beyond: np.ndarray = np.array([s.weight == 0 for s in self.strata], bool)[self.stratum]
+        beyond: np.ndarray = self._of_strata("weight") == 0
         return beyond
 
     @property
@@ -167,10 +173,8 @@ def plan_rod(
     target: Target,
     trials: int = TRIALS,
     rod: Rod | None = None,
-    detection: Detection | None = None,
     seed: int = 0,
     where: Places | None = None,
-    alive: Bool[np.ndarray, " K"] | None = None,
 ) -> RodPlan:
     """Draw the trials of a coverage check.
 
@@ -180,17 +184,15 @@ def plan_rod(
         target: in which points are drawn.
         trials: number of trials over all poses.
         rod: the rod.
-        detection: when a sensor detects the rod.
         seed: of the draws.
         where: points at which the rod can stand, if known.
-        alive: (K,) which sensors answer.
 
     Raises:
         ValueError: for no trials, or a target without a place for the rod.
     """
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
-    rod, detection = rod or Rod(), detection or Detection()
+    rod, detection = rod or Rod(), Detection()
     where, rng = where or places(scene, target, rod), np.random.default_rng(seed)
     strata: list[Stratum] = []
     stratum: list[int] = []
@@ -199,7 +201,7 @@ def plan_rod(
         q, weight = scene.poses[i].q, float(where.weights[i])
 
         def sees(some: Float[np.ndarray, "N 3"], q: np.ndarray = q) -> Bool[np.ndarray, " N"]:
-            return seen(scene, setup, q, some, rod, detection, alive)
+            return seen(scene, setup, q, some, rod, detection)
 
         half, told = max(round(trials * weight / 2), _LEAST), sees(points)
         more = np.zeros((0, 3)), np.zeros(0, bool)

@@ -10,26 +10,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
-from scipy.spatial import ConvexHull, QhullError
 
 from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
-from ...coverage.solids.polyhedra import Polyhedron
 from ...formats.writing import write_bytes
 from ...objectives.scene import CoreScene
+from ...reporting.outlines import capsule_outlines, outline
 from .trial_plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches
 _ROWS, _COLUMNS = 36, 2  # of the list on a page
 _VIEWS = ((0, 1, "from above"), (0, 2, "from the side"))
 _ROBOT, _CELL, _INK = "#b8bec5", "#e9e2d3", "#23272b"
-_TURN = np.linspace(0, 2 * np.pi, 49)
 
 
 def rod_pages(scene: CoreScene, plan: RodPlan, first: int = 0) -> list[Figure]:
@@ -66,25 +63,14 @@ def _page(scene: CoreScene, plan: RodPlan, pose: int, trials: Any, first: int) -
         f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long"
         " overall"
     )
-    figure.text(
-        0.07,
-        0.962,
-        f"Test rod in {plan.target}, pose {pose}",
-        fontsize=15,
-        weight="bold",
-        color=_INK,
-    )
-    figure.text(
-        0.07,
-        0.928,
-        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in"
-        f" {frame_text(scene.robot)};"
+    title = f"Test rod in {plan.target}, pose {pose}"
+    figure.text(0.07, 0.962, title, fontsize=15, weight="bold", color=_INK)
+    text = (
+        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in {frame_text(scene.robot)};"
         " foot: its lower end, mm above the floor, or z where there is none.\nPut it up on a"
-        " stand, step out of the sensors' reach, start the trial, tick it.",
-        fontsize=8.5,
-        color=_INK,
-        va="center",
+        " stand, step out of the sensors' reach, start the trial, tick it."
     )
+    figure.text(0.07, 0.928, text, fontsize=8.5, color=_INK, va="center")
     for (i, j, words), left in zip(_VIEWS, (0.07, 0.54), strict=True):
         ax = figure.add_axes((left, 0.605, 0.40, 0.285))
         _view(ax, scene, plan, pose, trials, (i, j), first)
@@ -98,29 +84,17 @@ def _page(scene: CoreScene, plan: RodPlan, pose: int, trials: Any, first: int) -
         for row, k in enumerate(some):
             x, y, z = 1000 * plan.point[k]
             foot = z - 1000 * (rod.length / 2 + rod.radius + floor)
-            _line(
-                figure,
-                left,
-                0.545 - 0.0145 * row,
-                (str(first + k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐"),
-            )
+            cells = (str(first + k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐")
+            _line(figure, left, 0.545 - 0.0145 * row, cells)
     return figure
 
 
 def _line(
     figure: Figure, left: float, height: float, cells: tuple[str, ...], weight: str = "normal"
 ) -> None:
+    style: dict[str, Any] = {"fontsize": 8.5, "color": _INK, "family": "DejaVu Sans"}
     for cell, at in zip(cells, (0.04, 0.11, 0.18, 0.25, 0.32, 0.37), strict=True):
-        figure.text(
-            left + at,
-            height,
-            cell,
-            fontsize=8.5,
-            ha="right",
-            color=_INK,
-            weight=weight,
-            family="DejaVu Sans",
-        )
+        figure.text(left + at, height, cell, ha="right", weight=weight, **style)
 
 
 def _floor(scene: CoreScene) -> float:
@@ -145,51 +119,21 @@ def _view(
     low, high = points.min(axis=0) - 0.15, points.max(axis=0) + 0.15
     for o in scene.obstacles:
         if len(o.body.edges):
-            ax.add_patch(Polygon(_outline(_corners(o.body)[:, which]), color=_CELL, zorder=1))
+            corners = np.asarray(o.body.edges).reshape(-1, 3)[:, which]
+            ax.add_patch(Polygon(outline(corners), color=_CELL, zorder=1))
         elif axes[1] == 2:
             ax.axhspan(low[1] - 1, _floor(scene), color=_CELL, zorder=1)
-    if scene.robot.bodies:
-        start, end, radius = robot_capsules(
-            scene.robot, forward(scene.robot.chain, plan.joints[pose])
-        ).arrays()
-        for a, b, r in zip(start, end, radius, strict=True):
-            ring = r * np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
-            ax.add_patch(
-                Polygon(
-                    _outline(np.concatenate([a[which] + ring, b[which] + ring])),
-                    color=_ROBOT,
-                    zorder=2,
-                )
-            )
+    frames = forward(scene.robot.chain, plan.joints[pose])
+    bodies = robot_capsules(scene.robot, frames).arrays() if scene.robot.bodies else None
+    for corners in capsule_outlines(*bodies, which) if bodies else ():
+        ax.add_patch(Polygon(corners, color=_ROBOT, zorder=2))
     ax.plot(*points.T, "o", ms=2.5, color=_INK, zorder=3)
-    for k, (x, y) in zip(trials, points, strict=True):
-        ax.annotate(
-            str(first + k),
-            (x, y),
-            textcoords="offset points",
-            xytext=(2, 2),
-            fontsize=5.5,
-            color=_INK,
-            zorder=4,
-        )
+    style: dict[str, Any] = {"textcoords": "offset points", "xytext": (2, 2), "fontsize": 5.5}
+    for k, place in zip(trials, points, strict=True):
+        ax.annotate(str(first + k), tuple(place), color=_INK, zorder=4, **style)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     ax.set_xlabel("xyz"[axes[0]] + ", m", fontsize=8)
     ax.set_ylabel("xyz"[axes[1]] + ", m", fontsize=8)
     ax.tick_params(labelsize=7)
     ax.grid(True, lw=0.4, color="#d9dde1")
     ax.set_axisbelow(True)
-
-
-def _corners(body: Polyhedron) -> Float[np.ndarray, "E 3"]:
-    return np.asarray(body.edges).reshape(-1, 3)
-
-
-def _outline(points: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "M 2"]:
-    """Return the corners of the convex hull of points in the plane, in order; the points themselves
-    if they are collinear.
-    """
-    try:
-        corners: np.ndarray = points[ConvexHull(points).vertices]
-        return corners
-    except QhullError:
-        return points

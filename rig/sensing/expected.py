@@ -55,10 +55,8 @@ def expected(
     """
     poses, which = np.unique(joints, axis=0, return_inverse=True)
     beams, of = beams_at(scene, setup, poses), np.repeat(np.arange(len(poses)), setup.sensors)
-    found, cell = (
-        np.full((3, len(joints), setup.sensors), np.inf),
-        to_cell(beams, tuple(o.body for o in scene.obstacles)),
-    )
+    found = np.full((3, len(joints), setup.sensors), np.inf)
+    cell = to_cell(beams, tuple(o.body for o in scene.obstacles))
     found[CELL] = cell.reshape(len(poses), -1)[which.ravel()]
     if scene.robot.bodies:
         bodies = robot_capsules(scene.robot, forward(scene.robot.chain, poses))

@@ -6,38 +6,30 @@ scatter at short distance and 1 % of a long distance; the offset belongs to each
 ``World``). These are assumptions: a self check measures the actual scatter.
 """
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float, Int
+from pydantic import Field
 
+from ...coverage.definitions.definition import definition
 from .readings import NO_TARGET, VALID
 
+_Share = Annotated[float, Field(ge=0, le=1)]
 
-@dataclass(frozen=True)
+
+@definition
 class Noise:
-    """Noise of a sensor's readings.
+    """Noise of a sensor's readings."""
 
-    Raises:
-        ValueError: if a value is negative or ``lost`` is 1 or more.
-    """
-
-    sigma: float = 0.005
+    sigma: _Share = 0.005
     """Standard deviation at short distance, m."""
-    share: float = 0.01
+    share: _Share = 0.01
     """Standard deviation as a share of the distance, added in quadrature."""
-    quantum: float = 0.001
+    quantum: _Share = 0.001
     """Resolution of a reading, m."""
-    lost: float = 0.02
+    lost: Annotated[float, Field(ge=0, lt=1)] = 0.02
     """Share of readings that are lost and report no target."""
-
-    def __post_init__(self) -> None:
-        for key, value in vars(self).items():
-            if not 0 <= value < (1 if key == "lost" else np.inf):
-                raise ValueError(
-                    f"noise: {key}: found {value:g}, allowed: 0 and"
-                    f" more{', below 1' * (key == 'lost')}"
-                )
 
     def at(self, distance: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """Return the standard deviation (...) m of a reading at a distance (...) m, including
@@ -57,3 +49,7 @@ class Noise:
         if self.quantum > 0:
             told = np.round(told / self.quantum) * self.quantum
         return np.where(seen, np.maximum(told, 0.0), np.nan), np.where(seen, VALID, NO_TARGET)
+
+
+USUAL_NOISE = Noise()
+"""The noise that plans and assessments assume."""

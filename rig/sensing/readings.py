@@ -8,10 +8,11 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import angles_apart, turned_near
+from ..rings.status import ABSENT as ABSENT
+from ..rings.status import Status
 from .zone_grid import zone_grid
 
-VALID, NO_TARGET, WEAK, FAILED = range(4)  # status of a reading
-ABSENT = 255  # status of a zone that a sensor does not have, or that sent nothing
+VALID, NO_TARGET, WEAK, FAILED = Status
 BLOCKED = 0.05  # m; a zone that always reads less is blocked: by dirt, a cable, its own ring
 WITHIN = np.radians(0.5)  # rad in every joint; closer than this, the robot is at a stop
 
@@ -97,25 +98,24 @@ def joined(parts: list[Readings]) -> Readings:
 
 @dataclass(frozen=True)
 class Stops:
-    """Readings of K sensors, as wired, while the robot stood at each of P stops."""
+    """Readings while the robot stood at each of P stops: of K sensors, as wired, or of the Z zones
+    of each of n sensors of a ring, (P, n, Z)."""
 
     joints: Float[np.ndarray, "P J"]
     """Mean of the reported joint angles, rad."""
-    distance: Float[np.ndarray, "P K"]
+    distance: Float[np.ndarray, "*wires"]
     """Median of the valid readings, m; nan if fewer than half were valid."""
-    valid: Int[np.ndarray, "P K"]
+    valid: Int[np.ndarray, "*wires"]
     """Number of valid readings."""
-    total: Int[np.ndarray, "P K"]
+    total: Int[np.ndarray, "*wires"]
     """Number of readings."""
-    failed: Int[np.ndarray, "P K"]
+    failed: Int[np.ndarray, "*wires"]
     """Number of failures."""
-    spread: Float[np.ndarray, "P K"]
+    spread: Float[np.ndarray, "*wires"]
     """1.4826 times the median absolute deviation, m; nan for fewer than two valid readings."""
 
 
-def at_stops(
-    readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"], within: float = WITHIN
-) -> Stops:
+def at_stops(readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"]) -> Stops:
     """Group readings by stop; readings taken between stops are omitted.
 
     The distance of a sensor with zones is the least of its zones' medians, because the least of
@@ -125,13 +125,12 @@ def at_stops(
         readings: of the rings of ``setup``.
         setup: the rings.
         joints: (P, J) rad, planned stops.
-        within: tolerance of every joint, rad.
 
     Raises:
         ValueError: if a reading is of a sensor that the setup does not have, or the robot has
             another number of joints.
     """
-    stops = _at_stops(readings, readings.wire(setup), setup.sensors, joints, within)
+    stops = _at_stops(readings, readings.wire(setup), setup.sensors, joints)
     if readings.zone_status is None:
         return stops
     distance = stops.distance.copy()
@@ -139,7 +138,7 @@ def at_stops(
         rows, columns = zone_grid(group.sensor)
         if rows * columns > 1:
             mine = setup.slices[ring]
-            zones = zones_at_stops(readings, setup, ring, joints, within).distance
+            zones = zones_at_stops(readings, setup, ring, joints).distance
             least = np.where(np.isnan(zones) | _blocked(zones), np.inf, zones).min(axis=2)
             known = np.isfinite(least) & np.isfinite(distance[:, mine])
             distance[:, mine] = np.where(known, least, distance[:, mine])
@@ -154,27 +153,12 @@ def _blocked(distance: Float[np.ndarray, "P n Z"]) -> Bool[np.ndarray, "1 n Z"]:
     return np.asarray(near & some)
 
 
-@dataclass(frozen=True)
-class ZoneStops:
-    """Readings of the Z zones of each of a ring's n sensors at P stops."""
-
-    distance: Float[np.ndarray, "P n Z"]
-    """Median of the valid readings, m; nan if fewer than half were valid."""
-    valid: Int[np.ndarray, "P n Z"]
-    """Number of valid readings."""
-    total: Int[np.ndarray, "P n Z"]
-    """Number of readings."""
-    failed: Int[np.ndarray, "P n Z"]
-    """Number of failures."""
-
-
 def zones_at_stops(
     readings: Readings,
     setup: Setup,
     ring: int,
     joints: Float[np.ndarray, "P J"],
-    within: float = WITHIN,
-) -> ZoneStops:
+) -> Stops:
     """Group the readings of the zones of one ring by stop. Readings with another number of zones
     than the ring's sensor has are omitted.
     """
@@ -193,15 +177,13 @@ def zones_at_stops(
         status[there],
     )
     number = each.sensor * zones + zone
-    stops = _at_stops(each, number, group.count * zones, joints, within)
+    stops = _at_stops(each, number, group.count * zones, joints)
     shape = (len(joints), group.count, zones)
-    some = (stops.distance, stops.valid, stops.total, stops.failed)
-    return ZoneStops(*(a.reshape(shape) for a in some))
+    joints, *arrays = vars(stops).values()
+    return Stops(joints, *(a.reshape(shape) for a in arrays))
 
 
-def stop_of(
-    readings: Readings, joints: Float[np.ndarray, "P J"], within: float = WITHIN
-) -> Int[np.ndarray, " n"]:
+def stop_of(readings: Readings, joints: Float[np.ndarray, "P J"]) -> Int[np.ndarray, " n"]:
     """Return the number of the stop at which each reading was taken; -1 between stops.
 
     Raises:
@@ -212,7 +194,7 @@ def stop_of(
             f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
         )
     off = np.stack([angles_apart(readings.joints, q).max(axis=1) for q in joints])
-    stop: np.ndarray = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
+    stop: np.ndarray = np.where(off.min(axis=0) <= WITHIN, off.argmin(axis=0), -1)
     return stop
 
 
@@ -221,10 +203,9 @@ def _at_stops(
     wire: Int[np.ndarray, " n"],
     wires: int,
     joints: Float[np.ndarray, "P J"],
-    within: float,
 ) -> Stops:
     """Group readings, each of one of ``wires`` wires, by stop."""
-    shape, stop = (len(joints), wires), stop_of(readings, joints, within)
+    shape, stop = (len(joints), wires), stop_of(readings, joints)
     here = stop >= 0
     group = stop * wires + wire
     count = np.bincount(stop[here], minlength=len(joints))

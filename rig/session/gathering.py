@@ -20,6 +20,7 @@ from ..rings.line_monitor import LATE, Event, Line, Port
 from ..rings.protocol import ABSENT, Counts, Frame
 from ..robot.state import State
 from ..robot.vetting import GAP, LinkFaultError, Vetting, between
+from ..sensing.readings import Readings
 from .retention import Retention
 
 _TURN = 1 << 16  # of frame numbers
@@ -93,6 +94,10 @@ class Gathered:
             if self.retention:
                 self.retention.note(time, said)
 
+    def notes(self, what: str) -> list[dict[str, Any]]:
+        """Return the notes of a kind."""
+        return [said for _, said in self.said if said.get("what") == what]
+
     def settle(self) -> None:
         """Note that nothing more arrives."""
         with self.lock:
@@ -137,72 +142,54 @@ class Gathered:
         return align(np.array([s.time for s in states]), np.array([s.clock for s in states]))
 
     def times(self) -> Float[np.ndarray, " n"]:
-        """Return when each frame was measured, s; see ``rows``."""
+        """Return when each frame was measured, s; see ``readings``."""
         return _times(self.frames, self.late * self.patience)
 
-    def rows(
-        self, rings: int, since: float = -np.inf, until: float = np.inf
-    ) -> tuple[np.ndarray, ...]:
-        """Return the readings of frames that arrived from ``since`` to ``until`` s.
+    def readings(self) -> Readings:
+        """Return the readings of all frames.
 
         A frame's time is its ring's clock converted to the host's clock. For a ring that sends no
         clock, the numbers of its frames are its clock if they come at a steady rate; else a frame's
         time is its arrival. Frames without a robot state shortly before and after them are omitted.
-
-        Returns:
-            time (n,) s, joints (n, J) rad, ring (n,), sensor (n,), distance (n,) m, status (n,).
         """
-        return self._rows(since, until)[0]
-
-    def rows_with_zones(self, rings: int) -> tuple[Any, ...]:
-        """Return the same of all frames, and the distance (n, Z) m and status (n, Z) of each
-        sensor's zones: ``ABSENT`` beyond its own; None and None if no ring sends zones.
-        """
-        rows, frames = self._rows()
-        most = max((f.zones.grid.zones for f, _ in frames if f.zones), default=0)
-        if not most:
-            return *rows, None, None
-        size = sum(len(k) for _, k in frames)
-        distance = np.full((size, most), np.nan, np.float32)
-        status = np.full((size, most), ABSENT, np.uint8)
-        at = 0
-        for frame, k in frames:
-            if frame.zones is not None:
-                here = (slice(at, at + len(k)), slice(frame.zones.grid.zones))
-                distance[here], status[here] = (a[k] for a in frame.zones.first())
-            at += len(k)
-        return *rows, distance, status
-
-    def _rows(
-        self, since: float = -np.inf, until: float = np.inf
-    ) -> tuple[tuple[np.ndarray, ...], list[tuple[Frame, np.ndarray]]]:
-        """Return the rows, and the frames that they come from with the sensors in each."""
-        every = self.times()
-        order = [i for i, (_, frame) in enumerate(self.frames) if since <= frame.time < until]
         # the order of threads is random
-        order.sort(key=lambda i: (self.frames[i][1].time, self.frames[i][0]))
-        some, times = [self.frames[i] for i in order], every[order]
+        order = sorted(
+            range(len(self.frames)), key=lambda i: (self.frames[i][1].time, self.frames[i][0])
+        )
+        times = self.times()[order]
         joints = between(self.states, times, GAP * self.patience, self.standing)
         sure = np.isfinite(joints).all(axis=1)
-        kept = [pair for pair, good in zip(some, sure, strict=True) if good]
+        kept = [self.frames[i] for i, good in zip(order, sure, strict=True) if good]
         there = [np.flatnonzero(frame.status != ABSENT) for _, frame in kept]
-        count = np.array([len(some) for some in there], int)
+        count = np.array([len(k) for k in there], int)
         parts = [
             (np.full(len(k), ring), k, f.distance[k], f.status[k])
             for (ring, f), k in zip(kept, there, strict=True)
         ]
         empty = (np.zeros(0, int), np.zeros(0, int), np.zeros(0), np.zeros(0, int))
-        ring, sensor, distance, status = (
-            np.concatenate(column) for column in zip(*(parts or [empty]), strict=True)
-        )
-        return (
-            np.repeat(times[sure], count),
-            np.repeat(joints[sure], count, axis=0),
-            ring,
-            sensor,
-            distance,
-            status,
-        ), [(frame, k) for (_, frame), k in zip(kept, there, strict=True)]
+        rows = map(np.concatenate, zip(*(parts or [empty]), strict=True))
+        ring, sensor, distance, status = rows
+        time, joints = np.repeat(times[sure], count), np.repeat(joints[sure], count, axis=0)
+        zones = _zones([frame for _, frame in kept], there)
+        return Readings(time, joints, ring, sensor, distance, status, *zones)
+
+
+def _zones(frames: Sequence[Frame], there: Sequence[np.ndarray]) -> tuple[Any, Any]:
+    """Return distance (n, Z) m and status (n, Z) of the zones of the sensors ``there`` in each
+    frame: ``ABSENT`` beyond a sensor's own; None and None if no ring sends zones.
+    """
+    most = max((f.zones.grid.zones for f in frames if f.zones), default=0)
+    if not most:
+        return None, None
+    size = sum(map(len, there))
+    distance = np.full((size, most), np.nan, np.float32)
+    status, at = np.full((size, most), ABSENT, np.uint8), 0
+    for frame, k in zip(frames, there, strict=True):
+        if frame.zones is not None:
+            here = (slice(at, at + len(k)), slice(frame.zones.grid.zones))
+            distance[here], status[here] = (a[k] for a in frame.zones.first())
+        at += len(k)
+    return distance, status
 
 
 class _Era(NamedTuple):
@@ -281,7 +268,7 @@ def replay(
                     fault.time, gathered.fault = record.time, fault
             case Kind.BYTES if record.source < len(ports):
                 line = lines.setdefault(
-                    record.source, Line(record.source, ports[record.source], record.time)
+                    record.source, Line(record.source, ports[record.source], record.time, limits)
                 )
                 for each in line.take(record.data, record.time):
                     if isinstance(each, Frame):

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..recording.records import Kind, Record
 from ..rings.line_monitor import Event, Port
 from ..rings.ports import RingReaders
 from ..rings.protocol import Frame
-from ..robot.link import START, Link
+from ..robot.link import Link
 from ..robot.vetting import LinkFaultError
 from .gathering import Gathered
 
@@ -28,9 +28,7 @@ class Session(Closing):
         host: name or address of the robot.
         ports: of its rings, in the setup's order.
         recording: stores everything; the session closes it.
-        on_event: receives each event of a ring's line, in that line's thread.
         limits: of the links.
-        start: time limit for the first state, s.
         patience: factor on all time limits; 1 for a real rig.
         thinned: keep in memory only what a step reads; a recording has all.
         robot: the robot, whose continuous joints may stand at any angle; None: all have limits.
@@ -41,16 +39,14 @@ class Session(Closing):
         host: str,
         ports: Sequence[Port],
         recording: Recording | None = None,
-        on_event: Callable[[Event], None] = lambda event: None,
         limits: LinkLimits = USUAL_LIMITS,
-        start: float = START,
         patience: float = 1.0,
         thinned: bool = False,
         robot: Robot | None = None,
     ) -> None:
         self.patience = patience
         self.gathered = Gathered.of(limits, patience, thinned)
-        self._recording, self._on_event = recording, on_event
+        self._recording = recording
         with ExitStack() as stack:
             if recording:
                 stack.enter_context(recording)
@@ -61,13 +57,12 @@ class Session(Closing):
                     self.gathered.take,
                     self._record,
                     self._fault,
-                    start=start,
                     patience=patience,
                     robot=robot,
                 )
             )
             self.rings = stack.enter_context(
-                RingReaders(ports, self._frame, self._event, self._record)
+                RingReaders(ports, self._frame, self._event, self._record, limits)
             )
             self._stack = stack.pop_all()
 
@@ -100,7 +95,6 @@ class Session(Closing):
     def _event(self, event: Event) -> None:
         self.gathered.take(event)
         self._record(event.record())
-        self._on_event(event)
 
     def _fault(self, fault: LinkFaultError) -> None:
         self.gathered.fault = fault

@@ -19,6 +19,7 @@ from .arm import Arm
 
 RTDE_PORT, DASHBOARD_PORT, SCRIPT_PORT = 30004, 29999, 30003
 PERIOD = 0.008  # s, time step of the arm and period of the fastest stream
+_CLOCK_START, _CLOCK_RATE = 1000.0, 1 + 30e-6  # s, of the robot's own clock, and its rate
 _MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
 _READY, _DONE = 1, 2
 _MESSAGE, _MODE, _PRIMARY = 20, 0, 0.1  # kinds of package and part; s between states
@@ -68,8 +69,6 @@ class Controller:
     Args:
         arm: the arm to move.
         address: of loopback.
-        clock_start: start of the robot's own clock, s.
-        clock_rate: its rate relative to the host's clock.
         kinematics: what it states about its arm; None: the primary interface states nothing.
     """
 
@@ -77,8 +76,6 @@ class Controller:
         self,
         arm: Arm,
         address: str,
-        clock_start: float = 1000.0,
-        clock_rate: float = 1 + 30e-6,
         kinematics: primary.KinematicsInfo | None = None,
     ) -> None:
         self.arm, self.address, self._kinematics = arm, address, kinematics
@@ -86,7 +83,7 @@ class Controller:
         self.refusing = False
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety, self.mode, self.held = _NORMAL, RobotMode.RUNNING, frozenset[str]()
-        self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
+        self._start = time.monotonic()
         self._now = self._start  # nominal time of the arm's last step, which may run late
         self._clients: set[Client] = set()
         self._servers: list[asyncio.Server] = []
@@ -178,9 +175,8 @@ class Controller:
 
     def values(self) -> dict[str, Any]:
         """Return the robot's variables."""
-        start, rate = self._clock
         return {
-            "timestamp": start + rate * (self._now - self._start),
+            "timestamp": _CLOCK_START + _CLOCK_RATE * (self._now - self._start),
             "actual_q": self.arm.q.tolist(),
             "target_q": self.arm.q.tolist(),
             "actual_qd": self.arm.speed.tolist(),
@@ -249,10 +245,8 @@ class Controller:
         if self._watchdog and time.monotonic() - self._fed > self._watchdog:
             self.stop()
             return
-        command, ready = (
-            self._registers.get("input_int_register_0", 0),
-            self._registers.get("output_int_register_0", 0),
-        )
+        command = self._registers.get("input_int_register_0", 0)
+        ready = self._registers.get("output_int_register_0", 0)
         if command == 0:
             self._registers["output_int_register_0"], self._waiting = _READY, False
         elif self._waiting:

@@ -159,9 +159,7 @@ class SimulatedRing:
         self._last = distance, status
         if not np.isnan(self.near):
             first = number == 0
-            distance, status = (
-                np.where(first, self.near, distance),
-                np.where(first, Status.VALID, status),
-            )
+            distance = np.where(first, self.near, distance)
+            status = np.where(first, Status.VALID, status)
         failed = number < round(self.failed * len(distance))
         return np.where(failed, np.nan, distance), np.where(failed, Status.FAILED, status)

@@ -39,16 +39,13 @@ class SimulatedRig(Closing):
 
     Args:
         words: of the command that serves it, before and after folder and address.
-        address: of loopback, where the robot listens on its fixed ports, which parallel rigs cannot
-            share; by default a random one.
     """
 
-    def __init__(
-        self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None
-    ) -> None:
+    def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None) -> None:
         before, after = words or (("-m", __package__), command())
         a, b, c = secrets.randbelow(254) + 1, secrets.randbelow(256), secrets.randbelow(254) + 1
-        self.address = address or f"127.{a}.{b}.{c}"
+        # random: parallel rigs cannot share the robot's fixed ports
+        self.address = f"127.{a}.{b}.{c}"
         self._folder = RunFolder()
         self.folder = self._folder.path
         self._errors = (self.folder / "errors").open("w+")

@@ -6,7 +6,8 @@ import re
 import struct
 from collections.abc import Collection, Mapping, Sequence
 
-HEAD = struct.Struct(">HB")  # size including this header, kind
+from ..robot.rtde_requests import HEAD as HEAD
+
 VERSION, CONTROLLER, TEXT, OUTPUTS, INPUTS, START, PAUSE, DATA = b"VvMOISPU"
 _CODES = {
     "DOUBLE": "d",
@@ -64,11 +65,9 @@ class Recipe:
     """Names of the variables in a data package."""
 
     def __init__(self, number: int, names: Sequence[str]) -> None:
-        self.number, self.names, self.types = (
-            number,
-            tuple(names),
-            [kind_of(name) for name in names],
-        )
+        self.number = number
+        self.names = tuple(names)
+        self.types = [kind_of(name) for name in names]
         self._layout = struct.Struct(">B" + "".join(_CODES.get(kind, "") for kind in self.types))
 
     @property

@@ -86,13 +86,11 @@ class Simulation:
         """Send frames. While the arm moves, readings are as old as their computation takes;
         while it stands, they belong to its pose.
         """
-        loop, due, at, known, seen = (
-            asyncio.get_running_loop(),
-            time.monotonic(),
-            self._arm.q,
-            None,
-            None,
-        )
+        loop = asyncio.get_running_loop()
+        due = time.monotonic()
+        at = self._arm.q
+        known = None
+        seen = None
         looking: asyncio.Future[Any] | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
@@ -130,10 +128,8 @@ class Simulation:
             )
 
     def _do(self, message: dict[str, Any]) -> Any:
-        controller, ring = (
-            self._controller,
-            self._rings[message.get("ring", 0)] if self._rings else None,
-        )
+        controller = self._controller
+        ring = self._rings[message.get("ring", 0)] if self._rings else None
         deeds: dict[str, Callable[[], Any]] = {
             "close": controller.close,
             "heal": controller.heal,

@@ -139,10 +139,8 @@ def main() -> None:
     folder, address, file, seed = sys.argv[1:5]
     faults: Faults = "none" if sys.argv[5:6] == ["none"] else "random"
     setup, scene, _ = read_proposal(Path(file))
-    cell, q = (
-        SimulatedCell(injected(scene, setup, int(seed), faults).world(scene)),
-        scene.poses[0].q,
-    )
+    cell = SimulatedCell(injected(scene, setup, int(seed), faults).world(scene))
+    q = scene.poses[0].q
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)

@@ -69,10 +69,8 @@ class World:
         """Return the noise-free distance of each place in the frames, m: infinite without a target,
         nan for dead sensors.
         """
-        ring, found = (
-            self.mounted.ring_of_sensor,
-            expected(self.scene, self.mounted, joints, rod).distance,
-        )
+        ring = self.mounted.ring_of_sensor
+        found = expected(self.scene, self.mounted, joints, rod).distance
         if self.offset is not None:
             found = found + self.offset[ring]
         if self.seat is not None:

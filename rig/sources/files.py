@@ -1,8 +1,10 @@
 """The files of a rig, and the data that they hold."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +19,9 @@ from .messages import JointMessage, RangeMessage, RigFile, StepMessage, refuse
 from .names import RigNames
 from .ring_track import RingTrack
 from .standstills import Standstill, standstills
-from .steps import step_note
 from .tables import JointTable, RangeTable, StepTable
 
+_STEP = re.compile(r"(?P<step>self|wave|mount|before|trial)(?: (?P<number>\d{1,6}))?")
 _SHOWN = 12  # names in an error
 _TOPICS = 3  # topics that name a ring's line
 
@@ -130,6 +132,24 @@ def _listed(topics: Iterable[str]) -> str:
     return ", ".join(t[:100] for t in each[:_TOPICS]) + ", …" * (len(each) > _TOPICS)
 
 
+def _step_note(name: str, message: StepMessage) -> dict[str, Any]:
+    """Return the note of a step in file ``name``: begin or end.
+
+    Raises:
+        UserError: if the text is no step.
+    """
+    text = message.text.strip()
+    if text == "end":
+        return {"what": "end"}
+    match = _STEP.fullmatch(text)
+    if match is None or (match["number"] is None and match["step"] != "self"):
+        where = f"{shown(message.topic)} at {message.time:.3f} s"
+        found = f"the step {shown(text)}"
+        wanted = "self, wave N, mount N, before N, trial N or end"
+        raise refuse(name, where, found, wanted)
+    return {"what": "begin", "step": match["step"], "number": int(match["number"] or 0)}
+
+
 class _Reader:
     """Sorts the messages of all files."""
 
@@ -150,7 +170,7 @@ class _Reader:
                 case RangeMessage() if file is self._files.readings:
                     self._reading(file.name, message)
                 case StepMessage() if file is self._files.steps:
-                    self.said.append((message.time, step_note(file.name, message)))
+                    self.said.append((message.time, _step_note(file.name, message)))
         if file is self._files.readings:
             for track in self.tracks:
                 track.close(file.name)

@@ -17,12 +17,10 @@ from ..rings.protocol import Status
 from ..rings.status import known_status
 from .messages import FARTHEST, JointMessage, Message, RangeMessage, StepMessage, ranged
 
-JOINTS, RANGE, POINTS, TEXT = (
-    "sensor_msgs/msg/JointState",
-    "sensor_msgs/msg/Range",
-    "sensor_msgs/msg/PointCloud2",
-    "std_msgs/msg/String",
-)
+JOINTS = "sensor_msgs/msg/JointState"
+RANGE = "sensor_msgs/msg/Range"
+POINTS = "sensor_msgs/msg/PointCloud2"
+TEXT = "std_msgs/msg/String"
 _VARIANCE = "place_rings/msg/RangeWithVariance"  # as ROS 2 Iron and later send a Range
 _RANGE = (
     "std_msgs/Header header\nuint8 radiation_type\nfloat32 field_of_view\nfloat32 min_range\n"

@@ -35,9 +35,10 @@ from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
-from place_rings.rig.check.models import AboutFile, PortModel
+from place_rings.rig.check.models import AboutFile
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS
 from place_rings.viewer.control_values import labelled
@@ -383,7 +384,7 @@ def test_a_hostile_recording_shows(run, tmp_path):
         moved=False,
         stale_s=0.08,
         voxel=0.2,
-        ports=[PortModel(name=f"port {NASTY}", count=r.count, baud=460800) for r in setup.rings],
+        ports=[Port(name=f"port {NASTY}", count=r.count, baud=460800) for r in setup.rings],
         seconds=1.0,
         wave=False,
         stops=None,

@@ -9,12 +9,10 @@ import struct
 
 from mcap.writer import CompressionType, Writer
 
-JOINTS, RANGE, POINTS, TEXT = (
-    "sensor_msgs/msg/JointState",
-    "sensor_msgs/msg/Range",
-    "sensor_msgs/msg/PointCloud2",
-    "std_msgs/msg/String",
-)
+JOINTS = "sensor_msgs/msg/JointState"
+RANGE = "sensor_msgs/msg/Range"
+POINTS = "sensor_msgs/msg/PointCloud2"
+TEXT = "std_msgs/msg/String"
 START = 1_760_000_000.0  # s since 1970
 
 

@@ -1,6 +1,7 @@
 """Faults that strike a check while it moves a simulated robot, and what it should report."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -17,10 +18,12 @@ import numpy as np
 import psutil
 from place_rings.rig.rings.line_monitor import Happened
 from place_rings.rig.robot.motion import UNSEEN
+from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.robot.vetting import Ended
 
 RINGS = 2
 TRIES = 6  # attempts at a run on a machine that is too busy for a real rig's limits
+STILL, LEFT = 1.0, LEAVE + 0.5  # s until the robot stands, and until no process is left
 _PAUSE = 1.5  # s, pause of a stopped process before it resumes
 
 _LIMITS = ("silent", "held up", "no sign of life", "process ended")
@@ -115,6 +118,69 @@ def _runs(process):
     with suppress(psutil.NoSuchProcess):
         return process.status() != psutil.STATUS_ZOMBIE  # nobody asks how an orphan ended
     return False
+
+
+class Struck(NamedTuple):
+    """What happened as a fault struck a motion."""
+
+    fault: "Fault"
+    """The fault."""
+    still: Stood | None
+    """How the robot came to a standstill; None if it did not."""
+    arrived: bool
+    """Whether the motion was completed."""
+    why: str
+    """The reported reason of the end."""
+    left: list
+    """Processes that remained."""
+    seconds: float
+    """Time from the end of the check to that of its last process."""
+
+    @property
+    def admitted(self):
+        """Whether the report says that the robot was not seen to stand still in time."""
+        return UNSEEN in self.why or "only after" in self.why
+
+    @property
+    def disturbed(self):
+        """Whether another time limit fired before the fault was detected."""
+        expected = self.arrived == self.fault.moves and re.search(self.fault.reported, self.why)
+        return not expected and re.search(LIMITS, self.why) is not None
+
+    def wrong(self, most=STILL):
+        """What a report lacks, or a bound that was exceeded without one."""
+        fault, lines = self.fault, [f"left: {process}" for process in self.left]
+        if self.arrived != fault.moves or not re.search(fault.reported, self.why):
+            lines.append(f"arrived: {self.arrived}, reported: {self.why}")
+        if self.still is None and fault.stops and not fault.moves:
+            lines.append("still moves")
+        in_time = self.still is not None and self.still.seconds <= most
+        if not (fault.moves or self.admitted or in_time):
+            lines.append(f"stood still after {self.still}, and reported: {self.why}")
+        return lines
+
+
+def struck(rig, check, name, moment):
+    """What happens as a fault strikes a motion; None if a busy machine disturbed it before."""
+    fault = FAULTS[name]
+    check.answer("\n")  # begin, and move
+    if check.wait("moving")["what"] != "moving":
+        return None
+    time.sleep(moment)
+    family, start, since = check.children(), rig.do("state")["q"], time.monotonic()
+    fault.strike(rig, check)
+    still = standstill(rig, since, start)
+    said = check.wait("arrived" if fault.moves else "ended")
+    arrived = said["what"] == "arrived"
+    if arrived:
+        check.answer("s")
+        said = check.wait("ended")
+    ended = time.monotonic()
+    left = running(family, LEFT)
+    seconds = time.monotonic() - ended
+    if said["what"] == "gone":
+        check.process.wait()
+    return Struck(fault, still, arrived, said["why"], left, seconds)
 
 
 def later(do):

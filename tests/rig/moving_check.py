@@ -11,8 +11,9 @@ import signal
 import sys
 
 import numpy as np
-from place_rings.cli.runs.check_view import CheckView
 from place_rings.cli.signals import ended_by_signals, gone_is_an_error
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.rig.check.check_view import CheckView
 from place_rings.rig.check.procedure import EndedError
 from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
@@ -38,7 +39,9 @@ def check(address: str, ports: list[str]) -> None:
         session.rings.wait(3.0)
         stops = StopConditions(session, lambda q: least, StopRules())
         limits = MotionLimits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
-        view = CheckView(session, [*map(str, ports)], [1.5] * len(ports), Console(stderr=True))
+        view = CheckView(
+            session, Setup((Ring("tool", 0.0, COUNT),) * len(ports)), Console(stderr=True)
+        )
         far = start + np.eye(6)[0] * (FAR if start[0] < 0 else -FAR)
         with Mover(address, session.link, limits, danger=stops) as mover:
             while True:

@@ -3,8 +3,8 @@
 import json
 
 import numpy as np
-from place_rings.rig.check.models import PortModel
 from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.state import State
 
@@ -21,7 +21,7 @@ def checked_still(
     second.
     """
     ports = [
-        PortModel(name=f"port {i}", count=g.count, decoder=decoder, baud=460800)
+        Port(name=f"port {i}", count=g.count, decoder=decoder, baud=460800)
         for i, g in enumerate(setup.groups)
     ]
     real = {"injected": False, "wave": False, "ports": ports, "seconds": frames * EVERY / HZ}

@@ -6,16 +6,18 @@ import numpy as np
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.check_data import CheckData
-from place_rings.rig.check.models import AboutFile, PortModel
+from place_rings.rig.check.models import AboutFile
 from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.rings.line_monitor import Port
 from place_rings.rig.rings.protocol import hello
 from place_rings.rig.robot.state import State
 from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated_cell.cell import SimulatedCell
+from place_rings.rig.simulated_cell.world import DEAD
 
 HZ, EVERY = 125, 5  # states a second, states between two frames
 
@@ -30,7 +32,7 @@ def about_file(name, scene, setup, stops, plans, **more):
         injected=True,
         moved=True,
         stale_s=0.08,
-        ports=[PortModel(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
+        ports=[Port(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
         seconds=1.0,
         stops=mount_plan_model(stops) if stops else None,
         trials=[rod_plan_model(plan) for plan in plans],
@@ -49,6 +51,11 @@ def assessed(file, checked):
     recorded = RecordingReader(file)
     gathered = replay(recorded, checked.ports, checked.about.stale_s)
     return assess(CheckData(checked, gathered, 0.0, recorded.damage))
+
+
+def rows(gathered):
+    """Time, joints, ring, sensor, distance and status of all readings."""
+    return list(vars(gathered.readings()).values())[:6]
 
 
 class Tape:
@@ -95,19 +102,20 @@ class Tape:
         self.say("end", self.now)
 
 
-def record(file, asked, **more):
-    """A whole check, as a recording."""
+def record(file, asked, mute=(), **more):
+    """A whole check, as a recording, in which the sensors ``mute`` never answer."""
     checked = PlannedCheck.of(asked)
     with recording_of(file, asked) as recording:
-        tape, plans = Tape(recording, checked, **more), checked.plans.rods
-        tape.stand(checked.scene.poses[0].q, "self", 0, 20)
-        for ring in range(len(checked.setup.rings)):
-            tape.wave(checked.scene.poses[0].q, ring)
-        for i, q in enumerate(checked.plans.mount.joints):
-            tape.stand(q, "mount", i, 8)
-        if plans:
-            tape.stand(plans[0].joints[0], "before", 0, 20)
-        for i, (plan, point) in enumerate((each, x) for each in plans for x in each.point):
+        tape, plans, q = Tape(recording, checked, **more), checked.plans, checked.scene.poses[0].q
+        tape.world.seat[list(mute)] = DEAD
+        tape.stand(q, "self", 0, 20)
+        for group in range(len(checked.setup.groups) if plans.wave else 0):
+            tape.wave(q, group)
+        for i, stop in enumerate(plans.mount.joints if plans.mount else ()):
+            tape.stand(stop, "mount", i, 8)
+        if plans.rods:
+            tape.stand(plans.rods[0].joints[0], "before", 0, 20)
+        for i, (plan, point) in enumerate((rod, x) for rod in plans.rods for x in rod.point):
             tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
         tape.say("ended", tape.now, why="")
     return file, checked

@@ -3,8 +3,6 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.rig.check.assessment import Assessment, assess
 from place_rings.rig.check.check_data import CheckData
 from place_rings.rig.check.options import CheckOptions
@@ -17,6 +15,7 @@ from place_rings.rig.rod.trial_plan import places, plan_rod
 from place_rings.rig.session.gathering import Gathered, replay
 
 from .cell import SETUP, SHELLS
+from .commands import proposed
 from .tape import about_file, record
 
 
@@ -55,7 +54,7 @@ def recorded(folder, stops):
     ]
     asked = about_file("small.toml", SHELLS, SETUP, stops, plans)
     file, checked = record(folder / "tape.rig", asked)
-    (folder / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SHELLS)))
+    proposed(folder, SETUP, SHELLS)
     write_plans(SHELLS, checked.plans, folder)
     reader = RecordingReader(file)
     gathered = replay(reader, checked.ports, checked.about.stale_s)

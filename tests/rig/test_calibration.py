@@ -7,7 +7,6 @@ import os
 import socket
 import struct
 import threading
-from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +36,7 @@ from place_rings.rig.simulated_cell.cell import kinematics_of
 from place_rings.rig.simulated_cell.world import World
 
 from ..support.refusals import refused
+from ..support.sockets import serve_once
 from .cell import SCENE, SETUP
 
 RNG = np.random.default_rng(4)
@@ -52,21 +52,11 @@ def calibrated(robot, source="calibration.conf"):
 OWN = replace(SCENE, robot=calibrated(SCENE.robot))
 
 
-@contextmanager
 def served(monkeypatch, data):
-    """A port that sends ``data`` and closes."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
-
-        def serve():
-            line, _ = server.accept()
-            with line:
-                line.sendall(data)
-
-        thread = threading.Thread(target=serve)
-        thread.start()
-        yield "127.0.0.1"
-        thread.join()
+    """Let a port that sends ``data`` and closes be the controller's; return its host."""
+    port = serve_once(lambda line: line.sendall(data))
+    monkeypatch.setattr(primary_interface, "PORT", port)
+    return "127.0.0.1"
 
 
 def framed(kind, data):
@@ -86,8 +76,8 @@ def test_the_bytes_are_those_of_the_protocol():
 
 @pytest.mark.parametrize("more", [b"", framed(20, b"text"), framed(16, framed(0, b"\0" * 40))])
 def test_kinematics_are_found_among_other_packages(monkeypatch, more):
-    with served(monkeypatch, more + framed(16, framed(3, b"abc") + framed(5, INFO.pack()))) as host:
-        read = read_kinematics(host, 5.0)
+    host = served(monkeypatch, more + framed(16, framed(3, b"abc") + framed(5, INFO.pack())))
+    read = read_kinematics(host, 5.0)
     assert read.checksum == INFO.checksum
     assert np.array_equal(read.table.d, DELTAS.d)
 
@@ -108,7 +98,8 @@ def test_kinematics_are_found_among_other_packages(monkeypatch, more):
     ],
 )
 def test_damaged_packages_are_refused(monkeypatch, data, size):
-    with served(monkeypatch, data) as host, refused(size, error=CalibrationUnreadError):
+    host = served(monkeypatch, data)
+    with refused(size, error=CalibrationUnreadError):
         read_kinematics(host, 5.0)
 
 
@@ -135,24 +126,17 @@ def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
 @pytest.mark.parametrize("kind", [16, 20])
 def test_a_port_that_never_ends_gives_a_reason_in_time(monkeypatch, kind, piece):
     """However small or large its packages are: bounded in time and in bytes."""
-    ended, most = threading.Event(), 50 << 20
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
-        package = framed(kind, framed(0, piece) if piece and kind == 16 else piece)
-        sent = []
+    ended, most, sent = threading.Event(), 50 << 20, []
+    package = framed(kind, framed(0, piece) if piece and kind == 16 else piece)
 
-        def serve():
-            line, _ = server.accept()
-            with line, suppress(OSError):
-                while not ended.is_set() and sum(sent) < most:
-                    sent.append(line.send(package * max(1, 4096 // len(package))))
+    def talk(line):
+        while not ended.is_set() and sum(sent) < most:
+            sent.append(line.send(package * max(1, 4096 // len(package))))
 
-        thread = threading.Thread(target=serve)
-        thread.start()
-        with refused(primary_interface.PORT, error=CalibrationUnreadError):
-            read_kinematics("127.0.0.1", 0.3)
-        ended.set()
-        thread.join()
+    monkeypatch.setattr(primary_interface, "PORT", serve_once(talk))
+    with refused(primary_interface.PORT, error=CalibrationUnreadError):
+        read_kinematics("127.0.0.1", 0.3)
+    ended.set()
     assert sum(sent) < most
 
 
@@ -226,23 +210,16 @@ def test_a_robot_that_no_controller_of_universal_robots_has_is_not_moved(stated)
         arm_kinematics(panda, "192.0.2.7", move=True)
 
 
-@contextmanager
 def dashboard(monkeypatch, answers):
-    """A dashboard server; its address."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        monkeypatch.setattr(dashboard_server, "PORT", server.getsockname()[1])
+    """Let a server with these answers be the controller's dashboard; return its host."""
 
-        def serve():
-            line, _ = server.accept()
-            with line, suppress(OSError):
-                line.sendall(b"Connected: Universal Robots Dashboard Server\n")
-                for asked in line.makefile("rb"):
-                    line.sendall(answers.get(asked.decode().strip().lower(), b"could not\n"))
+    def talk(line):
+        line.sendall(b"Connected: Universal Robots Dashboard Server\n")
+        for asked in line.makefile("rb"):
+            line.sendall(answers.get(asked.decode().strip().lower(), b"could not\n"))
 
-        thread = threading.Thread(target=serve)
-        thread.start()
-        yield "127.0.0.1"
-        thread.join()
+    monkeypatch.setattr(dashboard_server, "PORT", serve_once(talk))
+    return "127.0.0.1"
 
 
 @pytest.mark.parametrize(
@@ -260,12 +237,12 @@ def dashboard(monkeypatch, answers):
 )
 def test_the_dashboard_names_the_model(monkeypatch, model, version, name):
     answers = {"get robot model": model, "polyscopeversion": version}
-    with dashboard(monkeypatch, answers) as host:
-        if name:
-            assert read_model(host, 5.0) == name
-        else:
-            with refused(dashboard_server.PORT, error=ModelUnreadError):
-                read_model(host, 0.3)
+    host = dashboard(monkeypatch, answers)
+    if name:
+        assert read_model(host, 5.0) == name
+    else:
+        with refused(dashboard_server.PORT, error=ModelUnreadError):
+            read_model(host, 0.3)
 
 
 def test_a_file_that_differs_from_the_controller_is_a_warning(stated):

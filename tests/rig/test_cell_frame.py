@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import Setup
-from place_rings.rig.check.models import CheckResult
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.report import OPTIONAL
 from place_rings.rig.mount.cell_frame import cell_is_turned, turned
@@ -18,7 +17,7 @@ from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
 
 from .cell import FLOOR, SETUP, SHELLS
-from .commands import call
+from .commands import call, result_of
 from .tape import Tape, about_file, recording_of
 
 
@@ -65,7 +64,7 @@ def test_a_check_in_a_turned_cell_says_so_and_builds_nothing(stops, tmp_path):
         tape.say("ended", tape.now, why="")
     out = tmp_path / "out"
     assert call("check", "--replay", tmp_path / "turned.rig", "--out", out) == 1
-    result = CheckResult.model_validate_json((out / "check.json").read_text())
+    result = result_of(out)
     assert (result.verdict, result.cell_turned, result.mount) == ("differs", True, None)
     assert len(result.reasons) == 1
     assert {p.name for p in out.iterdir()} & set(OPTIONAL) == {"stops.csv"}

@@ -11,7 +11,6 @@ from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
-from place_rings.cli.runs.check_confirmation import show_near_stops
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models
@@ -24,7 +23,8 @@ from place_rings.rig.check import live, readiness
 from place_rings.rig.check import plans as check_plans
 from place_rings.rig.check.actors import MovedRobot
 from place_rings.rig.check.assessment import assess
-from place_rings.rig.check.models import CheckResult, PortModel
+from place_rings.rig.check.attendant import Attendant
+from place_rings.rig.check.models import CheckResult
 from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.plans import Plans, plan_check
@@ -39,7 +39,7 @@ from place_rings.rig.check.records import warnings_of
 from place_rings.rig.check.report import write_files
 from place_rings.rig.poses.near_stops import NOBODY, NearStops, by_ring, near_stops
 from place_rings.rig.recording.recording import Recording, RecordingReader
-from place_rings.rig.rings.line_monitor import Event, Happened
+from place_rings.rig.rings.line_monitor import Event, Happened, Port
 from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Counts, encode
 from place_rings.rig.robot.robot_mode import RobotMode
@@ -52,7 +52,7 @@ from place_rings.rig.simulated.process import SimulatedRig
 from ..support.refusals import refused
 from .cell import SETUP
 from .cell import SHELLS as SCENE
-from .commands import call
+from .commands import call, result_of
 from .still import checked_still
 from .tape import Tape, assessed, record, recording_of
 
@@ -143,13 +143,13 @@ def test_a_rig_without_errors_and_faults_is_as_proposed(taped, tmp_path):
     record(tmp_path / "fine.rig", taped.checked.about.model_copy(update={"faults": "none"}))
     out = tmp_path / "out"
     assert call("check", "--replay", tmp_path / "fine.rig", "--out", out) == 0
-    result = CheckResult.model_validate_json((out / "check.json").read_text())
+    result = result_of(out)
     assert (result.verdict, result.reasons, result.faults) == ("as proposed", [], "none")
 
 
 def test_the_procedure_says_why_it_skips_a_stop(taped):
-    operator, session = Mock(spec=Operator), Mock(spec=Session)
-    operator.order, operator.stand = lambda joints: [3, 1], lambda q, words: words[5] == "3"
+    session, stand = Mock(spec=Session), lambda q, words: words[5] == "3"
+    operator = Operator(lambda joints: [3, 1], stand, Mock(), Mock(), Mock())
     session.trouble, session.patience = "", 1.0
     session.rings = Mock(spec=RingReaders, counts=[Counts()])
     said = []
@@ -360,8 +360,9 @@ def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, ask
     scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
     session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
     options = replace(MOVING, allow_reduced_near_stop=True)
-    check = Mock(setup=SETUP, scene=scene)
-    Readiness(session, check, options, MagicMock(), "192.0.2.7", True).moved_robot(
+    check = Mock(spec=PlannedCheck, setup=SETUP, scene=scene, plans=Mock(), about=Mock())
+    person = MagicMock(spec=Attendant)
+    Readiness(session, check, options, person, "192.0.2.7", True).moved_robot(
         SCENE.poses[0].q, Mock()
     )
     assert said["near stop"]["waived"] == (not full or asked > 0.6)
@@ -375,10 +376,11 @@ def test_the_robot_is_judged_as_it_is_once_the_rings_have_begun():
     session = Mock(
         spec=Session, link=link, rings=Mock(starting=[], counts=[Counts(), Counts()]), patience=1.0
     )
-    check = Mock(setup=SETUP, plans=Mock(poses=[np.zeros((1, 6))]), ports=[])
+    poses = [np.zeros((1, 6))]
+    check = Mock(spec=PlannedCheck, setup=SETUP, plans=Mock(poses=poses), ports=[])
     moved = live.LiveCheck("small.toml", SETUP, SCENE, MOVING, "192.0.2.7")
     with refused("--move", RobotMode.POWER_OFF.name):
-        moved._follow(session, check, Mock(simulated=None), Mock())
+        moved._follow(session, check, Mock(simulated=None, address="h"), Mock(spec=Attendant))
 
 
 def test_a_board_that_the_proposal_does_not_name_is_refused():
@@ -401,6 +403,7 @@ MOVING = CheckOptions(part=("self", "mount"), seconds=2.0, stops=10, trials=4, m
 def ready(session, check, allowed=False, real=True, attendant=None):
     """A rig whose robot a check would move, and may move whatever its self check found."""
     options = replace(MOVING, allow_differing_self_check=allowed)
+    attendant = attendant or Mock(spec=Attendant)
     return Readiness(session, check, options, attendant, "192.0.2.7", real)
 
 
@@ -446,8 +449,8 @@ def test_a_self_check_without_readings_moves_no_robot(taped):
 
 def test_nothing_moves_before_the_self_check_is_judged(taped):
     """The poses come after it, and not at all where it says so."""
-    session, operator, order = Mock(spec=Session, trouble=""), Mock(spec=Operator), []
-    operator.order.side_effect = lambda joints: order.append("order") or []
+    session, order = Mock(spec=Session, trouble=""), []
+    operator = Operator(lambda joints: order.append("order") or [], *(Mock() for _ in range(4)))
     session.say.side_effect = lambda what, **more: order.append(what)
     mount = taped.checked.plans.mount
     assert run(session, Plans(0.0, mount), operator, lambda: order.append("judged")) == ""
@@ -486,8 +489,8 @@ def test_a_ring_that_starts_is_waited_for_and_told(monkeypatch, after, told):
     session = Mock(
         spec=Session, rings=rings, patience=1.0, say=lambda what, **more: said.append((what, more))
     )
-    began, check = time.monotonic(), Mock(setup=SETUP, ports=[])
-    ready(session, check, attendant=Mock(note=notes.append)).await_rings()
+    began, check = time.monotonic(), Mock(spec=PlannedCheck, setup=SETUP, ports=[])
+    ready(session, check, attendant=Mock(spec=Attendant, note=notes.append)).await_rings()
     assert len(notes) == len(said) == told
     assert all("tool" in line for line in notes)
     assert said in ([], [("starting", {"rings": [1]})])
@@ -508,9 +511,7 @@ def test_an_interrupt_before_the_first_step_is_assessed_and_names_the_recording(
     )
     monkeypatch.setattr(live, "Session", lambda *words, **more: session)
     checked = live.LiveCheck("small.toml", SETUP, SCENE, MOVING, "192.0.2.7")
-    ports = [
-        PortModel(name=f"/dev/{i}", count=r.count, baud=9600) for i, r in enumerate(SETUP.rings)
-    ]
+    ports = [Port(name=f"/dev/{i}", count=r.count, baud=9600) for i, r in enumerate(SETUP.rings)]
     record = checked.record(Plans(1.0, None), ports, tmp_path, Mock())
     assert said == [("ended", {"why": "ended by SIGTERM"})]
     assert session.close.called
@@ -565,7 +566,7 @@ def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
     require_near_stop(stops, strict, True)
     require_near_stop(replace(stops, least=np.full_like(stops.least, stops.full)), lax, False)
     console = Terminal(record=True, width=140, file=io.StringIO())
-    show_near_stops(stops, SETUP, SCENE, console)
+    Attendant(console).show_near_stops(stops, SETUP, SCENE)
     text, rings = console.export_text(), by_ring(stops, SETUP, [b.name for b in SCENE.robot.bodies])
     for name, ring in zip(("forearm", "tool"), rings, strict=True):
         row = next(line for line in text.splitlines() if line.strip(" │┃|").startswith(name))
@@ -605,9 +606,7 @@ def test_the_limits_of_a_real_rig_are_its_scenes_and_those_of_a_simulated_one_re
     with pytest.raises(EnoughError):
         call(*words, "--part", "self")
     assert (told["limits"], told["patience"]) == (limits, patience)
-    assert {(p.silent, p.late, p.patience) for p in told["ports"]} == {
-        (limits.ring_silent, limits.ring_late, patience)
-    }
+    assert {p.patience for p in told["ports"]} == {patience}
     stored = RecordingReader(told["path"]).about["check"]
     assert stored["stale_s"] == pytest.approx(limits.state_stale * patience)
     again = PlannedCheck.read("again", stored)

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.rig.check.doubt import KINDS, MOST, doubt
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.rings.protocol import Status, encode
@@ -26,7 +24,7 @@ from place_rings.rig.simulated_cell.world import World
 
 from ..support.drawing import seeds
 from .cell import SCENE, SETUP
-from .commands import call
+from .commands import call, proposed
 from .still import checked_still
 
 Q = SCENE.poses[0].q[None]
@@ -75,7 +73,7 @@ def test_a_doubtful_sensor_is_found_by_its_kind_and_no_other_one(seed, kind, sha
     which[rng.choice(mine, round(share * len(mine)), replace=False)] = True
     found = doubt(SCENE, SETUP, spoiled(rng, kind, read, which), Q)
     assert found.found[KINDS.index(kind), k]
-    assert getattr(found, kind)[k] == pytest.approx(share, abs=0.06)
+    assert found.shares[KINDS.index(kind), k] == pytest.approx(share, abs=0.06)
     assert not np.delete(found.found, k, axis=1).any()
 
 
@@ -151,7 +149,7 @@ def test_a_doubtful_sensor_in_files_differs(tmp_path):
     joints = "time,shoulder_pan,shoulder_lift,elbow,wrist_1,wrist_2,wrist_3"
     rows = [joints, *(f"{n / 50:.3f},{q}" for n in range(200))]
     (tmp_path / "joints.csv").write_text("\n".join(rows))
-    (tmp_path / "p.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
+    small = proposed(tmp_path, SETUP, SCENE)
     for k, code, word in ((None, 0, ""), (int(SURE[-1]), 1, "inf"), (int(SURE[-1]), 1, "absent")):
         read = [
             (n / 25 + i / 1000, name, word if i == k and n % 3 == 0 else USUAL[i])
@@ -162,7 +160,7 @@ def test_a_doubtful_sensor_in_files_differs(tmp_path):
         (tmp_path / "readings.csv").write_text("\n".join(["time,sensor,range_m", *rows]))
         words = ["--joints", tmp_path / "joints.csv", "--readings", tmp_path / "readings.csv"]
         out = tmp_path / f"out{word}"
-        assert call("check", tmp_path / "p.toml", *words, "--part", "self", "--out", out) == code
+        assert call("check", small, *words, "--part", "self", "--out", out) == code
 
 
 CODES = {

@@ -38,10 +38,8 @@ def rays(beams, k, rng):
             for h in (beams.half_angle, beams.half_up)
         )
     else:
-        rho, turn = (
-            np.tan(beams.half_angle[k]) * np.sqrt(rng.random(RAYS)),
-            rng.uniform(0, 2 * np.pi, RAYS),
-        )
+        rho = np.tan(beams.half_angle[k]) * np.sqrt(rng.random(RAYS))
+        turn = rng.uniform(0, 2 * np.pi, RAYS)
         rho[: RAYS // 4] = np.tan(beams.half_angle[k])
         x, y = rho * np.cos(turn), rho * np.sin(turn)
     way = axis + x[:, None] * np.cross(up, axis) + y[:, None] * up

@@ -20,12 +20,9 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.errors import UserError
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.bag_log import write_bag
-from place_rings.rig.check.models import CheckResult
 from place_rings.rig.check.offline import file_check
 from place_rings.rig.check.options import CheckOptions, FileOptions
 from place_rings.rig.check.planned_check import ring_names
@@ -57,7 +54,8 @@ from .bags import (
 )
 from .cell import SETUP
 from .cell import SHELLS as SCENE
-from .commands import call
+from .commands import call, proposed, result_of
+from .tape import rows
 
 ROBOT = SCENE.robot
 CHAIN = ROBOT.chain.joints
@@ -123,7 +121,7 @@ def test_files_of_each_kind_hold_all_readings(taped, tmp_path, kind):
     live, paths = taped.gathered, written(tmp_path, taped, kind)
     data = opened(paths.pop("joints"), **paths).gathered
     assert [s.q.tolist() for s in data.states] == [s.q.tolist() for s in live.states]
-    for read, was in zip(data.rows(2)[1:], live.rows(2)[1:], strict=True):
+    for read, was in zip(rows(data)[1:], rows(live)[1:], strict=True):
         np.testing.assert_allclose(read, was, atol=1e-6)
     steps, wanted = (
         [(note["step"], note["number"]) for _, note in said if note["what"] == "begin"]
@@ -140,7 +138,7 @@ def test_a_check_from_files_alone_finds_what_the_live_check_found(taped, tmp_pat
         word for name, at in written(tmp_path, taped, kind).items() for word in (f"--{name}", at)
     ]
     assert call(*words, "--out", out) == 1
-    result = CheckResult.model_validate_json((out / "check.json").read_text())
+    result = result_of(out)
     assert not result.simulated
     assert unlike(findings(result), findings(live)) == []
     assert [line.frames for line in result.lines] == [line.frames for line in live.lines]
@@ -229,7 +227,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path, compression):
     assert len(data.states) == 100
     np.testing.assert_allclose(data.states[0].q, [0.1, -0.2, 0.3, -0.4, 0.5, -0.6])
     assert [ring for ring, _ in data.frames].count(0) == 20
-    time, joints, ring, sensor, distance, status = data.rows(2)
+    time, joints, ring, sensor, distance, status = rows(data)
     np.testing.assert_allclose(distance, 0.5 + 0.1 * ring + 0.01 * sensor, atol=1e-6)
     assert (len(time), set(status)) == (20 * 14, {Status.VALID})
     assert joints.shape == (len(time), 6)
@@ -311,7 +309,8 @@ def test_a_cloud_of_a_sensor_s_zones_keeps_them_row_by_row(tmp_path):
     assert read.shape == (4, 4)
     assert np.isnan(read[1, 1])
     assert (frame.zones.status[1:] == ABSENT).all()
-    *_, distance, status = gathered.rows_with_zones(2)
+    read = gathered.readings()
+    distance, status = read.zone_distance, read.zone_status
     assert ((status != ABSENT).sum(axis=1) == 16).sum() == 1
     assert np.isfinite(distance).sum() == 15
 
@@ -472,8 +471,8 @@ def test_a_file_that_unpacks_to_much_more_than_it_says_is_refused(tmp_path, comp
 )
 def test_a_table_that_cannot_be_is_refused(tmp_path, table, parts):
     joints, readings = tmp_path / "joints.csv", tmp_path / "readings.csv"
-    rows = [",".join(["time", *CHAIN]), *(f"{n / 10},0,0,0,0,0,0" for n in range(1, 40))]
-    joints.write_text("\n".join(rows))
+    lines = [",".join(["time", *CHAIN]), *(f"{n / 10},0,0,0,0,0,0" for n in range(1, 40))]
+    joints.write_text("\n".join(lines))
     readings.write_text(table)
     with refused(*parts) as error:
         opened(joints, readings=readings)
@@ -481,8 +480,8 @@ def test_a_table_that_cannot_be_is_refused(tmp_path, table, parts):
 
 
 def test_a_time_out_of_order_is_named_in_full(tmp_path):
-    rows = [",".join(["time", *CHAIN]), *(f"{START + t},0,0,0,0,0,0" for t in (0.5, 0.25))]
-    (tmp_path / "joints.csv").write_text("\n".join(rows))
+    lines = [",".join(["time", *CHAIN]), *(f"{START + t},0,0,0,0,0,0" for t in (0.5, 0.25))]
+    (tmp_path / "joints.csv").write_text("\n".join(lines))
     with refused("joints.csv", "1760000000.5"):
         opened(tmp_path / "joints.csv", readings=tmp_path / "joints.csv")
 
@@ -517,7 +516,7 @@ def test_names_in_the_files_may_be_others(tmp_path):
     told.sort(key=lambda message: message[2])
     pairs = ("tof_{ring}_{sensor}=/ring{ring}/range{sensor}", "elbow=bowel", "steps=/elsewhere")
     data = opened(mcap(tmp_path, told), pairs=pairs).gathered
-    _, _, ring, sensor, distance, _ = data.rows(2)
+    _, _, ring, sensor, distance, _ = rows(data)
     np.testing.assert_allclose(distance, 0.5 + 0.1 * ring + 0.01 * sensor, atol=1e-6)
     assert data.said[0][1] == {"what": "begin", "step": "self", "number": 0}
 
@@ -565,10 +564,9 @@ def test_a_seven_axis_arm_is_checked_by_where_it_stood(tmp_path):
                     shown = math.inf if status == Status.NO_TARGET else float(read)
                     told.append(("/tof", RANGE, time, range_(time, f"tof_0_{k}", shown)))
         time += 1.0  # on the way nothing is recorded
-    (tmp_path / "panda.toml").write_text(to_toml(ProposalFile.of(setup, scene)))
-    words = ["check", tmp_path / "panda.toml", "--joints", mcap(tmp_path, told)]
+    words = ["check", proposed(tmp_path, setup, scene), "--joints", mcap(tmp_path, told)]
     assert call(*words, "--out", tmp_path / "out", "--voxel", "0.1") == 0
-    result = CheckResult.model_validate_json((tmp_path / "out" / "check.json").read_text())
+    result = result_of(tmp_path / "out")
     assert result.mount.stops == result.mount.planned == 12
     tilt = next(e for e in result.mount.rings[0].errors if e.name == "tilt")
     assert abs(tilt.value - 3) < 2 * tilt.margin < 2
@@ -608,7 +606,7 @@ def test_in_a_gap_a_reading_counts_where_the_robot_did_not_move(tmp_path_factory
             told[i] = (topic, kind, time - 1.0 + gap, shifted)
     told.sort(key=lambda message: message[2])
     data = opened(mcap(tmp_path_factory.mktemp("gap"), told)).gathered
-    time = data.rows(2)[0] - START
+    time = rows(data)[0] - START
     begin = max(s.time for s in data.states if s.time <= START + 0.501) - START
     end = min(s.time for s in data.states if s.time > START + 0.501) - START
     inside = np.any((time > begin + 0.001) & (time < end - 0.001))
@@ -635,7 +633,7 @@ def test_readings_count_when_they_were_measured(tmp_path_factory, seed, drift, o
             told.append(("/tof", RANGE, START + at, data))
     told.sort(key=lambda message: message[2])
     data = opened(mcap(tmp_path_factory.mktemp("late"), told)).gathered
-    time, _, ring, sensor, _, _ = data.rows(2)
+    time, _, ring, sensor, _, _ = rows(data)
     one = np.sort(time[(ring == 0) & (sensor == 0)]) - START
     assert np.abs(one - true).max() < 0.004
     assert data.clocks(2)[0].jitter < 0.05

@@ -3,7 +3,6 @@
 arm that stands at zero stays.
 """
 
-import json
 import math
 
 import numpy as np
@@ -11,15 +10,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import ROBOTS
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.rig.sources.joint_glitches import JUMP
 from place_rings.rig.sources.standstills import standstills
 
 from ..support.refusals import refused
 from .bags import JOINTS, RANGE, START, joint_state, range_, write_mcap, write_sqlite
 from .cell import SCENE, SETUP
-from .commands import call
+from .commands import call, proposed, result_of
 from .test_joint_turns import tracked, written
 
 ROBOT = SCENE.robot
@@ -147,8 +144,7 @@ def test_a_check_says_what_it_left_out(tmp_path, kind):
     """In check.json, and its self check is that of the true pose."""
     q = np.tile(POSE, (200, 1))
     q[:100], q[150] = 0.0, np.nan
-    (tmp_path / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
-    out = tmp_path / "out"
+    small, out = proposed(tmp_path, SETUP, SCENE), tmp_path / "out"
     if kind == "csv":
         joints = written(tmp_path / "joints.csv", ROBOT, q)
         joints.write_text(joints.read_text().replace("nan", ""))  # as pandas writes it
@@ -165,21 +161,21 @@ def test_a_check_says_what_it_left_out(tmp_path, kind):
         write = write_mcap if kind == "mcap" else write_sqlite
         write(tmp_path / f"rig.{kind}", told)
         files = ["--joints", tmp_path / f"rig.{kind}"]
-    words = ["check", tmp_path / "small.toml", *files, "--part", "self", "--voxel", "0.1"]
+    words = ["check", small, *files, "--part", "self", "--voxel", "0.1"]
     assert call(*words, "--out", out) in (0, 1)
-    result = json.loads((out / "check.json").read_text())
-    (line,) = [w for w in result["warnings"] if "left out because" in w]
+    result = result_of(out)
+    (line,) = [w for w in result.warnings if "left out because" in w]
     assert "100 all zeros" in line
     assert "1 not finite" in line
-    assert result["self_check"]["rings"][0]["frames"] < 20  # of 40: none at zero
+    assert result.self_check.rings[0].frames < 20  # of 40: none at zero
 
 
 def test_a_file_of_zeros_only_is_named(tmp_path):
-    (tmp_path / "small.toml").write_text(to_toml(ProposalFile.of(SETUP, SCENE)))
+    small = proposed(tmp_path, SETUP, SCENE)
     joints = written(tmp_path / "joints.csv", ROBOT, np.zeros((200, 6)))
     files = ["--joints", joints, "--readings", readings(tmp_path / "readings.csv", 4)]
     out = tmp_path / "out"
-    assert call("check", tmp_path / "small.toml", *files, "--part", "self", "--out", out) in (0, 1)
-    (line,) = json.loads((out / "check.json").read_text())["warnings"]
+    assert call("check", small, *files, "--part", "self", "--out", out) in (0, 1)
+    (line,) = result_of(out).warnings
     assert "joint states" in line
     assert "zero" in line

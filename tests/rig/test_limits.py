@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from place_rings.cli.runs.check_confirmation import show_stopping
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.robot import BASE
 from place_rings.objectives.link_limits import USUAL_LIMITS, LinkLimits
 from place_rings.objectives.motion_limits import Motion
 from place_rings.reporting.terminal import Terminal
+from place_rings.rig.check.attendant import Attendant
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.stopping import (
     UNDETECTED,
@@ -78,7 +78,7 @@ limits = st.builds(
 )
 def test_no_reading_that_counts_as_fresh_is_older_than_the_limits_say(link, frames):
     """Frames are measured at any rate and arrive in order, with any delay."""
-    line = Line(0, Port("", COUNT, silent=link.ring_silent, late=link.ring_late), 0.0)
+    line = Line(0, Port("", COUNT), 0.0, link)
     begin = [(0.05, 0.0)] * 3  # the quickest arrivals are known
     measured = np.cumsum([gap for gap, _ in [*begin, *frames]])
     delay = np.array([late for _, late in [*begin, *frames]])
@@ -224,7 +224,7 @@ def test_a_rule_for_rings_laxer_than_its_default_is_refused_where_it_travels_too
 def test_the_usual_limits_are_warned_of_and_shown():
     bounds, warning = bounds_of_route(SCENE, SETUP, ROUTE, True)
     console = Terminal(record=True, width=140, file=io.StringIO())
-    show_stopping(bounds, warning, console)
+    Attendant(console).show_stopping(bounds, warning)
     text = console.export_text()
     for bound in bounds:
         row = next(line for line in text.splitlines() if bound.event in line)

@@ -4,12 +4,9 @@ fault of its kind. How soon the client's own faults are found stands in test_liv
 
 import itertools
 import os
-import socket
 import struct
 import sys
-import threading
 import time
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +24,7 @@ from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting,
 from place_rings.rig.simulated.process import SimulatedRig, command
 
 from ..support.refusals import refused
+from ..support.sockets import serve_once
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 PATIENT = 0.6  # s, that states may be apart where they are not
@@ -219,23 +217,22 @@ def test_nobody_there_is_one_line():
 _HOSTS = itertools.count(1)  # an address of its own for each controller
 
 
-def answering(*answers):
-    """Serve a controller's packages at its port of a new loopback address; return the address."""
-    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
-
-    def serve():
-        with socket.create_server((address, PORT)) as server:
-            listening.set()
-            client, _ = server.accept()
-            with client:
-                asked = client.recv(100)
-                assert asked == struct.pack(">HBH", 5, ord("V"), 2)
-                for kind, data in answers:
-                    client.sendall(struct.pack(">HB", 3 + len(data), ord(kind)) + data)
-
-    threading.Thread(target=serve, daemon=True).start()
-    assert listening.wait(20)
+def controller(talk):
+    """Serve a controller at its port of a new loopback address; return the address."""
+    address = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}"
+    serve_once(talk, address, PORT)
     return address
+
+
+def answering(*answers):
+    """Serve a controller's packages; return its address."""
+
+    def talk(client):
+        assert client.recv(100) == struct.pack(">HBH", 5, ord("V"), 2)
+        for kind, data in answers:
+            client.sendall(struct.pack(">HB", 3 + len(data), ord(kind)) + data)
+
+    return controller(talk)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +252,6 @@ def test_a_controller_that_refuses_the_version_is_named(answers, refuses):
 
 def holding(held):
     """Serve a controller whose ``held`` inputs another client has; return its address."""
-    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
 
     def answer(line):
         while head := line.read(3):
@@ -270,17 +266,11 @@ def holding(held):
                 yield ord("M"), b"a message"
                 yield kind, bytes([not some]) + ",".join(kinds).encode()
 
-    def serve():
-        with socket.create_server((address, PORT)) as server:
-            listening.set()
-            client, _ = server.accept()
-            with client:
-                for kind, data in answer(client.makefile("rb")):
-                    client.sendall(struct.pack(">HB", 3 + len(data), kind) + data)
+    def talk(client):
+        for kind, data in answer(client.makefile("rb")):
+            client.sendall(struct.pack(">HB", 3 + len(data), kind) + data)
 
-    threading.Thread(target=serve, daemon=True).start()
-    assert listening.wait(20)
-    return address
+    return controller(talk)
 
 
 @settings(max_examples=10, deadline=None)
@@ -303,19 +293,13 @@ def test_inputs_of_a_controller_that_does_not_answer_are_not_known():
 @pytest.mark.parametrize("size", [3, 60000])
 def test_a_controller_that_answers_byte_by_byte_is_left_in_time(asks, size):
     """Each byte comes in time, the answer does not."""
-    address, listening = f"127.{os.getpid() % 250 + 1}.7.{next(_HOSTS)}", threading.Event()
 
-    def serve():
-        with socket.create_server((address, PORT)) as server:
-            listening.set()
-            client, _ = server.accept()
-            with client, suppress(OSError):
-                for byte in struct.pack(">HB", size, ord("M")) * 10000:
-                    client.sendall(bytes([byte]))
-                    time.sleep(0.05)
+    def talk(client):
+        for byte in struct.pack(">HB", size, ord("M")) * 10000:
+            client.sendall(bytes([byte]))
+            time.sleep(0.05)
 
-    threading.Thread(target=serve, daemon=True).start()
-    assert listening.wait(20)
+    address = controller(talk)
     began = time.monotonic()
     assert not asks(address, 0.3)
     assert time.monotonic() - began < 2

@@ -25,11 +25,8 @@ from place_rings.cli.runs import check as check_runs
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import effective
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check import live
-from place_rings.rig.check.models import CheckResult, PortModel
 from place_rings.rig.check.plans import Plans
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.line_monitor import SILENT, Port
@@ -44,48 +41,18 @@ from place_rings.rig.simulated_cell.cell import simulated_rig
 
 from ..support.refusals import refused
 from .cell import SCENE, SETUP, SHELLS
-from .commands import call
-from .moving import FAULTS, LIMITS, RINGS, TRIES, MovingCheck, running, standstill
+from .commands import call, proposed, result_of
+from .moving import FAULTS, RINGS, STILL, TRIES, MovingCheck, struck
+from .tape import rows
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 PATIENCE = 6.0  # a busy machine keeps processes waiting
 WAKE = 0.5  # s that a thread may take to wake on a busy machine
-STILL, LEFT = 1.0, LEAVE + 0.5  # s until the robot stands, and until no process is left
 
 
 def rig(rings=1, sensors=4, seed=0):
     words = command(rings, sensors, seed=seed)
     return SimulatedRig((("-m", "place_rings.rig.simulated"), words))
-
-
-def struck(simulated, check, name):
-    """What went wrong as a fault struck a motion; None if a busy machine disturbed it before."""
-    strike, reported, moves, stops = FAULTS[name]
-    check.answer("\n")  # begin, and move
-    if check.wait("moving")["what"] != "moving":
-        return None
-    time.sleep(random.Random(name).uniform(0.1, 0.6))
-    family, start, since = check.children(), simulated.do("state")["q"], time.monotonic()
-    strike(simulated, check)
-    still, wrong = standstill(simulated, since, start), []
-    said = check.wait("arrived" if moves else "ended")
-    arrived = said["what"] == "arrived"
-    if arrived:
-        check.answer("s")
-        said = check.wait("ended")
-    why, left = said["why"], running(family, LEFT)
-    if said["what"] == "gone":
-        check.process.wait()
-    if arrived != moves or not re.search(reported, why):
-        if re.search(LIMITS, why):
-            return None
-        wrong.append(f"arrived: {arrived}, reported: {why}")
-    admitted = UNSEEN in why or "only after" in why
-    if still is None and stops and not moves:
-        wrong.append("still moves")
-    if not (moves or admitted or (still is not None and still.seconds <= STILL)):
-        wrong.append(f"stood still after {still}, and reported: {why}")
-    return wrong + [f"left: {process}" for process in left]
 
 
 def results(names):
@@ -97,7 +64,9 @@ def results(names):
                 if check is None or not check.ready():
                     check = MovingCheck(simulated)
                     checks.callback(check.close)
-                found[name] = struck(simulated, check, name)
+                outcome = struck(simulated, check, name, random.Random(name).uniform(0.1, 0.6))
+                disturbed = outcome is None or outcome.disturbed
+                found[name] = None if disturbed else outcome.wrong()
                 simulated.do("heal")
                 for ring in range(RINGS):
                     simulated.do("cure", ring=ring)
@@ -230,11 +199,11 @@ def test_a_robot_moves_within_its_limits_and_its_session_is_recorded_as_it_was(t
     assert recorded.ended
     assert gathered.fault.why == found.fault.why == Ended.CLOSED
     assert [s for _, s in found.said] == [s for _, s in gathered.said]
-    rows = gathered.rows(2)
-    assert len(rows[0]) > 50
-    for now, again in zip(rows, found.rows(2), strict=True):
+    told = rows(gathered)
+    assert len(told[0]) > 50
+    for now, again in zip(told, rows(found), strict=True):
         np.testing.assert_array_equal(now, again)
-    time_, joints, ring, sensor, distance, _ = rows
+    time_, joints, ring, sensor, distance, _ = told
     true = 1 + 0.3 * np.sin(joints @ np.arange(1, 7) + ring + sensor)
     still = np.abs(joints - HOME).max(axis=1) < 1e-4
     assert np.abs(distance - true)[still].max() < 0.02
@@ -247,15 +216,6 @@ ZONED = Setup(
 SERIALS = ("51D0000000000000", "51D0000000000001")  # of the simulated rings' boards
 
 
-def written(folder, setup, scene):
-    (folder / "small.toml").write_text(to_toml(ProposalFile.of(setup, scene)))
-    return folder / "small.toml"
-
-
-def result_of(folder):
-    return CheckResult.model_validate_json((folder / "check.json").read_text())
-
-
 @pytest.mark.slow
 def test_a_check_of_the_simulated_rig_and_its_replay_find_what_was_injected(
     tmp_path, monkeypatch, plans
@@ -263,7 +223,7 @@ def test_a_check_of_the_simulated_rig_and_its_replay_find_what_was_injected(
     """Of a ring of single zones and a ring of sixteen."""
     pytest.importorskip("rtde_control")
     scene = replace(SCENE, targets=SHELLS.targets[1:])
-    small, out = written(tmp_path, ZONED, scene), tmp_path / "live"
+    small, out = proposed(tmp_path, ZONED, scene), tmp_path / "live"
     monkeypatch.setattr(check_runs, "plan_check", lambda *_: plans)
     words = ["--rig", "sim", "--voxel", "0.1", "--bag"]
     assert call("check", small, *words, "--out", out) == 1
@@ -288,8 +248,8 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
     scene, q, answers = replace(SCENE, motion=motion), SCENE.poses[0].q, []
     setup = Setup(tuple(replace(r, serial=s) for r, s in zip(SETUP.rings, SERIALS, strict=True)))
-    small = written(tmp_path, setup, scene)
-    monkeypatch.setattr(rig_options, "PortModel", partial(PortModel, patience=25.0))
+    small = proposed(tmp_path, setup, scene)
+    monkeypatch.setattr(rig_options, "Port", partial(Port, patience=25.0))
     few = replace(plans.mount, joints=plans.mount.joints[:3])
     monkeypatch.setattr(
         check_runs,
@@ -331,12 +291,12 @@ def test_a_robot_that_cannot_move_is_refused_before_the_question(tmp_path, monke
     """Nobody is asked, and nothing moves."""
     pytest.importorskip("rtde_control")
     monkeypatch.setattr(live, "_REAL", 25.0)
-    monkeypatch.setattr(rig_options, "PortModel", partial(PortModel, patience=25.0))
+    monkeypatch.setattr(rig_options, "Port", partial(Port, patience=25.0))
     monkeypatch.setattr(check_runs, "plan_check", lambda *_: Plans(None, plans.mount))
     monkeypatch.setattr("builtins.input", Mock(side_effect=AssertionError))
     scene = replace(SCENE, motion=Motion(cell_complete=True, rings_as_proposed=True))
     named = Setup(tuple(replace(r, serial=s) for r, s in zip(SETUP.rings, SERIALS, strict=True)))
-    small = written(tmp_path, named, scene)
+    small = proposed(tmp_path, named, scene)
     faults = {
         "POWER_OFF": {"do": "mode", "how": "POWER_OFF"},
         "IDLE": {"do": "mode", "how": "IDLE"},
@@ -368,7 +328,7 @@ _IN_TERMINAL = (
 def test_a_terminal_that_hangs_up_ends_a_moving_check_in_order(tmp_path):
     """The robot is stopped, what was read is judged and written, no process and no folder stays."""
     pytest.importorskip("rtde_control")
-    written(tmp_path, SETUP, SCENE)
+    proposed(tmp_path, SETUP, SCENE)
     (tmp_path / "temporary").mkdir()
     words = ["check", "small.toml", "--rig", "sim", "--part", "mount", "--stops", "4"]
     master, slave = pty.openpty()

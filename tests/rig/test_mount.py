@@ -200,8 +200,8 @@ def test_what_was_done_is_found(plan, tmp_path):
     setup, _, file = read_proposal(tmp_path / "built.toml")
     assert setup == built.setup
     zeta = built.zeta(SCENE.targets[0].target, verifier)
-    assert 100 * file.zeta[0].zeta == pytest.approx(100 * zeta.built, abs=1e-9)
-    assert zeta.alive < zeta.built
+    assert 100 * file.zeta[0].zeta == pytest.approx(zeta.built_percent, abs=1e-9)
+    assert zeta.alive_percent < zeta.built_percent
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -10,12 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.motion_limits import Motion
-from place_rings.rig.check.models import CheckResult
 
 from .cell import SCENE, SETUP
+from .commands import proposed, result_of
 from .moving import LIMITS, TRIES
 
 TURNED = (-0.7, 0, 0, 0, 0, 0)  # rad, from the scene's pose to a second one
@@ -56,7 +54,7 @@ def checked(folder, out):
             timeout=300,
         )
     assert "Traceback" not in done.stderr
-    return done, CheckResult.model_validate_json((out / "check.json").read_text())
+    return done, result_of(out)
 
 
 @pytest.mark.slow
@@ -66,8 +64,7 @@ def test_a_check_of_an_independent_controller_moves_and_ends_by_itself(tmp_path)
     (pose,) = SCENE.poses
     poses = (pose, replace(pose, q=np.add(pose.q, TURNED)))
     motion = Motion(np.radians(15), np.radians(30), cell_complete=True, rings_as_proposed=True)
-    proposal = ProposalFile.of(SETUP, replace(SCENE, motion=motion, poses=poses))
-    (tmp_path / "moving.toml").write_text(to_toml(proposal))
+    proposed(tmp_path, SETUP, replace(SCENE, motion=motion, poses=poses), "moving.toml")
     for attempt in range(TRIES):
         done, result = checked(tmp_path, tmp_path / str(attempt))
         if not re.search(LIMITS, " ".join(result.reasons)):  # a busy machine

@@ -9,7 +9,6 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.verify import Verifier
-from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.port_matching import by_lines, by_pattern
 from place_rings.rig.check.preconditions import require_ports
 from place_rings.rig.mount.stop_plan import planned
@@ -23,7 +22,7 @@ from place_rings.rig.simulated_cell.world import World
 from ..support.refusals import refused
 from .cell import SCENE
 from .cell import SETUP as UNLIKE
-from .tape import Tape, about_file, assessed, recording_of
+from .tape import about_file, assessed, record
 
 ALIKE = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 8, 0.0, 0.0, 0.08)))
 A, B = 0xAAAA000000000001, 0xBBBB000000000002
@@ -40,16 +39,7 @@ def checked_after(tmp_path, setup, wave=False, mount=False, **more):
     """The assessment of a check whose two ports are swapped unless ``ports`` says otherwise."""
     stops = planned(SCENE, setup, poses=10, frames=8, candidates=30) if mount else None
     asked = about_file("two", SCENE, setup, stops, [], faults="none", wave=wave)
-    check = PlannedCheck.of(asked)
-    with recording_of(tmp_path / "file", asked) as recording:
-        tape = Tape(recording, check, **{"ports": (1, 0), **more})
-        tape.stand(SCENE.poses[0].q, "self", 0, 20)
-        for ring in range(2 if wave else 0):
-            tape.wave(SCENE.poses[0].q, ring)
-        for i, q in enumerate(stops.joints if stops else ()):
-            tape.stand(q, "mount", i, 8)
-        tape.say("ended", tape.now, why="")
-    return assessed(tmp_path / "file", check)
+    return assessed(*record(tmp_path / "file", asked, **{"ports": (1, 0), **more}))
 
 
 def swapped(result):

@@ -48,10 +48,8 @@ def test_a_rod_is_seen_where_a_sensor_returns_it_nearer_than_what_it_returned_be
     alive = np.arange(SETUP.sensors) != 2
     told = seen(SCENE, SETUP, Q, points, rod, detection, alive)
     joints = np.tile(Q, (len(points), 1))
-    before, now = (
-        expected(SCENE, SETUP, joints).distance,
-        expected(SCENE, SETUP, joints, rod.at(points)),
-    )
+    before = expected(SCENE, SETUP, joints).distance
+    now = expected(SCENE, SETUP, joints, rod.at(points))
     with np.errstate(invalid="ignore"):
         nearer = now.distance < before - np.where(
             np.isinf(before), 0.0, detection.margin(np.nan_to_num(before, posinf=0.0))
@@ -243,7 +241,7 @@ def test_a_self_check_names_what_is_wrong():
     found = self_check(SCENE, SETUP, lost)
     assert found.silent.tolist() == [4]
     assert found.named(found.silent) == ["0:4"]
-    assert found.rings[0].rate == pytest.approx(10)
+    assert found.rings[0].rate_hz == pytest.approx(10)
     assert (found.rings[0].gaps, found.rings[1].gaps) == (0, 1)
     assert found.noisy.size == found.surprising.size == 0
     other = self_check(SCENE, SETUP, readings, Noise(0.0005, 0.0, 0.0))

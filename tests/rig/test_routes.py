@@ -269,11 +269,9 @@ def test_at_every_built_in_robots_home_only_neighbours_are_near_each_other(name)
 @given(st.integers(0, 2**32 - 1))
 def test_distances_from_the_cell_are_those_of_many_points_of_an_axis(seed):
     rng = np.random.default_rng(seed)
-    start, end, radius = (
-        rng.uniform(-1, 1, (3, 2, 3)),
-        rng.uniform(-1, 1, (3, 2, 3)),
-        np.array([0.05, 0.1]),
-    )
+    start = rng.uniform(-1, 1, (3, 2, 3))
+    end = rng.uniform(-1, 1, (3, 2, 3))
+    radius = np.array([0.05, 0.1])
     found = from_cell(SCENE, Capsules(start, end, radius))
     points = start + np.linspace(0, 1, 3000)[:, None, None, None] * (end - start)
     exact = np.stack(

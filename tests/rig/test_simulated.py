@@ -13,14 +13,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.rig.mount.as_built import truth_of
 from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.mount.fit_record import truth_of
 from place_rings.rig.sensing.noise import Noise
-from place_rings.rig.sensing.readings import Readings, at_stops
+from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated.run_folder import PREFIX, RunFolder, sweep
 from place_rings.rig.simulated_cell.ground_truth import injected
-from place_rings.rig.simulated_cell.late_frames import BUSY, counted
-from place_rings.rig.simulated_cell.simulated_time import Lateness, Pace, Way, mount_check
+from place_rings.rig.simulated_cell.simulated_time import (
+    BUSY,
+    Lateness,
+    Pace,
+    Way,
+    counted,
+    mount_check,
+)
 from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 
@@ -31,7 +37,7 @@ from .cell import SCENE, SETUP
 def read(world, plan, rng, lateness=BUSY, pace=None):
     """The readings that count at the stops of a check."""
     gathered = mount_check(world, plan.joints, plan.frames, rng, lateness, pace)
-    readings = counted(Readings(*gathered.rows(len(SETUP.groups))), gathered)
+    readings = counted(gathered.readings(), gathered)
     return at_stops(readings, SETUP, plan.joints)
 
 
@@ -75,7 +81,7 @@ def test_no_reading_of_a_stop_was_measured_anywhere_else(stops, seed, longest, p
 @given(seeds, st.sampled_from([0.008, 0.04, 0.5]))
 def test_delays_have_the_measured_distribution(seed, step):
     drawn = [BUSY.drawn(np.random.default_rng((seed, i)), 50, step) for i in range(200)]
-    for share, s in BUSY.quantiles[1:-1]:
+    for share, s in zip(BUSY.share[1:-1], BUSY.seconds[1:-1], strict=True):
         assert np.mean([d[-1] <= s for d in drawn]) == pytest.approx(share, abs=0.15)
     assert np.max(drawn) <= BUSY.seconds[-1]
 

@@ -12,7 +12,7 @@ from place_rings.rig.check.actors import Helper, SimulatedHelper
 from place_rings.rig.check.findings import missing
 from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.part_results import PartResults
-from place_rings.rig.check.planned_check import PlannedCheck, ring_names
+from place_rings.rig.check.planned_check import ring_names
 from place_rings.rig.check.plans import Plans, plan_check
 from place_rings.rig.check.report import page
 from place_rings.rig.mount.stop_plan import planned
@@ -23,7 +23,7 @@ from place_rings.rig.simulated_cell.world import DEAD
 
 from ..support.refusals import refused
 from .cell import SCENE as CELL
-from .tape import Tape, about_file, recording_of
+from .tape import about_file, record
 from .tape import assessed as judged
 
 SCENE = replace(CELL, targets=(Shell(0.25),))
@@ -47,21 +47,7 @@ def about(setup, mount):
 
 def assessed(file, setup, mute=()):
     """The assessment of a recorded check in which the sensors ``mute`` never answer."""
-    asked = about(setup, bool(setup.rings))
-    checked = PlannedCheck.of(asked)
-    with recording_of(file, asked) as recording:
-        tape, q = Tape(recording, checked), SCENE.poses[0].q
-        tape.world.seat[list(mute)] = DEAD
-        tape.stand(q, "self", 0, 20)
-        for group in range(len(setup.groups)):
-            tape.wave(q, group)
-        for i, stop in enumerate(checked.plans.mount.joints if setup.rings else ()):
-            tape.stand(stop, "mount", i, 8)
-        (plan,) = checked.plans.rods
-        tape.stand(plan.joints[0], "before", 0, 20)
-        for i, point in enumerate(plan.point):
-            tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
-        tape.say("ended", tape.now, why="")
+    file, checked = record(file, about(setup, bool(setup.rings)), mute)
     return checked, judged(file, checked)
 
 

@@ -21,11 +21,11 @@ from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.findings import differences
 from place_rings.rig.check.part_results import part_results
 from place_rings.rig.check.plans import Plans
-from place_rings.rig.check.records import fit_of
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order
 from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.mount.fit_record import fit_of
 from place_rings.rig.mount.hand_sweep import waved
 from place_rings.rig.mount.mounting_error_model import LIMITS, moved
 from place_rings.rig.mount.stop_plan import planned
@@ -40,7 +40,7 @@ from place_rings.rig.rod.rod import Detection, Rod, seen
 from place_rings.rig.rod.trial_plan import RodPlan, Stratum
 from place_rings.rig.sensing.expected import expected
 from place_rings.rig.sensing.noise import Noise
-from place_rings.rig.sensing.readings import Readings, Stops, ZoneStops
+from place_rings.rig.sensing.readings import Readings, Stops
 from place_rings.rig.sensing.zone_grid import GridTurn, every_turn
 from place_rings.rig.sensing.zone_targets import SEPARATION, expected_zones
 from place_rings.rig.session.gathering import replay
@@ -53,6 +53,13 @@ from .test_files import opened
 FAULTS = ("reversed ring", "swapped pair", "dead sensor", "turned sensor")
 SENSOR = effective(Use("vl53l5cx")).sensor
 SETUP = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08, SENSOR),))
+
+
+def stops_of(joints, distance, count):
+    """Stops at which all answer ``count`` times; nan is no target."""
+    total = np.full(distance.shape, count)
+    valid = np.where(np.isnan(distance), 0, total)
+    return Stops(joints, distance, valid, total, 0 * total, np.zeros(distance.shape))
 
 
 @pytest.fixture(scope="module")
@@ -85,12 +92,8 @@ def test_a_ring_of_zones_is_found_where_it_sits():
     zones = np.where(np.isfinite(seen), seen, np.nan).reshape(len(joints), ring.count, -1)
     least = np.nanmin(np.where(np.isnan(zones), 9.0, zones), axis=2)
     least = np.where(least < 9.0, least, np.nan)
-    each, all_ = (np.full(a.shape, 10) for a in (least, zones))
-    stops = Stops(joints, least, np.where(np.isnan(least), 0, 10), each, 0 * each, 0 * least)
-    valid = np.where(np.isnan(zones), 0, 10)
-    (fit,) = fit_mount(
-        SCENE, Setup((ring,)), stops, zones={0: ZoneStops(zones, valid, all_, 0 * all_)}
-    )
+    by_zone = {0: stops_of(joints, zones, 10)}
+    (fit,) = fit_mount(SCENE, Setup((ring,)), stops_of(joints, least, 10), zones=by_zone)
     off = np.abs(fit.values - errors)
     assert off[[0, 3]].max() < 0.0005  # m
     assert np.degrees(off[[1, 2]]).max() < 0.05
@@ -231,9 +234,7 @@ def test_the_turn_of_all_grids_is_said_with_what_to_set(turn):
     joints, rng = drawn(SCENE, 8, 1, None), np.random.default_rng(1)
     true = world.seen(joints)[0].reshape(8, 8, 64, -1)[..., 0]
     told, _ = world.told(rng, true)
-    answers = np.ones(told.shape, int)
-    stops = ZoneStops(told, np.isfinite(told).astype(int), answers, 0 * answers)
-    some = turn_costs(SCENE, ring, stops, joints, 0.0)
+    some = turn_costs(SCENE, ring, stops_of(joints, told, 1), joints, 0.0)
     found = zone_turns(ring, Order(), np.arange(8), *some, np.zeros(0, int))
     assert (found.turn, found.turned) == (turn, {})
     (line,) = found.faults(3, "forearm")
@@ -255,7 +256,7 @@ def heard(world, joints, seed, index=None):
     rng = np.random.default_rng(seed)
     told = np.median([world.noise.measured(rng, true)[0] for _ in range(5)], axis=0)
     told = told if index is None else told[:, :, index]
-    return ZoneStops(told, np.isfinite(told).astype(int), *(np.full(told.shape, n) for n in (1, 0)))
+    return stops_of(joints, told, 1)
 
 
 @pytest.mark.parametrize("side", [4, 8])
@@ -311,10 +312,8 @@ def test_nothing_is_estimated_from_grids_that_fit_no_turn():
         zones = heard(world, joints, 3, None if order is None else order.index)
         least = np.where(np.isnan(zones.distance), np.inf, zones.distance).min(axis=2)
         least = np.where(np.isfinite(least), least, np.nan)
-        some = np.isfinite(least).astype(int)
-        stops = Stops(joints, least, some, 0 * some + 1, 0 * some, 0.0 * some)
-        (fit,) = fit_mount(SCENE, setup, stops, zones={0: zones})
-        built, model = AsBuilt(SCENE, setup, (fit,)).setup, fit_of(0, fit, None)
+        (fit,) = fit_mount(SCENE, setup, stops_of(joints, least, 1), zones={0: zones})
+        built, model = AsBuilt(SCENE, setup, (fit,)).setup, fit_of(0, fit)
         if order is None:
             assert (fit.misfits, len(model.errors)) == ({}, 4)
             assert built != setup
@@ -362,8 +361,8 @@ def test_the_log_of_a_check_holds_every_zone(zoned, tmp_path):
     live = replay(recorded, checked.ports, checked.about.stale_s)
     bag = write_bag(checked, live, recorded.epoch, tmp_path)[0]
     read = opened(tmp_path / bag, setup=checked.setup).gathered
-    (*_, distance, status), (*_, was, told) = (g.rows_with_zones(1) for g in (read, live))
-    np.testing.assert_array_equal(status, told)
-    valid = told == Status.VALID
+    told, was = read.readings(), live.readings()
+    np.testing.assert_array_equal(told.zone_status, was.zone_status)
+    valid = was.zone_status == Status.VALID
     assert valid.any()
-    np.testing.assert_allclose(distance[valid], was[valid], atol=2e-3)
+    np.testing.assert_allclose(told.zone_distance[valid], was.zone_distance[valid], atol=2e-3)

@@ -10,12 +10,14 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from ...rig.check.models import DISCLAIMER
-from ...rig.check.options import Part
-from ...rig.check.procedure import EndedError
-from ...rig.rings.protocol import Frame, Status
-from ...rig.robot.vetting import LinkFaultError
-from ...rig.session.session import Session
+from ...coverage.rings.ring import Setup
+from ..rings.protocol import Frame, Status
+from ..robot.vetting import LinkFaultError
+from ..session.session import Session
+from .models import DISCLAIMER
+from .options import Part
+from .planned_check import ring_names
+from .procedure import EndedError
 
 _BARS = "█▇▆▅▄▃▂▁"  # near to far
 _PARTS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}
@@ -43,12 +45,11 @@ def bars(frame: Frame | None, range_m: float) -> Text:
 
 
 class CheckView:
-    """Live view of a session."""
+    """Live view of a session, with questions to the person at the rig."""
 
-    def __init__(
-        self, session: Session, names: list[str], ranges: list[float], console: Console
-    ) -> None:
-        self._session, self._names, self._ranges, self._console = session, names, ranges, console
+    def __init__(self, session: Session, setup: Setup, console: Console) -> None:
+        self._session, self._console, self._names = session, console, ring_names(setup)
+        self._ranges = [group.sensor.range_m for group in setup.groups]
         self._part, self._done, self._of, self._said = "", 0, 1, ""
         self._begin = time.monotonic()
         self._live = Live(
@@ -119,14 +120,10 @@ class CheckView:
             strict=True,
         )
         for name, frame, c, range_m in rings:
-            near = (
-                np.nan
-                if frame is None or np.isnan(frame.distance).all()
-                else float(np.nanmin(frame.distance))
-            )
+            near = np.inf if frame is None else np.nanmin(frame.distance, initial=np.inf)
             cells = (f"{c.frames / seconds:.1f}", str(c.lost), str(c.late), str(c.corrupt))
             table.add_row(
-                name, *cells, "" if np.isnan(near) else f"{near:.3f}", bars(frame, range_m)
+                name, *cells, f"{near:.3f}" if near < np.inf else "", bars(frame, range_m)
             )
         line = Table.grid(padding=(0, 1))
         line.add_row(
