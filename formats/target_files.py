@@ -44,8 +44,9 @@ def with_contents(table: Any, where: str, read: Read) -> Any:
 
 def _with_meshes(volume: Any, key: str, read: Read) -> Any:
     match volume:
-        case {"kind": "mesh", "file": _, **keys} if not {"vertices", "faces"} & keys.keys():
-            table = _checked(MeshFile, {"file": volume["file"], **keys}, key)
+        case {"kind": "mesh", "file": _} if not {"vertices", "faces"} & volume.keys():
+            keys = {name: value for name, value in volume.items() if name != "kind"}
+            table = _checked(MeshFile, keys, key)
             path, data = read(f"{key}.file", table.file)
             T = transform(table.centre, np.radians(table.rpy_deg))
             return closed_mesh(f"{key}.file", path, data, table.scale, T)
