@@ -1,6 +1,7 @@
 """Records of zeta, counted or certified: of one target at one pose, and over all poses."""
 
 import math
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal, Self
@@ -262,6 +263,14 @@ class Verified(WithInterval):
     def key(self) -> tuple[str, float | None]:
         """Name and radius of the target, as ``Target.key``."""
         return self.target.key if isinstance(self.target, Target) else (self.target, self.radius)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the value of a key in percent, as records had it by the key's name before."""
+        if not name.endswith(("_percent", "_points")) or name not in (keys := self.model_dump()):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        message = f"{name} is now a share; or read model_dump()[{name!r}]"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return keys[name]
 
     def model_dump(self, mode: Literal["json", "python"] = "json") -> dict[str, Any]:
         """Return the keys and values that ``verify --json`` prints."""

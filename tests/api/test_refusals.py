@@ -1,5 +1,7 @@
 """What is refused names every argument as its caller writes it, and is refused before any work."""
 
+import pickle
+
 import place_rings as pr
 import pytest
 from hypothesis import given, settings
@@ -61,3 +63,12 @@ def test_former_attributes_of_a_target_lead_to_those_of_today(former, today):
     with pytest.warns(DeprecationWarning, match=former):
         value = getattr(target, former)
     assert value == (target if today is None else getattr(target, today))
+
+
+def test_former_attributes_of_a_record_in_percent_lead_to_its_keys():
+    record = pr.verify("n1_8_0", voxel=0.1).records[0]
+    with pytest.warns(DeprecationWarning, match="zeta_percent"):
+        assert record.zeta_percent == pytest.approx(100 * record.zeta)
+    with pytest.raises(AttributeError, match="width_percent"):
+        _ = record.width_percent
+    assert pickle.loads(pickle.dumps(record)) == record
