@@ -1,6 +1,6 @@
 """What is refused names every argument as its caller writes it, and is refused before any work."""
 
-import pickle
+import copy
 
 import place_rings as pr
 import pytest
@@ -71,4 +71,4 @@ def test_former_attributes_of_a_record_in_percent_lead_to_its_keys():
         assert record.zeta_percent == pytest.approx(100 * record.zeta)
     with pytest.raises(AttributeError, match="width_percent"):
         _ = record.width_percent
-    assert pickle.loads(pickle.dumps(record)) == record
+    assert copy.deepcopy(record) == record
