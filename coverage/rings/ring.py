@@ -53,12 +53,14 @@ class Ring:
             raise ValueError(
                 f"Ring: sensor: found {self.sensor!r}, allowed: a Sensor, as a catalogue has them"
             )
-        if self.serial is not None and not re.fullmatch(SERIAL, self.serial):
+        if self.serial is not None and not (
+            isinstance(self.serial, str) and re.fullmatch(SERIAL, self.serial)
+        ):
             raise ValueError(
                 f"Ring: serial: found {self.serial!r}, allowed: 16 hexadecimal digits, 0 to 9 and"
                 " A to F"
             )
-        if self.zone_turn_deg not in (0, 90, 180, 270):
+        if not isinstance(self.zone_turn_deg, Real) or self.zone_turn_deg not in (0, 90, 180, 270):
             raise ValueError(
                 f"Ring: zone_turn_deg: found {self.zone_turn_deg!r}, allowed: 0, 90, 180 or 270"
             )

@@ -13,7 +13,7 @@ pocket's ``floor``.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -65,7 +65,11 @@ class Printing:
     ties: bool = True
     """Whether each part has a bridge to which a cable tie holds the cables."""
     cover: bool = False
-    """Whether each board has a lid, which its screws hold."""
+    """Whether each board has a lid, which its screws hold; left out where false."""
+
+    def _as_table(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a table for files, which is the same without lids as before there were any."""
+        return {key: value for key, value in table.items() if key != "cover" or value}
 
     def __post_init__(self) -> None:
         least = 2 * self.least_wall

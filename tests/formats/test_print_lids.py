@@ -4,6 +4,7 @@ free.
 
 import math
 import re
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -331,3 +332,11 @@ def test_wider_beams_need_wider_windows_until_no_lid_is_left(degrees):
     faults = [lid_fault(VL53L5CX, one, 0.0003, 0.0012) for one in (narrow, wider)]
     assert faults[1] is not None or faults[0] is None
     assert (faults[0] is None) == (degrees < 20) or 20 <= degrees <= 75
+
+
+def test_a_scene_without_lids_is_written_as_before_there_were_any():
+    for printing, count in ((Printing(), 0), (COVERED, 1)):
+        scene = replace(CoreScene(), printing=printing)
+        text = to_toml(SceneModel.from_domain(scene))
+        assert text.count("cover = true") == text.count("cover") == count
+        assert SceneModel.model_validate(tomllib.loads(text)).to_domain().printing == printing
