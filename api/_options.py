@@ -21,10 +21,12 @@ def called_with(call: Callable[P, C]) -> Callable[[Callable[[C], R]], Callable[P
 
     A value that is not allowed raises InputError.
     """
-    signature, texts = inspect.signature(call), docstrings(call)
+    signature, texts = inspect.signature(call), dict(docstrings(call))
     arguments = [
         p.replace(annotation=kind_of(p.annotation)[0]) for p in signature.parameters.values()
     ]
+    for p in signature.parameters.values():
+        texts[p.name] += "".join(f" Allowed: {end.allowed}." for end in kind_of(p.annotation)[1])
     items = (_ITEM.fill(f"{p.name}: {texts[p.name]}") for p in arguments)
     lines = "\n".join(["Args:", *items, "", "Returns:"])
 

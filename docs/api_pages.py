@@ -1,90 +1,100 @@
 """Markdown sections of the public API, from the signatures and docstrings in the source."""
 
-import ast
 import inspect
+import math
 import re
 import textwrap
 from collections.abc import Iterator
+from dataclasses import is_dataclass
 from enum import Enum
-from typing import Any
+from functools import cached_property, reduce
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import place_rings as pr
+from place_rings.coverage.definitions.docstrings import docstrings
+from place_rings.coverage.definitions.units import FileUnit, Key
 
 _SECTION = re.compile(r"^(Args|Returns|Raises|Example|Examples|Yields):\s*$", re.MULTILINE)
 _ITEM = re.compile(r"^([\w, *]+): ", re.MULTILINE)
 _RESULTS = ("Coverage", "Improvement", "Proposal", "Report")  # functions return them
+_LONGEST = 8  # characters of a number that is no angle
 _WIDTH = 88  # characters of a signature on one line
-_INTERNAL = ("Scene | CoreScene", "Scene")  # the internal form is not part of the API
+_PLAIN = {
+    r" \| (CoreScene|ResolvedSetup)\b": "",
+    r"\bndarray": "np.ndarray",
+    r"\bjaxlib\._jax": "jax",
+}
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
+_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+_REPEATED = 6  # items that a class shares with one before it, from which on they are not repeated
 
 
-def section(name: str) -> str:
-    """Return the section of one public name."""
+def sections(names: str) -> str:
+    """Return the sections of public names."""
+    shown: dict[str, str] = {}
+    return "\n\n".join("\n\n".join(_section(name, shown)) for name in names.split())
+
+
+def _section(name: str, shown: dict[str, str]) -> Iterator[str]:
+    """Yield the parts of a section; ``shown`` has the class of each item so far."""
     value = getattr(pr, name)
+    yield f"### {name}"
     if inspect.isclass(value):
-        parts = list(_class(name, value))
+        yield from _class(name, value, shown)
     elif inspect.isfunction(value):
-        parts = [_signature(f"pr.{name}", _tree(value)), *_docstring(value)]
+        yield from (_signature(f"pr.{name}", value), *_docstring(value))
     else:  # a catalogue
-        parts = [*_docstring(type(value)), *_methods(type(value))]
-    return "\n\n".join([f"### {name}", *parts])
+        yield from (*_docstring(type(value)), *_methods(type(value)))
 
 
-def _class(name: str, value: type) -> Iterator[str]:
-    tree = _tree(value)
-    own = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if "__init__" in own and not issubclass(value, Exception):
-        yield _signature(f"pr.{name}", own["__init__"])
-    elif fields := _fields(value):
-        given = [
-            f"{field.target.id}: {_type(field.annotation)}"  # type: ignore[attr-defined]
-            + (f" = {ast.unparse(field.value)}" if field.value else "")
-            for field, _ in fields
-            if not _computed(field)
-        ]
-        if not name.endswith(_RESULTS):
-            yield _call(f"pr.{name}", given, "")
+def _class(name: str, value: type, shown: dict[str, str]) -> Iterator[str]:
+    if not (issubclass(value, Exception | Enum) or name.endswith(_RESULTS)):
+        yield _signature(f"pr.{name}", value)
     yield from _docstring(value)
     if issubclass(value, Enum):
         yield "\n".join(f"- `{one.name}`: {one.value}" for one in value)
         return
-    described = [(field, text) for field, text in _fields(value) if text and not _computed(field)]
-    lines = [
-        f"- `{field.target.id}`: {_flat(text)}"  # type: ignore[attr-defined]
-        for field, text in described
-    ]
-    lines += [f"- `{key}`: {_flat(text)}" for key, text in _properties(value)]
-    if lines:
-        yield "\n".join(lines)
+    hints, texts = get_type_hints(value, include_extras=True), docstrings(value)
+    items = {
+        key: f"- `{key}`{_limits(hints[key])}: {_plain(texts[key])}"
+        for key in inspect.signature(value).parameters
+        if key in texts
+    } | {key: f"- `{key}`: {_flat(text)}" for key, text in _properties(value)}
+    first = {key: shown.setdefault(item, name) for key, item in items.items()}
+    repeated = [key for key in items if first[key] != name]
+    if len(repeated) >= _REPEATED:
+        items = {key: item for key, item in items.items() if key not in repeated}
+        others = ", ".join(f"`{key}`" for key in repeated)
+        items[""] = f"- as those of `{first[repeated[0]]}`: {others}"
+    if items:
+        yield "\n".join(items.values())
     yield from _methods(value)
 
 
-def _fields(value: type) -> list[tuple[ast.AnnAssign, str]]:
-    """Return the fields of a class and its bases with the docstrings under them."""
-    fields: dict[str, tuple[ast.AnnAssign, str]] = {}
-    for base in reversed([b for b in value.__mro__ if b.__module__.startswith("place_rings")]):
-        body = _tree(base).body
-        for node, after in zip(body, [*body[1:], None], strict=True):
-            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-                text = _string(after)
-                if not node.target.id.startswith("_"):
-                    old = fields.get(node.target.id, (node, ""))[1]
-                    fields[node.target.id] = (node, text or old)
-    properties = {key for key, _ in _properties(value)}
-    return [field for key, field in fields.items() if key not in properties]
-
-
-def _computed(field: ast.AnnAssign) -> bool:
-    """Return whether a field is internal: it is no argument of the class."""
-    return field.value is not None and "init=False" in ast.unparse(field.value)
+def _limits(hint: Any) -> str:
+    """Return the limits in an annotation, in Python's unit; those of angles in degrees."""
+    for meta in getattr(hint, "__metadata__", ()):
+        unit = meta if isinstance(meta, FileUnit) else Key("")
+        parts = getattr(meta, "metadata", ())
+        ends = unit.limits | {k: getattr(p, k) for p in parts for k in _SIGNS if hasattr(p, k)}
+        angle = unit.from_file is math.radians
+        if ends:
+            texts = {k: f"{v:g}°" if angle else f"{unit.from_file(v):g}" for k, v in ends.items()}
+            return f" ({', '.join(f'{_SIGNS[key]} {text}' for key, text in texts.items())})"
+    return next(filter(None, map(_limits, get_args(hint))), "")
 
 
 def _properties(value: type) -> list[tuple[str, str]]:
-    """Return names and docstrings of the public properties."""
+    """Return names and docstrings of the public properties that are not deprecated."""
     found = {}
     for base in reversed(value.__mro__):
         for key, one in list(vars(base).items()):
-            if not key.startswith("_") and (
-                isinstance(one, property) or type(one).__name__ == "cached_property"
+            get = getattr(one, "fget", None) or getattr(one, "func", None)
+            if (
+                not key.startswith("_")
+                and isinstance(one, property | cached_property)
+                and "DeprecationWarning" not in inspect.getsource(get)
             ):
                 found[key] = inspect.getdoc(one) or ""
     return [(key, text) for key, text in found.items() if text]
@@ -95,7 +105,7 @@ def _methods(value: type) -> Iterator[str]:
     for key, one in list(vars(value).items()):  # the loop may fill a cache of the class
         plain = getattr(one, "__func__", one)  # of a class method or a static method
         if not key.startswith("_") and inspect.isfunction(plain) and plain.__doc__:
-            yield _signature(f"{value.__name__}.{key}", _tree(plain))
+            yield _signature(f"{value.__name__}.{key}", plain)
             yield from _docstring(plain)
 
 
@@ -122,68 +132,58 @@ def _items(body: str) -> list[str]:
     return [_ITEM.sub(lambda m: f"`{m[1]}`: ", _flat(item), count=1) for item in items]
 
 
-class _Unlimited(ast.NodeTransformer):
-    """Leaves out the limits of ``Annotated`` types."""
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        limited = isinstance(node.value, ast.Name) and node.value.id == "Annotated"
-        inner: Any = node.slice.elts[0] if limited else node  # type: ignore[attr-defined]
-        return self.generic_visit(inner)
-
-
-def _type(annotation: ast.expr) -> str:
-    return ast.unparse(_Unlimited().visit(annotation))
-
-
-def _tree(value: Any) -> Any:
-    if "__signature__" in getattr(value, "__dict__", {}) and not isinstance(
-        value, type
-    ):  # made from the fields of options
-        names = r"(?:[a-z_]\w*\.)+(?=\w)|'(?=Setup)|(?<=Setup)'"  # of modules, and quotes
-        text = re.sub(names, "", str(inspect.signature(value)))
-        return ast.parse(f"def {value.__name__}{text}: ...").body[0]
-    return ast.parse(textwrap.dedent(inspect.getsource(value))).body[0]
+def _type(kind: Any) -> str:
+    """Return a type as a person writes it, without the limits of ``Annotated``."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _type(inner[0])
+    if origin in (Union, UnionType):
+        return " | ".join(map(_type, inner))
+    if isinstance(kind, list) or origin:
+        within = ", ".join(map(repr if origin is Literal else _type, inner or kind))
+        return f"{origin.__name__ if origin else ''}[{within}]"
+    if kind in (None, NoneType, ...):
+        return "..." if kind is ... else "None"
+    return kind if isinstance(kind, str) else kind.__name__
 
 
-def _signature(name: str, function: ast.FunctionDef) -> str:
-    """Return a fence with the signature as the source has it."""
-    arguments = function.args
-    first = arguments.args[:1]
-    if first and first[0].arg in ("self", "cls"):
-        arguments.args = arguments.args[1:]
-    positional = arguments.posonlyargs + arguments.args
-    defaults = [None] * (len(positional) - len(arguments.defaults)) + list(arguments.defaults)
-    given = [_argument(*pair) for pair in zip(positional, defaults, strict=True)]
-    if arguments.vararg:
-        given.append(f"*{_argument(arguments.vararg, None)}")
-    elif arguments.kwonlyargs:
-        given.append("*")
-    given += [
-        _argument(*pair) for pair in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
-    ]
-    if arguments.kwarg:
-        given.append(f"**{_argument(arguments.kwarg, None)}")
-    returns = ast.unparse(function.returns) if function.returns else ""
-    return _call(name, given, "" if returns == "None" else returns.strip("'"))
+def _value(value: Any) -> str:
+    """Return a default in Python's terms."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_value, value))}{',' * (len(value) == 1)})"
+    if isinstance(value, float) and len(repr(value)) > _LONGEST:
+        return f"math.radians({round(math.degrees(value), 9):g})"
+    if is_dataclass(value) and value == type(value)():
+        return f"{type(value).__name__}()"
+    return repr(value)
 
 
-def _argument(argument: ast.arg, default: ast.expr | None) -> str:
-    kind = f": {_type(argument.annotation)}" if argument.annotation else ""
-    value = "" if default is None else f" = {ast.unparse(default)}"
-    return f"{argument.arg}{kind.replace(*_INTERNAL)}{value}"
+def _signature(name: str, function: Any) -> str:
+    """Return a fence with the signature of a function or method."""
+    signature = inspect.signature(function)
+    parameters = list(signature.parameters.values())
+    if parameters and parameters[0].name in ("self", "cls"):
+        parameters = parameters[1:]
+    returns = signature.return_annotation
+    plain = returns in (None, inspect.Signature.empty)
+    return _call(name, parameters, "" if plain else f" -> {_type(returns)}")
 
 
-def _call(name: str, given: list[str], returns: str) -> str:
-    arrow = f" -> {returns.replace(*_INTERNAL)}" if returns else ""
+def _call(name: str, parameters: list[inspect.Parameter], arrow: str) -> str:
+    given, by_name = [], False
+    for parameter in parameters:
+        if parameter.kind is _BY_NAME and not by_name:
+            given.append("*")
+        by_name = parameter.kind in (_BY_NAME, parameter.VAR_POSITIONAL)
+        stars = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+        kind = "" if parameter.annotation is parameter.empty else f": {_type(parameter.annotation)}"
+        default = "" if parameter.default is parameter.empty else f" = {_value(parameter.default)}"
+        given.append(f"{stars}{parameter.name}{kind}{default}")
+    *given, arrow = (reduce(lambda t, p: re.sub(*p, t), _PLAIN.items(), t) for t in (*given, arrow))
     line = f"{name}({', '.join(given)}){arrow}"
     if len(line) > _WIDTH:
         line = f"{name}(\n" + "".join(f"    {one},\n" for one in given) + f"){arrow}"
     return f"```pyi\n{line}\n```"
-
-
-def _string(node: Any) -> str:
-    plain = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-    return node.value.value if plain and isinstance(node.value.value, str) else ""
 
 
 def _flat(text: str) -> str:

@@ -26,8 +26,9 @@ class KeyTables:
 
     def __init__(self) -> None:
         self.schemas = {name: _schema(name) for name in get_args(get_type_hints(schema)["name"])}
-        self.done = {_title(whole["title"]) for whole in self.schemas.values()}
-        self.named: set[str] = set()
+        self.files = {_title(whole["title"]): name for name, whole in self.schemas.items()}
+        self.kinds = {_title(w["title"]): set(w["properties"]) for w in self.schemas.values()}
+        self.done, self.named = set(self.files), list[str]()
 
     def of(self, name: str) -> str:
         """Return the table of a file's keys and one for each kind of table in it.
@@ -37,14 +38,14 @@ class KeyTables:
         if name == "others":
             rest = [other for other in self.schemas if other not in self.named]
             return "\n\n".join(f"## {other}\n\n{self.of(other)}" for other in rest)
-        self.named.add(name)
+        self.named.append(name)
         whole = self.schemas[name]
         parts, kinds = [self._section(whole)], _kinds_in(whole)
         for kind in kinds:  # the list grows in the loop
-            inner = whole["$defs"][kind]
-            if _title(kind) not in self.done and "properties" in inner:
-                self.done.add(_title(kind))
-                parts += [f"### Kind {_title(kind)}", self._section(inner)]
+            inner, title = whole["$defs"][kind], self._name(kind)
+            if title not in self.done and "properties" in inner:
+                self.done.add(title)
+                parts += [f"### Kind {title}", self._section(inner)]
                 kinds += _kinds_in(inner)
         return "\n\n".join(parts)
 
@@ -62,8 +63,9 @@ class KeyTables:
     def _kind(self, value: dict[str, Any]) -> str:
         """Return the allowed values as text, with their limits."""
         if "$ref" in value:
-            kind = value["$ref"].rsplit("/", 1)[1]
-            return f"[{_title(kind)}](#{self._label(kind)})"
+            title = self._name(value["$ref"].rsplit("/", 1)[1])
+            label = f"kind-{title.lower().replace(' ', '-')}"
+            return f"[{title}](#{self.files.get(title, label)})"
         if several := value.get("anyOf") or value.get("oneOf"):
             return " or ".join(self._kind(one) for one in several if one.get("type") != "null")
         if "enum" in value or "const" in value:
@@ -78,10 +80,12 @@ class KeyTables:
         limits = [f"{sign} {value[bound]:g}" for bound, sign in _BOUNDS.items() if bound in value]
         return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits])
 
-    def _label(self, kind: str) -> str:
-        """Return the anchor of the heading above a kind: its file's, or its own."""
-        files = {_title(whole["title"]): name for name, whole in self.schemas.items()}
-        return files.get(_title(kind), f"kind-{_title(kind).lower()}")
+    def _name(self, kind: str) -> str:
+        """Return the name of a kind of the current file, with the file if another has a different
+        kind of this name."""
+        title, file = _title(kind), self.named[-1]
+        keys = set(self.schemas[file]["$defs"][kind].get("properties", ()))
+        return title if keys <= self.kinds.setdefault(title, keys) else f"{title} of {file}"
 
 
 def _kinds_in(inner: dict[str, Any]) -> list[str]:
@@ -128,8 +132,8 @@ def _told(value: dict[str, Any]) -> str:
 
 
 def _flat(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+    return " ".join(text.split()).replace("|", "\\|").replace("``", "`")
 
 
 def _title(kind: str) -> str:
-    return kind.removesuffix("Model").removesuffix("File")
+    return re.sub(r"(?<=.)(Model|File)$", "", kind)

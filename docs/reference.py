@@ -45,6 +45,8 @@ def commands() -> str:
     line = (sys.executable, "-c", _COMMANDS)
     text = subprocess.run(line, check=True, capture_output=True, encoding="utf-8").stdout
     text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip()
+    text = re.sub(r"\n {8}(?=\S)", " ", text)  # one line for each option
+    text = re.sub(r"(?<!`)``(?!`)", "`", text).replace(" *[default: ]*", "")
     return text.replace("```bash\n", f"{_EXAMPLE}\n```bash\n")
 
 
@@ -59,7 +61,7 @@ def page(text: str) -> str:
         elif kind == "keys":
             made = tables.of(names)
         else:
-            made = "\n\n".join(api_pages.section(name) for name in names.split())
+            made = api_pages.sections(names)
         mark = f"<!-- {kind}: {names} -->" if names else f"<!-- {kind} -->"
         return f"{mark}\n\n{made}\n\n<!-- end -->"
 

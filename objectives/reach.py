@@ -54,7 +54,7 @@ class Beyond:
     share: Annotated[float, Covered("percent")]
     """Part of the target that is beyond any sensor that the rules allow."""
     error: Annotated[float, Covered("error_percent")]
-    """Monte Carlo error of the part, of points and poses, at a confidence of 95 %."""
+    """Largest Monte Carlo error of the part, of points and poses, at a confidence of 95 %."""
 
 
 class PlaceGrid(NamedTuple):

@@ -34,7 +34,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from .docstrings import docstrings
 from .errors import InputError, explain_argument, explained, schema_of, shown
 from .field_types import as_python
-from .units import in_file, inline_in, units_in, with_keys
+from .units import in_file, inline_in, text_in_file, units_in, with_keys
 
 C = TypeVar("C")
 _CONFIG = ConfigDict(
@@ -183,8 +183,7 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
     for name, text in itertools.chain(*(lines.items() for lines in docs)):
         key = keys.get(name, name)
         if key in table.get("properties", {}):
-            text = text.replace(", rad", ", degrees") if "_deg" in key else text
-            table["properties"][key]["description"] = text
+            table["properties"][key]["description"] = text_in_file(key, text)
     for name, unit in units_in(cls).items():
         default = cls.__pydantic_fields__[name].default  # type: ignore[attr-defined]
         if isinstance(default, int | float):

@@ -21,14 +21,17 @@ class Whole:
     most: float = math.inf
     """The largest."""
 
+    @property
+    def allowed(self) -> str:
+        """The limits as text."""
+        return f"{self.least} " + ("or more" if self.most == math.inf else f"to {self.most:g}")
+
     def check(self, name: str, value: Any) -> None:
         """Raise InputError for anything but an integer within the limits."""
-        open_ = self.most == math.inf
-        allowed = f"{self.least} or more" if open_ else f"{self.least} to {self.most:g}"
         if isinstance(value, bool) or not isinstance(value, Integral):
-            raise InputError(f"found {value!r}, allowed: an integer, {allowed}", name)
+            raise InputError(f"found {value!r}, allowed: an integer, {self.allowed}", name)
         if not self.least <= int(value) <= self.most:
-            raise InputError(f"found {value}, allowed: {allowed}", name)
+            raise InputError(f"found {value}, allowed: {self.allowed}", name)
 
 
 @dataclass(frozen=True)

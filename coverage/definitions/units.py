@@ -6,6 +6,7 @@ the key ``tilt_deg``. The limits are those in files; Python's value is held to t
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -108,6 +109,22 @@ def Decimals(digits: int, **limits: float) -> FileUnit:
 def UnderKey(key: str, **limits: float) -> FileUnit:
     """Return the annotation of a number that files state in Python's unit, under another name."""
     return FileUnit(key, float, float, limits)
+
+
+_UNITS = {
+    "deg": (r", rad\b", ", degrees"),
+    "mm": (r", m\b", ", mm"),
+    "percent": (r"^[^;:]*", r"\g<0>, percent"),
+    "points": (r"^[^;:]*", r"\g<0>, percentage points"),
+}
+
+
+def text_in_file(key: str, text: str) -> str:
+    """Return a field's line of help with the unit in which files state it, which ``key`` names."""
+    for name, (python, file) in _UNITS.items():
+        if f"_{name}" in key and file.split()[-1] not in text:
+            text = re.sub(python, file, text)
+    return text
 
 
 INLINE = "in line"

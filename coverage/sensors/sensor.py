@@ -9,8 +9,9 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError
 
 from ..definitions.definition import Fault, definition, fields_of, refuse
+from ..definitions.errors import InFile
 from ..definitions.field_types import Metres
-from ..definitions.units import INLINE, Degrees, InFile, degrees
+from ..definitions.units import INLINE, Degrees, degrees
 from .boards import Board
 from .effective_range import Step, Use, model_of, steps
 from .sensor_model import Model
