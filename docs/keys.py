@@ -85,7 +85,11 @@ class KeyTables:
         kind of this name."""
         title, file = _title(kind), self.named[-1]
         keys = set(self.schemas[file]["$defs"][kind].get("properties", ()))
-        return title if keys <= self.kinds.setdefault(title, keys) else f"{title} of {file}"
+        names = [title, *(name for name in self.kinds if name.startswith(f"{title} of "))]
+        same = (name for name in names if keys <= self.kinds.get(name, keys))
+        name = next(same, f"{title} of {file}")
+        self.kinds.setdefault(name, keys)
+        return name
 
 
 def _kinds_in(inner: dict[str, Any]) -> list[str]:
