@@ -80,8 +80,9 @@ def _limits(hint: Any) -> str:
         ends = unit.limits | {k: getattr(p, k) for p in parts for k in _SIGNS if hasattr(p, k)}
         angle = unit.from_file is math.radians
         if ends:
-            texts = {k: f"{v:g}°" if angle else f"{unit.from_file(v):g}" for k, v in ends.items()}
-            return f" ({', '.join(f'{_SIGNS[key]} {text}' for key, text in texts.items())})"
+            values = {k: v if angle else unit.from_file(v) for k, v in ends.items()}
+            limits = (f"{_SIGNS[key]} {v:g}{'°' * angle}" for key, v in values.items())
+            return f" ({', '.join(limits)})".replace("e+0", "e")
     return next(filter(None, map(_limits, get_args(hint))), "")
 
 

@@ -69,7 +69,8 @@ class KeyTables:
         if several := value.get("anyOf") or value.get("oneOf"):
             return " or ".join(self._kind(one) for one in several if one.get("type") != "null")
         if "enum" in value or "const" in value:
-            return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
+            choices = value.get("enum", [value.get("const")])
+            return " or ".join(f"`{one}`" for one in choices).replace("``", '`""`')
         if value.get("type") == "array":
             least, most = value.get("minItems", 0), value.get("maxItems")
             inner = self._kind(value.get("items") or value.get("prefixItems", [{}])[0])
@@ -77,8 +78,8 @@ class KeyTables:
         if value.get("type") == "object":
             inner = value.get("additionalProperties")
             return f"by name: {self._kind(inner)}" if isinstance(inner, dict) else "table"
-        limits = [f"{sign} {value[bound]:g}" for bound, sign in _BOUNDS.items() if bound in value]
-        return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits])
+        limits = [f"{sign} {value[key]:g}" for key, sign in _BOUNDS.items() if key in value]
+        return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits]).replace("e+0", "e")
 
     def _name(self, kind: str) -> str:
         """Return the name of a kind of the current file, with the file if another has a different
