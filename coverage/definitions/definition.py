@@ -65,9 +65,15 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
     cls.__get_pydantic_json_schema__ = classmethod(partial(_with_help, keys))
     new: Any = dataclass(frozen=True, config=_CONFIG, kw_only=kw_only)(cls)
     construct = new.__init__
+    of_files = {key: name for name, key in keys.items() if key != name}
 
     @wraps(construct)
     def checked(self: Any, *args: Any, **given: Any) -> None:
+        for key in given.keys() & of_files.keys():
+            if units_in(new)[of_files[key]].to_file(0.5) != 0.5:
+                hint = f"(did you mean {of_files[key]}, in another unit?)"
+                line = f"found an unknown argument {hint}, allowed: {', '.join(fields_of(new))}"
+                raise InputError(line, f"{new.__name__}: {key}")
         values = {name: as_python(value) for name, value in given.items()}
         try:
             construct(self, *map(as_python, args), **values)

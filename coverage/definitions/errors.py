@@ -120,6 +120,8 @@ def shown(value: Any) -> str:
             return "a table"
         case list() | tuple():
             return f"a list of {len(value)}"
+        case _ if hasattr(value, "shape"):
+            return f"an array of shape {value.shape}"
         case _:
             return f"a {type(value).__name__}"
 
@@ -166,7 +168,8 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
         names: tuple[str, ...] = definition.__match_args__  # type: ignore[attr-defined]
         if loc[0] >= len(names):
             allowed = f"at most {len(names)} by position" if names else "only those by name"
-            return InputError(f"found {shown(fault['input'])}, allowed: {allowed}", "arguments")
+            line = f"found {shown(fault['input'])}, allowed: {allowed}"
+            return InputError(line, f"{definition.__name__}: arguments")
         loc = (names[loc[0]], *loc[1:])
     keys = {name: field.alias or name for name, field in fields.items()}
     own = {key: name for name, key in keys.items()}

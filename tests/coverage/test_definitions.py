@@ -185,6 +185,18 @@ def test_a_fault_is_an_input_error_however_the_class_was_built():
             assert list(inspect.signature(cls).parameters) == ["size"]
 
 
+def test_python_has_no_argument_by_the_key_of_files_in_another_unit():
+    """The value would be read in Python's unit."""
+    for key, name in (("turn_deg", "turn"), ("share_percent", "share")):
+        with pytest.raises(InputError, match=rf"Pad: {key}: .*did you mean {name}, in another"):
+            Pad(1.0, **{key: 0.5})
+
+
+def test_an_array_of_the_wrong_shape_is_shown_by_its_shape():
+    with pytest.raises(InputError, match=re.escape("found an array of shape (2, 2)")):
+        Pad(np.zeros((2, 2)))
+
+
 def test_more_arguments_than_fields_are_one_line():
-    with pytest.raises(InputError, match="arguments: found 9, allowed: at most 7 by position"):
+    with pytest.raises(InputError, match="Pad: arguments: found 9, allowed: at most 7 by position"):
         Pad(1.0, 0.0, (), None, (), (0.0, 0.0, 0.0), 1, 9)
