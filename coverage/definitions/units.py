@@ -66,7 +66,7 @@ def degrees(angle: float) -> float:
 
 def Key(key: str, **limits: float) -> FileUnit:
     """Return the annotation of a number that files state under another key, in the same unit."""
-    return FileUnit(key, lambda value: value, lambda value: value, limits)
+    return FileUnit(key, float, float, limits)
 
 
 def Degrees(
@@ -104,11 +104,6 @@ def Millimetres(key: str = "", digits: int = 6, **limits: float) -> FileUnit:
 def Decimals(digits: int, **limits: float) -> FileUnit:
     """Return the annotation of a number that files state with ``digits`` decimals; -0 as 0."""
     return FileUnit("", float, lambda value: round(float(value), digits) + 0.0, limits)
-
-
-def UnderKey(key: str, **limits: float) -> FileUnit:
-    """Return the annotation of a number that files state in Python's unit, under another name."""
-    return FileUnit(key, float, float, limits)
 
 
 _UNITS = {

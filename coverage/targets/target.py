@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 
 from ..definitions.definition import Fault, definition, fault, refuse
 from ..definitions.field_types import Text
-from ..definitions.units import UnderKey
+from ..definitions.units import Key
 from ..solids.base import Solid
 from ..weight_field import WeightField
 from .posed_robot import PosedRobot
@@ -44,7 +44,7 @@ class TargetTerms:
     carries, counts; ``"person"``: only what the scene's ``person`` can touch."""
     weight: Annotated[float, Field(ge=0, le=1e6)] = 1.0
     """Relative weight in the mean over the targets; 0: only its minimum coverage counts."""
-    at_least_percent: Annotated[float, UnderKey("at_least", ge=0, le=100)] = 0.0
+    at_least_percent: Annotated[float, Key("at_least", ge=0, le=100)] = 0.0
     """Minimum coverage that a search must keep, percent."""
 
 
