@@ -1,7 +1,7 @@
 """Changes to a mounted setup: the proposals of a redesign, its record and its files."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -198,14 +198,14 @@ class Improvement(Placement):
 
     def _verified(self, answers: Sequence[Answer]) -> list[list[Verified]]:
         """Return ζ of each answer for each goal; empty lists for the answers after Ctrl-C."""
-        goals, each = self.scene.core.targets, list[list[Verified]]()
+        core, records = self.scene.core, list[list[Verified]]()
         try:
             for answer in answers:
-                verified = [self.verifier.verify(answer.setup, goal.target) for goal in goals]
-                each.append([replace(one, setup=self._label(answer)) for one in verified])
+                counts = (self.verifier.verify(answer.setup, t.target) for t in core.targets)
+                records.append([count.in_scene(self._label(answer), core) for count in counts])
         except KeyboardInterrupt:
             pass
-        return each + [[]] * (len(answers) - len(each))
+        return records + [[]] * (len(answers) - len(records))
 
     def _step(self, answer: Answer, zeta: list[Verified]) -> StepModel:
         mounted, sensor = self.result.mounted, self.scene.sensor
