@@ -55,6 +55,7 @@ def test_improve_gives_what_the_command_prints(run, better):
     assert without(json.loads(out), "seconds") == without(ours, "seconds")
 
 
+@pytest.mark.slow  # compiles
 def test_counts_of_an_improvement_state_the_model_of_occlusion():
     record = pr.improve("n1_8_0", PAPER.replace(occlusion="shadow"), **BRIEF).record
     counts = [*record.zeta, *(zeta for step in record.steps for zeta in step.zeta)]
