@@ -387,7 +387,7 @@ def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path)
     (tmp_path / "scene.toml").write_text(scene_text(robot(0.4), "robot.toml"))
     housed = read_scene(tmp_path / "scene.toml")
     assert housed.ring_radius == radius
-    assert housed.limits["shaft"].radius > 0.15
+    assert housed.mounts["shaft"].radius > 0.15
     links = {segment.link for segment in FeasibleSet(housed, sensors=6, rings=1).segments}
     assert "shaft" not in links
     assert "fore" in links
