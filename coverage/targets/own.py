@@ -39,8 +39,23 @@ _Corners = Triple[Annotated[int, Field(ge=0)]]
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 
 
+class _Placed:
+    """Part of targets with a frame of their own, which ``centre`` and ``rpy_deg`` place."""
+
+    centre: tuple[float, float, float]
+    rpy_deg: tuple[float, float, float]
+
+    @property
+    def _frame(self) -> Float[np.ndarray, "4 4"]:
+        """Pose of its frame in the base frame."""
+        return transform(self.centre, np.radians(self.rpy_deg))
+
+    def _turned(self) -> dict[str, Any]:
+        return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
+
+
 @definition
-class Box(Target):
+class Box(_Placed, Target):
     """A box.
 
     Example:
@@ -59,20 +74,17 @@ class Box(Target):
     """Rotations about the fixed x, then y, then z axis of the base frame, degrees."""
 
     def solid(self, place: PosedRobot) -> Solid:
-        turn = transform(self.centre, np.radians(self.rpy_deg))[:3, :3]
+        turn = self._frame[:3, :3]
         half = np.abs(turn) @ np.array(self.size) / 2
         corners = np.array(self.centre) + np.array([[-1.0], [1.0]]) * half
         return polyhedra((box(self.centre, self.size, turn),), corners)
-
-    def _turned(self) -> dict[str, Any]:
-        return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
 
     def described(self) -> str:
         return f"a box of {' by '.join(f'{side:g}' for side in self.size)} m"
 
 
 @definition
-class Cylinder(Target):
+class Cylinder(_Placed, Target):
     """A cylinder with flat ends about the z axis of its own frame.
 
     Example:
@@ -93,19 +105,16 @@ class Cylinder(Target):
     """Rotations about the fixed x, then y, then z axis of the base frame, degrees."""
 
     def solid(self, place: PosedRobot) -> Solid:
-        axis = transform(self.centre, np.radians(self.rpy_deg))[:3, 2]
+        axis = self._frame[:3, 2]
         radius, half = np.array([self.radius]), np.array([self.height / 2])
         return Cylinders(np.array([self.centre]), axis[None], radius, half)
-
-    def _turned(self) -> dict[str, Any]:
-        return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
 
     def described(self) -> str:
         return f"a cylinder of radius {self.radius:g} m and height {self.height:g} m"
 
 
 @definition
-class Cone(Target):
+class Cone(_Placed, Target):
     """A cone, or a frustum of one, with flat ends about the z axis of its own frame.
 
     It is the cone through both ends, cut at the narrow one by a plane: the maximum of two
@@ -137,16 +146,13 @@ class Cone(Target):
         if wide - narrow < 1e-6:
             return around
         sign = 1.0 if self.top_radius > self.radius else -1.0
-        axis = sign * transform(self.centre, np.radians(self.rpy_deg))[:3, 2]
+        axis = sign * self._frame[:3, 2]
         length = self.height * wide / (wide - narrow)
         apex = np.array(self.centre) + (self.height / 2 - length) * axis
         angle = np.array([math.atan2(wide, length)])
         whole = Cones(apex[None], axis[None], angle, np.array([length]))
         end = _behind(-axis, self.centre - self.height / 2 * axis)
         return within(Intersection(whole, end), around.bounds())
-
-    def _turned(self) -> dict[str, Any]:
-        return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
 
     def described(self) -> str:
         radii = f"{self.radius:g} and {self.top_radius:g} m"
