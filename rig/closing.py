@@ -1,14 +1,15 @@
 """Things that end with a ``with``."""
 
+from abc import ABC, abstractmethod
 from typing import Self
 
 
-class Closing:
+class Closing(ABC):
     """Is closed at the end of a ``with``, whatever ends it."""
 
+    @abstractmethod
     def close(self) -> None:
         """End it, and wait until it has ended."""
-        raise NotImplementedError
 
     def __enter__(self) -> Self:
         return self
