@@ -8,7 +8,7 @@ limits, and its unit in files where that differs; the docstring under it is its 
     class Box:
         size: Point
         \"\"\"Sides along its own axes, m.\"\"\"
-        turn: Annotated[float, Degrees(-360, 360, key="turn_deg")] = 0.0
+        turn: Annotated[float, Degrees("turn_deg", ge=-360, le=360)] = 0.0
         \"\"\"Rotation about z, rad.\"\"\"
 
 A file may also state a value through others: ``_of_table`` turns the keys that a file states into
@@ -70,7 +70,7 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
     @wraps(construct)
     def checked(self: Any, *args: Any, **given: Any) -> None:
         for key in given.keys() & of_files.keys():
-            if units_in(new)[of_files[key]].to_file(0.5) != 0.5:
+            if units_in(new)[of_files[key]].converts:
                 hint = f"(did you mean {of_files[key]}, in another unit?)"
                 line = f"found an unknown argument {hint}, allowed: {', '.join(fields_of(new))}"
                 raise InputError(line, f"{new.__name__}: {key}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from .errors import InputError
+from .errors import InputError, shown
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,10 @@ class Number:
         """Raise InputError for anything but a number within the limits."""
         if isinstance(value, bool) or not isinstance(value, Real):
             raise InputError(f"found {value!r}, allowed: {self.allowed}", name)
-        number = float(value)
+        try:
+            number = float(value)
+        except OverflowError:  # an integer beyond all floats
+            raise InputError(f"found {shown(value)}, allowed: {self.allowed}", name) from None
         if not (self.gt < number < self.lt and self.ge <= number <= self.le):
             raise InputError(f"found {number:g}, allowed: {self.allowed}", name)
 

@@ -31,6 +31,11 @@ class FileUnit:
     limits: dict[str, float]
     """Limits in files: ``gt``, ``ge``, ``lt``, ``le``."""
 
+    @property
+    def converts(self) -> bool:
+        """Whether files have another unit than Python, not only another key."""
+        return self.to_file(0.5) != 0.5
+
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         def read(value: Any, checked: Any) -> Any:
             if isinstance(value, InFile):

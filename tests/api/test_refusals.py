@@ -72,3 +72,9 @@ def test_former_attributes_of_a_record_in_percent_lead_to_its_keys():
     with pytest.raises(AttributeError, match="width_percent"):
         _ = record.width_percent
     assert copy.deepcopy(record) == record
+
+
+@pytest.mark.parametrize("name", ["voxel", "width", "memory"])
+def test_an_integer_beyond_all_floats_is_refused_by_its_option(name):
+    with pytest.raises(InputError, match=f"^{name}: "):
+        pr.verify("n1_8_0", rule="certified", **{name: 10**400})
