@@ -9,9 +9,9 @@ from ._arguments import whole
 from ._errors import InputError, input_errors, new_files
 from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
+from .coverage.definitions.errors import shown
 from .coverage.electronics.controllers import CONTROLLERS
 from .coverage.electronics.electronics import Bus, Electronics
-from .formats.errors import shown
 from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
 from .objectives.scene import CoreScene

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from ._errors import InputError
 from .coverage.angles import radians_hint
-from .formats.errors import explain, key_path
+from .coverage.definitions.errors import explain, key_path
 from .formats.schema.base_model import StrictModel
 from .formats.schema.mapping import MappedModel, domain_field
 

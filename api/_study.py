@@ -15,9 +15,9 @@ from ._arguments import number, renamed, whole
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from ._validation import check_scene, check_search_sight
+from .coverage.definitions.errors import UserError
 from .coverage.targets.named import Shell
 from .coverage.targets.target import Target
-from .formats.errors import UserError
 from .formats.layouts.layout import PublishedLayout
 from .formats.optional_dependencies import require
 from .formats.writing import output_files, write_text

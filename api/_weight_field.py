@@ -8,8 +8,8 @@ import numpy as np
 
 from ._arguments import three
 from ._errors import InputError, input_errors
+from .coverage.definitions.errors import UserError
 from .coverage.weight_field import WeightField
-from .formats.errors import UserError
 
 
 def weight_field(

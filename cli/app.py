@@ -11,7 +11,7 @@ from pkgutil import iter_modules
 from cyclopts import App, CycloptsError, Parameter
 from place_rings._errors import InputError
 
-from ..formats.errors import UserError
+from ..coverage.definitions.errors import UserError
 from ..reporting.terminal import Terminal, say
 from . import commands
 from .commands.place import place

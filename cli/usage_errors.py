@@ -16,7 +16,7 @@ from cyclopts import (
     ValidationError,
 )
 
-from ..formats.errors import shown
+from ..coverage.definitions.errors import shown
 
 _KINDS = {int: "an integer", float: "a number"}
 _LIMITS = {">=": "at least", "<=": "at most", ">": "above", "<": "below"}

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from .errors import UserError, explain, shown
+from ..coverage.definitions.errors import UserError, explain, shown
 
 Row = TypeVar("Row", bound=BaseModel)
 

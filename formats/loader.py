@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
+from ..coverage.definitions.errors import UserError, explain, shown
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.base_frame import must_turn
 from ..coverage.robots.built_in import UR10
@@ -15,7 +16,6 @@ from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import CoreScene
-from .errors import UserError, explain, shown
 from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record

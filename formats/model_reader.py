@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..coverage.definitions.definition import adapter
+from ..coverage.definitions.errors import UserError, explain, shown
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor_model import Model
-from .errors import UserError, explain, shown
 from .schema.calibration_models import CalibrationModel
 from .schema.proposal_models import ProposalFile
 from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of

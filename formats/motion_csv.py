@@ -9,10 +9,10 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.definitions.errors import UserError, shown
+from ..coverage.definitions.field_types import FARTHEST
 from ..coverage.robots.robot import Robot
 from ..objectives.trajectory import MotionRecord
-from .errors import UserError, shown
-from .schema.field_types import FARTHEST
 
 TIMES = ("t", "time", "time_s", "timestamp")
 MOST_ROWS = 5_000_000

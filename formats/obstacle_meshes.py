@@ -7,16 +7,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..coverage.definitions.errors import UserError, shown
+from ..coverage.definitions.field_types import FARTHEST, LONGEST_NAME
 from ..coverage.robots.attached import Attached
 from ..coverage.solids.polyhedra import MOST_FACES, hull
 from ..objectives.scene import CoreScene, Obstacle
 from ..objectives.turned_cell import turned_attached, turned_obstacle
-from .errors import UserError, shown
 from .mesh_readers.mesh_numbers import MeshError
 from .mesh_readers.scene_mesh import read_scene_mesh
 from .schema.attached_models import AttachedModel
 from .schema.convex_models import ConvexModel
-from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
 from .stand_ins import refuse_stand_in
 

@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from .errors import UserError
+from ..coverage.definitions.errors import UserError
 
 _WHERE = {"rig": " on Python 3.11 or 3.12"}  # restrictions of an extra
 

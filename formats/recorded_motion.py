@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.definitions.errors import UserError
 from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
 from ..objectives.scene import CoreScene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
-from .errors import UserError
 from .motion_csv import MotionReader
 from .schema.field_types import MOST_DEG_S
 

@@ -3,7 +3,7 @@ sides of a merge conflict."""
 
 import re
 
-from .errors import UserError
+from ..coverage.definitions.errors import UserError
 
 _START = 4096  # bytes in which a page or a pointer states what it is
 _HTML = re.compile(

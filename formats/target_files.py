@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..coverage.definitions.definition import adapter
+from ..coverage.definitions.errors import InputError, UserError, explain
 from ..coverage.robots.kinematics import transform
 from ..coverage.targets.own import MeshFile
 from ..coverage.weight_field import WeightTable
-from .errors import InputError, UserError, explain
 from .target_meshes import closed_mesh
 from .weight_grids import weight_rows
 

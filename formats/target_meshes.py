@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..coverage.definitions.errors import InputError, UserError, shown
+from ..coverage.definitions.field_types import FARTHEST
 from ..coverage.targets.own import MOST_FACES, Mesh
-from .errors import InputError, UserError, shown
 from .obstacle_meshes import mesh_in
-from .schema.field_types import FARTHEST
 
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 

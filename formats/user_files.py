@@ -4,7 +4,7 @@ import errno
 import os
 from pathlib import Path
 
-from .errors import UserError, unusable
+from ..coverage.definitions.errors import UserError, unusable
 from .stand_ins import refuse_stand_in
 
 _LARGEST = 16 * 2**20  # bytes, largest file that is read

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.definitions.errors import UserError, unusable
 from ..coverage.weight_field import MOST_CELLS
-from .errors import UserError, unusable
 
 KINDS = (".csv", ".npy", ".npz")
 _LARGEST = 16 * 2**20  # bytes of an array in an archive

@@ -14,8 +14,8 @@ from typing import Any
 import tomli_w
 
 from ..coverage.definitions.definition import adapter
+from ..coverage.definitions.errors import UserError
 from ..coverage.definitions.escaping import printable
-from .errors import UserError
 
 try:
     import fcntl

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ..formats.errors import UserError
+from ..coverage.definitions.errors import UserError
 from ..formats.writing import write_bytes
 
 _BROWSERS = (

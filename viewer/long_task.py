@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from ..formats.errors import UserError
+from ..coverage.definitions.errors import UserError
 from . import html as words
 from .control_values import set_value
 from .controls import Controls

@@ -12,8 +12,8 @@ from typing import Any
 
 import viser
 
+from ..coverage.definitions.errors import UserError
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
-from ..formats.errors import UserError
 from .browser_page import BrowserPage
 from .camera import START, VIEWS, FittedCamera
 from .closing import closing

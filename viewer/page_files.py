@@ -6,8 +6,8 @@ from pathlib import Path
 
 import viser
 
+from ..coverage.definitions.errors import UserError
 from ..coverage.rings.ring import Setup
-from ..formats.errors import UserError
 from ..formats.writing import output_files, write_bytes
 from ..objectives.feasibility.mounting import Fault
 from ..objectives.scene import CoreScene

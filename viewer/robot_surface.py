@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.definitions.errors import UserError, shown
 from ..coverage.robots.kinematics import Chain, forward
 from ..coverage.robots.robot import BASE, Robot
-from ..formats.errors import UserError, shown
 from ..formats.robots.description import read_description
 from ..formats.robots.urdf_matching import chain_between
 from ..formats.robots.urdf_options import UrdfOptions

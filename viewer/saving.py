@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..coverage.definitions.errors import UserError, shown
 from ..coverage.definitions.escaping import printable
 from ..coverage.rings.ring import Setup
-from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import output_files, to_toml, write_text
 from ..objectives.feasibility.mounting import Fault

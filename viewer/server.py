@@ -13,7 +13,7 @@ from functools import partial
 
 import viser
 
-from ..formats.errors import UserError, shown
+from ..coverage.definitions.errors import UserError, shown
 from .camera import FOV
 from .closing import closing
 from .connection_guard import ConnectionGuard, guarding

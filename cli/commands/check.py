@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from ...rig.check.options import CheckOptions, FileOptions, RigOptions
 from ..options.common import CalibrationOption, Json, Radius, SceneFileOption, Targets
 from ..options.panels import RIG_FILES

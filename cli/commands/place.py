@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from ...placement.search.options import SearchOptions
 from ..options.common import Floors, Json
 from ..options.groups import (

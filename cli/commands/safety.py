@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from ...simulation.safety_options import SafetyOptions
 from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions

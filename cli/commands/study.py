@@ -126,7 +126,7 @@ def study(
     """
     from place_rings._study import StudyOptions, check_study, read_layouts, study_command
 
-    from ...formats.errors import UserError
+    from ...coverage.definitions.errors import UserError
     from ...formats.loader import read_scene
     from ...objectives.scene import CoreScene
     from ..options.scenes import in_paper

@@ -34,8 +34,8 @@ def task(
 
     ``place-rings --help`` explains the terms.
     """
+    from ...coverage.definitions.errors import UserError, shown
     from ...coverage.robots.built_in import PAPER_ROBOTS
-    from ...formats.errors import UserError, shown
     from ...objectives.scene import CoreScene
     from ..options.scenes import resolve_scene
     from ..runs.task import task as run

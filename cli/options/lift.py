@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
-from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...reporting.lines.scene import lift_lines
 from ...reporting.terminal import Terminal

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from ...formats.errors import UserError, shown
+from ...coverage.definitions.errors import UserError, shown
 from .panels import READING
 
 if TYPE_CHECKING:  # imported when the options are resolved

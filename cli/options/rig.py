@@ -5,8 +5,8 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.rings.ring import Setup
-from ...formats.errors import UserError, shown
 from ...formats.optional_dependencies import require
 from ...rig.check.options import CheckOptions, FileOptions, RigOptions
 from ...rig.check.planned_check import ring_names

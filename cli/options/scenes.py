@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError
 from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.model_reader import read_calibration
 from ...formats.recorded_motion import with_record

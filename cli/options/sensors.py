@@ -4,10 +4,10 @@ from pathlib import Path
 
 from place_rings._catalogue import sensors
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.sensors.catalogue import MODELS
 from ...coverage.sensors.effective_range import Use, size_of
 from ...coverage.sensors.sensor import Sensor, effective
-from ...formats.errors import UserError
 from ...formats.model_reader import read_sensor
 
 

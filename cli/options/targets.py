@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.robot import Robot
 from ...coverage.targets.named import Shell, named_target
 from ...coverage.targets.target import WITH_RADIUS, Target
-from ...formats.errors import UserError, shown
 from ...formats.loader import read_target
 from ...objectives.scene import CoreScene
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
-from ...formats.errors import UserError
 from ...formats.writing import made_folder
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
-from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.before_move import HEADING, before_move

@@ -8,11 +8,11 @@ import numpy as np
 import tomli_w
 
 from ...coverage.choices import Surface
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.definitions.escaping import printable
 from ...coverage.robots.built_in import ROBOTS
 from ...coverage.robots.joint_values import from_file_units, in_file_units, joint_keys
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError, shown
 from ...formats.robots.left_over_xacro import EXPAND
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.robot_models import RobotFile

@@ -3,7 +3,7 @@ publishes them, and its launch file."""
 
 from collections.abc import Iterable
 
-from ..errors import unusable
+from ...coverage.definitions.errors import unusable
 from ..robots.urdf_matching import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from ..sensors.sensor_poses import place, quaternion

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import unusable
+from ...coverage.definitions.field_types import FARTHEST
 from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron, box_of
-from ..errors import unusable
 from ..robots.urdf import LARGEST
 from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
-from ..schema.field_types import FARTHEST
 from ..sensors.sensor_frames import looking_along
 from .markup import add_inertial, ball_of, document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup

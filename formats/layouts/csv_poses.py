@@ -2,10 +2,10 @@
 
 from pydantic import ValidationError
 
+from ...coverage.definitions.errors import UserError, explain
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.sensors.sensor import Sensor
 from ..csv_rows import csv_rows
-from ..errors import UserError, explain
 from ..schema.layout_models import LayoutModel, LayoutRow, OrientedLayoutRow
 from ..toml_text import toml_keys
 

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 
 from ...coverage.choices import Along
+from ...coverage.definitions.errors import UserError, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
@@ -17,7 +18,6 @@ from ...coverage.robots.robot import Robot
 from ...objectives.named_layouts import layout_in
 from ...objectives.poses import Pose
 from ...objectives.scene import CoreScene
-from ..errors import UserError, unusable
 from ..loader import read_robot
 from ..model_reader import read_model
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.choices import Along
+from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..errors import UserError, shown, unusable
 from ..robots.xml_text import bounded_bytes
 from ..schema.layout_models import LayoutMatModel
 from ..schema.mounted_sensor_models import links_text

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from ..errors import shown
+from ...coverage.definitions.errors import shown
 from .mesh_numbers import (
     AGAIN,
     MOST_PARTS,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..errors import shown
+from ...coverage.definitions.errors import shown
 
 MOST_TRIANGLES = 1_000_000  # of a file
 MOST_CORNERS = 10_000  # of a polygon

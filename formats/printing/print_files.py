@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Float
 from manifold3d import Manifold
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import CoreScene
-from ..errors import UserError
 from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
 from .blocks import thread

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.built_in import calibrated_chain
 from ...coverage.robots.calibration import DhTable, dh_table
 from ...coverage.robots.kinematics import transform
 from ...coverage.robots.robot import Robot
-from ..errors import UserError, shown
 
 _DELTAS = ("delta_theta", "delta_a", "delta_d", "delta_alpha")
 _LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")

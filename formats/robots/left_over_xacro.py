@@ -5,7 +5,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
-from ..errors import UserError, shown, unusable
+from ...coverage.definitions.errors import UserError, shown, unusable
 
 EXPAND = "expand it with xacro, or with xacrodoc where ROS is not installed"
 _DEFINITIONS = ("property", "arg", "macro")

@@ -11,7 +11,7 @@ import trimesh
 from jaxtyping import Float
 
 from ...coverage.choices import Surface
-from ..errors import shown
+from ...coverage.definitions.errors import shown
 from ..mesh_readers.collada import read_collada
 from ..mesh_readers.gltf import read_gltf
 from ..mesh_readers.mesh_numbers import MOST_TRIANGLES, MeshError, placed

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.kinematics import transform
-from ..errors import UserError, shown
 from ..optional_dependencies import require
 from .mjcf_text import MjcfText, read_text, written
 from .urdf_model import MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape, rotation

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UserError, shown
+from ...coverage.definitions.errors import UserError, shown
 from .urdf import LARGEST
 from .xml_text import bounded_bytes, plain_xml
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
-from ..errors import UserError, shown, unusable
+from ...coverage.definitions.errors import UserError, shown, unusable
 from .mesh_addresses import above_equal, is_absolute, package_in, parsed
 from .xml_text import bounded_bytes, plain_xml
 

@@ -10,10 +10,10 @@ from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError
 
 from ...coverage.choices import Surface
+from ...coverage.definitions.errors import shown
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import Body, Robot
 from ...coverage.solids.capsules import Capsules
-from ..errors import shown
 from .capsule_fit import fit_capsules, union_volume
 from .default_pose import reach_and_pose
 from .meshes import Meshes

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.robots.kinematics import transform
-from ..errors import UserError, shown, unusable
 from .left_over_xacro import unused_definitions
 from .urdf_model import JOINT_KINDS, MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
 from .xml_text import bounded_bytes, plain_xml, some

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ..errors import UserError, shown, unusable
+from ...coverage.definitions.errors import UserError, shown, unusable
 from .urdf_arms import ArmEnd, arms
 from .urdf_folding import MOST_JOINTS, Picked, fold_chain, foreign_joints, hold_options
 from .urdf_model import Urdf

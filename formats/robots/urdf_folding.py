@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.kinematics import Chain, Mimic
 from ...coverage.robots.robot import BASE, HeldJoint
-from ..errors import UserError, shown
 from .urdf_arms import ArmEnd
 from .urdf_model import Joint, Urdf, UrdfLink
 from .urdf_tree import LinkTree

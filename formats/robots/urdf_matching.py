@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.robots.robot import Robot
-from ..errors import UserError, shown, unusable
 from .urdf_chain import pick_chain
 from .urdf_folding import Picked
 from .urdf_model import Urdf

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..errors import UserError, shown, unusable
+from ...coverage.definitions.errors import UserError, shown, unusable
 from .urdf_model import Joint, Urdf
 from .xml_text import some
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.parsers import expat
 
-from ..errors import UserError
+from ...coverage.definitions.errors import UserError
 from ..stand_ins import refuse_stand_in
 from ..user_files import read_bytes
 

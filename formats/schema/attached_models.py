@@ -6,12 +6,12 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, fault
+from ...coverage.definitions.field_types import LONGEST_NAME
 from ...coverage.robots.attached import Attached
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
-from .base_model import Fault, fault
 from .convex_models import ConvexModel, SolidPoint
-from .field_types import LONGEST_NAME
 
 _CAPSULE = ("start", "end", "radius")
 

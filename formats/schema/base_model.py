@@ -1,13 +1,8 @@
-"""Base model of all files: unknown keys and type conversions are rejected, and errors state the
-allowed values."""
+"""Base model of all files: unknown keys and type conversions are rejected."""
 
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict
-
-from ...coverage.definitions.definition import Fault, fault, refuse
-
-__all__ = ["Fault", "StrictModel", "fault", "refuse"]
 
 
 class StrictModel(BaseModel):

@@ -7,9 +7,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field
 
+from ...coverage.definitions.definition import Fault
 from ...coverage.robots.calibration import frames_differ
 from ...coverage.robots.robot import Robot
-from .base_model import Fault, StrictModel
+from .base_model import StrictModel
 from .chain_models import TcpModel, place_of, written_place
 
 

@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.field_types import Coordinate
 from ...coverage.robots.joint_values import from_file_units
 from ...coverage.robots.kinematics import Chain, Mimic, rpy_of, transform
 from ...coverage.robots.robot import HeldJoint, Robot
-from .base_model import Fault, StrictModel, refuse
-from .field_types import Angles, Coordinate, JointAngle, Name, Point
+from .base_model import StrictModel
+from .field_types import Angles, JointAngle, Name, Point
 from .mapping import Of, decimals, rounded_degrees
 
 UnitVector = Annotated[

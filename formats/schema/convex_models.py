@@ -7,10 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import fault
+from ...coverage.definitions.field_types import FARTHEST, LONGEST_NAME, Metres
 from ...coverage.robots.kinematics import transform
 from ...coverage.solids.polyhedra import MOST_FACES, Polyhedron, box, hull
-from .base_model import StrictModel, fault
-from .field_types import FARTHEST, LONGEST_NAME, THREE, Angles, Metres
+from .base_model import StrictModel
+from .field_types import THREE, Angles
 
 # rounded corners may split the faces of a mesh that has MOST_FACES
 _MOST_FACES = 2 * MOST_FACES

@@ -4,14 +4,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from .base_model import fault
+from ...coverage.definitions.definition import fault
+from ...coverage.definitions.field_types import Coordinate
 
 MOST_DEG_S = 3600  # degrees per second, largest joint speed
-FARTHEST = 100.0  # m, largest distance from the base
-LONGEST_NAME = 100  # characters in an obstacle's name
 
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
-Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
 RingRadius = Annotated[float, Field(gt=0, le=1, description="radius of a ring, m")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percentage")]
 Tilt = Annotated[
@@ -30,7 +28,6 @@ def ascending(pair: list[Any]) -> list[Any]:
 
 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
-Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]
 Angle = Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]
 JointAngle = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
 THREE = Field(min_length=3, max_length=3)

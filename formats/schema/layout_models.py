@@ -8,8 +8,9 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import refuse
 from ...coverage.sensors.sensor import Sensor
-from .base_model import StrictModel, refuse
+from .base_model import StrictModel
 from .field_types import JointAngle
 from .mounted_sensor_models import MountedSensorModel
 from .ring_models import RingModel

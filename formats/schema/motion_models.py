@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.field_types import FARTHEST
 from ...coverage.definitions.units import degrees
 from ...coverage.robots.joint_values import (
     contradicted,
@@ -20,8 +22,7 @@ from ...coverage.robots.joint_values import (
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import Robot
 from ...objectives.poses import Pose
-from .base_model import Fault, refuse
-from .field_types import FARTHEST, MOST_DEG_S, Weight
+from .field_types import MOST_DEG_S, Weight
 from .mapping import MappedModel
 
 _Turns = Annotated[

@@ -5,11 +5,12 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.field_types import FARTHEST, LONGEST_NAME
 from ...coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from .base_model import Fault, refuse
-from .field_types import FARTHEST, LONGEST_NAME, THREE, Point
+from .field_types import THREE, Point
 from .mapping import MappedModel, Of, rounded_millimetres
 
 _Way = Annotated[

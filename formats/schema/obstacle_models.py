@@ -4,10 +4,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from ...coverage.definitions.field_types import FARTHEST
 from ...coverage.solids.polyhedra import Polyhedron, half_space
 from ...objectives.scene import Obstacle
 from .convex_models import ConvexModel
-from .field_types import FARTHEST
 
 
 class ObstacleModel(ConvexModel):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import refuse
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
@@ -15,7 +16,7 @@ from ...objectives.scene import CoreScene
 from ...objectives.turned_cell import turned_single
 from ...objectives.verified import Verified
 from ...placement.search.progress import StageResult
-from .base_model import StrictModel, refuse
+from .base_model import StrictModel
 from .field_types import Percent
 from .gap_models import GapModel
 from .motion_models import PoseModel

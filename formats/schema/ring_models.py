@@ -5,11 +5,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from ...coverage.definitions.field_types import Metres
 from ...coverage.rings.ring import RING_RADIUS, SERIAL, Ring, Setup
 from ...coverage.rings.rounding import DIGITS_POSITION, phase_deg, tilt_deg
 from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
-from .field_types import Metres, Position, RingRadius, Tilt
+from .field_types import Position, RingRadius, Tilt
 from .mapping import MappedModel, Of, Unit, decimals
 
 _TILT = Of("tilt", Unit(math.radians, tilt_deg))

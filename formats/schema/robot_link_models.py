@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, refuse
 from ...coverage.robots.robot import Body, Mount
 from ...coverage.solids.capsules import Capsules
-from .base_model import Fault, refuse
 from .chain_models import LENGTH, TOLERANCE, VECTOR, UnitVector, is_unit
 from .field_types import Name, Point
 from .mapping import MappedModel

@@ -8,11 +8,12 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.field_types import FARTHEST
 from ...coverage.robots.built_in import ROBOTS, built_in
 from ...coverage.robots.joint_values import in_file_units, joint_keys, misnamed, named, ordered
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import BASE, Robot
-from .base_model import Fault, refuse
 from .chain_models import (
     ANGLES,
     LENGTH,
@@ -26,7 +27,7 @@ from .chain_models import (
     limits_of,
     written_place,
 )
-from .field_types import FARTHEST, JointAngle, Name
+from .field_types import JointAngle, Name
 from .mapping import MappedModel
 from .robot_link_models import BodyModel, MountAxisModel, mount_faults
 from .versions import VersionedFile

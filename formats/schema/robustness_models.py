@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field
 
+from ...coverage.definitions.field_types import Metres
 from ...coverage.definitions.units import degrees
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
@@ -13,7 +14,7 @@ from ...objectives.criterion import Criterion
 from ...objectives.redundancy import Loss, Redundancy
 from ...objectives.tolerance import Tolerance
 from .base_model import StrictModel
-from .field_types import Metres, Percent
+from .field_types import Percent
 from .mapping import COVERAGE, DEGREES, MappedModel, Of, rounded_millimetres
 
 

@@ -15,6 +15,8 @@ from pydantic import (
     model_validator,
 )
 
+from ...coverage.definitions.definition import Fault, fault, refuse
+from ...coverage.definitions.errors import IN_LINE, NAMED, UserError
 from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.person_reach import Person
@@ -36,9 +38,7 @@ from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
-from ..errors import IN_LINE, NAMED, UserError
 from .attached_models import AttachedModel, attached_to
-from .base_model import Fault, fault, refuse
 from .calibration_models import CalibrationModel
 from .field_types import RingRadius
 from .mapping import MappedModel

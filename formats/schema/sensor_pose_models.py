@@ -6,8 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import refuse
 from ...coverage.sensors.sensor import Sensor
-from .base_model import StrictModel, refuse
+from .base_model import StrictModel
 from .field_types import JointAngle, Name, Point
 from .versions import VersionedFile
 

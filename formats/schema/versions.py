@@ -12,8 +12,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import core_schema
 
+from ...coverage.definitions.definition import refuse
 from ...coverage.sensors.effective_range import OwnModel
-from .base_model import StrictModel, refuse
+from .base_model import StrictModel
 
 FILE_VERSION = 2
 """Version of the files that are written."""

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import up_of
@@ -20,7 +21,6 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import CoreScene
-from ..errors import UserError
 from .sensor_frames import SensorFrame
 from .single_fit import single_at, single_on_link
 

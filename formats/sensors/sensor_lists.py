@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import any_square, sensor_cones
 from ...coverage.robots.kinematics import forward
@@ -17,7 +18,6 @@ from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import CoreScene
 from ..csv_rows import csv_rows
-from ..errors import UserError
 from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .ring_fit import SensorAtPose, fitted_setup
 

@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
 
+from ...coverage.definitions.errors import UserError, explain, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import BASE, Robot
 from ...objectives.scene import CoreScene
-from ..errors import UserError, explain, unusable
 from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_pose_models import (
     RingPosesModel,

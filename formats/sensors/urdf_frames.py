@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.choices import SENSOR_FRAMES, Along
+from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import CoreScene
-from ..errors import UserError, shown, unusable
 from ..robots.urdf_matching import find_robot
 from ..robots.urdf_model import Urdf
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.robots.calibration import dh_table
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError
 from ...formats.robots.calibration_files import calibrated_by
 from ...objectives.scene import CoreScene
 from ..robot.dashboard import ModelUnreadError, read_model

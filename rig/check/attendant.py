@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager
 
 from rich.table import Table
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
-from ...formats.errors import UserError
 from ...objectives.scene import CoreScene
 from ...reporting.terminal import Terminal, say
 from ..poses.itinerary import Itinerary

@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ...formats.schema.base_model import StrictModel, refuse
+from ...coverage.definitions.definition import refuse
+from ...formats.schema.base_model import StrictModel
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.robot_models import robot_of

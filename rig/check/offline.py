@@ -5,10 +5,10 @@ from importlib.metadata import version
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.robots.joint_values import angles_apart
-from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import CoreScene
 from ..mount.stop_plan import FRAMES, MountPlan

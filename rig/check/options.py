@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ...formats.errors import UserError, shown
+from ...coverage.definitions.errors import UserError, shown
 from ...reporting.options import WHOLE
 
 if TYPE_CHECKING:  # imported when a rod is made

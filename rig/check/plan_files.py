@@ -9,10 +9,12 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from ...coverage.definitions.definition import refuse
+from ...coverage.definitions.field_types import LONGEST_NAME, Metres
 from ...coverage.targets.named import named_target
 from ...coverage.targets.target import named_kinds
-from ...formats.schema.base_model import StrictModel, refuse
-from ...formats.schema.field_types import LONGEST_NAME, Metres, Percent
+from ...formats.schema.base_model import StrictModel
+from ...formats.schema.field_types import Percent
 from ...formats.schema.versions import VersionedFile
 from ...formats.writing import to_toml, write_text
 from ...objectives.scene import CoreScene

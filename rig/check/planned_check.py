@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from ...coverage.definitions.errors import explain
 from ...coverage.rings.ring import Setup
-from ...formats.errors import explain
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import CoreScene
 from ..rings.line_monitor import Port

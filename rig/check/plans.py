@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.targets.target import Target
-from ...formats.errors import UserError
 from ...formats.model_reader import read_model
 from ...formats.writing import output_files
 from ...objectives.scene import CoreScene

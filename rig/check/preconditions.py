@@ -4,9 +4,9 @@ robot.
 
 from collections.abc import Sequence
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError
 from ...objectives.motion_limits import Motion
 from ...objectives.scene import CoreScene
 from ..poses.clear import sunk

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from ..poses.itinerary import Itinerary
 from ..poses.routes import SLACK, Clearance
 from ..robot.motion import MoveRefusedError

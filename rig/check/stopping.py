@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
-from ...formats.errors import UserError
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.scene import CoreScene

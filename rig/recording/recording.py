@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from ..closing import Closing
 from .records import DamagedError, Kind, Record, RecordReader
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...formats.errors import shown
+from ...coverage.definitions.errors import shown
 from .line_grammar import GRAMMARS, LineReadings
 from .protocol import Arrivals, Counts, Frame, measured
 from .status import Status

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from ...formats.errors import UserError, shown
+from ...coverage.definitions.errors import UserError, shown
 from ...formats.optional_dependencies import require
 from .messages import Message, checked_time, refuse
 from .ros_messages import DECODERS, TEXT, BadMessageError

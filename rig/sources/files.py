@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...coverage.definitions.errors import shown
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
-from ...formats.errors import shown
 from ..robot.vetting import GAP
 from ..session.gathering import Gathered
 from .bags import Bag, is_bag

@@ -5,8 +5,8 @@ from array import array
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.definitions.errors import shown
 from ...coverage.robots.robot import Robot
-from ...formats.errors import shown
 from ..robot.state import TURN, State
 from ..robot.vetting import GAP
 from .joint_glitches import JUMP, JointSteps, glitches

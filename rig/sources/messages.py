@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float, Integer
 
-from ...formats.errors import UserError, shown
+from ...coverage.definitions.errors import UserError, shown
 from ..rings.protocol import MOST_MM, Status
 
 FARTHEST = MOST_MM / 1000  # m, of a distance

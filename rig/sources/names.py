@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError, shown
 
 STEPS = "/place_rings/step"
 _PAIR = re.compile(r"(?P<name>[^=]{1,200})=(?P<source>.{1,500})")

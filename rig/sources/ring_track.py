@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...formats.errors import shown
+from ...coverage.definitions.errors import shown
 from ..rings.line_monitor import SILENT, Event, Happened
 from ..rings.protocol import ABSENT, Counts, Frame
 from ..rings.zones import Zones

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
+from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.robot import Robot
-from ...formats.errors import UserError, shown
 from ...formats.motion_csv import MOST_ROWS, TIMES
 from ...formats.recorded_motion import read_record
 from .messages import (

@@ -18,7 +18,7 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 
 _NEEDED = f"{__package__}.distribution"
 _ANSWER, _WORKER = 30.0, 30.0  # s, timeouts for a scheduler's answer and for its first worker

@@ -19,7 +19,7 @@ from typing import Any
 
 from distributed import Client, Future, KilledWorker, get_worker
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 from .runner import TASKS, Work, shared
 from .store import Cell, Store
 

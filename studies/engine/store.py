@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from ...formats.errors import UserError
+from ...coverage.definitions.errors import UserError
 
 _FORM = 1  # version of the table; files of other versions are rejected
 

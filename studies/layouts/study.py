@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...coverage.definitions.errors import UserError
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.named import ReachAndToolSpheres, Shell
-from ...formats.errors import UserError
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...placement.space.design import Space
 from ...placement.space.feasible_set import InfeasibleError

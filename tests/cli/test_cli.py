@@ -21,10 +21,10 @@ from place_rings import _safety
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
 from place_rings.coverage.definitions.definition import adapter
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
 from place_rings.formats.schema.robustness_models import RobustnessResult

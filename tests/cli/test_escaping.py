@@ -22,11 +22,11 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from place_rings.cli.app import app, main
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.definitions.escaping import printable, printable_json, printable_lines
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml

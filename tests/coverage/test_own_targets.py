@@ -10,7 +10,7 @@ import place_rings as pr
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.definitions.errors import schema_of
+from place_rings.coverage.definitions.errors import UserError, schema_of
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import transform
@@ -28,7 +28,6 @@ from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.targets.target import KINDS
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml

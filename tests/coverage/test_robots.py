@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli.options.scenes import resolve_scene
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
@@ -19,7 +20,6 @@ from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.targets.posed_robot import Shape, robot_curve
 from place_rings.coverage.targets.solid import target_solid
-from place_rings.formats.errors import UserError
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 from place_rings.cli.app import main
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.formats.errors import UserError
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.formats.layouts.mat_frames import sensors_of_mat
 from place_rings.formats.loader import read_scene

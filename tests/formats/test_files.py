@@ -9,12 +9,12 @@ import place_rings as pr
 import pytest
 import tomli_w
 from hypothesis import given
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.formats import writing
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import how_found, read_proposal, read_scene, resolve
 from place_rings.formats.schema.ring_models import RingModel, ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel

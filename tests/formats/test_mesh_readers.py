@@ -11,8 +11,8 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.solids.polyhedra import MOST_FACES, hull
-from place_rings.formats.errors import UserError
 from place_rings.formats.mesh_readers.collada import read_collada
 from place_rings.formats.mesh_readers.gltf import read_gltf
 from place_rings.formats.mesh_readers.mesh_numbers import (

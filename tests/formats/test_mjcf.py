@@ -11,11 +11,11 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.robot import BASE
-from place_rings.formats.errors import UserError
 from place_rings.formats.export.mjcf import mjcf
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.loader import read_robot, read_scene

@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings import InputError, export
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.formats import writing
-from place_rings.formats.errors import UserError
 from place_rings.formats.writing import made_folder, output_files, write_text
 
 pytest.importorskip("resource")  # and forks and signals of POSIX

@@ -6,10 +6,10 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.robots.base_frame import base_frame
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene, read_target
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.scene_models import SceneFile

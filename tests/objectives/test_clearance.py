@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.convex_extents import extents
 from place_rings.coverage.rings.envelope_clearance import (
     blocked_by_capsules,
@@ -31,7 +32,6 @@ from place_rings.coverage.sensors.boards import VL53L5CX
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.feasibility.clearance import MountClearance

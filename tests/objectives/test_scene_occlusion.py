@@ -10,11 +10,11 @@ import numpy as np
 import place_rings as pr
 import pytest
 import trimesh
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.robot_models import RobotModel

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.occlusion.occluders import beams
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors
@@ -20,7 +21,6 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode

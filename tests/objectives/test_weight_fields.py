@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.definitions.definition import adapter
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets.combined import IntersectionOf
 from place_rings.coverage.targets.named import Shell, ToolSphere
@@ -19,7 +20,6 @@ from place_rings.coverage.voxels.octree import voxels
 from place_rings.coverage.voxels.sample_points import samples_of
 from place_rings.coverage.voxels.weighted_voxels import important
 from place_rings.coverage.weight_field import LEVELS, WeightField, weights_of
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion, judge

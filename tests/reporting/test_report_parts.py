@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.errors import UserError
 from place_rings.formats.fingerprints import scene_sha256
 from place_rings.formats.firmware.cabling import cable_run, crossings
 from place_rings.objectives.poses import Pose

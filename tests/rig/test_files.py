@@ -16,10 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 from place_rings.cli.runs import check, check_summary
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.errors import UserError
 from place_rings.objectives.poses import Pose
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.bag_log import write_bag

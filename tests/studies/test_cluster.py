@@ -11,7 +11,7 @@ import dask
 import psutil
 import pytest
 from distributed import LocalCluster
-from place_rings.formats.errors import UserError
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.studies.engine import cluster, distribution
 from place_rings.studies.engine import runner as engine
 from place_rings.studies.engine.runner import TASKS

@@ -11,12 +11,12 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.formats.errors import UserError
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.layouts.csv_poses import COLUMNS, ORIENTED

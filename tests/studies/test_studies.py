@@ -17,9 +17,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings._study import StudyName, StudyOptions, measured, read_layouts
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.volume_tally import Bracket
-from place_rings.formats.errors import UserError
 from place_rings.objectives import verify as exact
 from place_rings.objectives.scene import CoreScene
 from place_rings.placement.search.progress import Outcome

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from place_rings.formats.errors import UserError
+from place_rings.coverage.definitions.errors import UserError
 
 
 def has_parts(line: str, parts: str) -> bool:

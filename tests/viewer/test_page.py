@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import CoreScene, paper_scene
 from place_rings.placement.search.schedule import Round
