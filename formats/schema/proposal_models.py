@@ -148,15 +148,6 @@ def _lean_zeta(keys: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in keys.items() if not (bare and key in _ENDS)}
 
 
-def _with_interval(keys: Any) -> Any:
-    if not isinstance(keys, dict) or "zeta_percent" not in keys:
-        return keys
-    keys = dict.fromkeys(_ENDS, keys["zeta_percent"]) | keys
-    if isinstance(keys.get("poses"), list):
-        keys["poses"] = [_with_interval(one) for one in keys["poses"]]
-    return keys | {"worst": _with_interval(keys["worst"])} if "worst" in keys else keys
-
-
 class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
     produced it."""
@@ -211,14 +202,6 @@ class ProposalFile(VersionedFile):
         keys["scene"]["poses"] = [_lean(pose, PoseModel) for pose in keys["scene"]["poses"]]
         keys["scene"]["targets"] = list(map(stated_keys, keys["scene"]["targets"]))
         return keys
-
-    @model_validator(mode="before")
-    @classmethod
-    def _with_intervals(cls, keys: Any) -> Any:
-        """Return the keys with ζ itself as the interval of each count that states none."""
-        if not isinstance(keys, dict) or not isinstance(keys.get("zeta"), list):
-            return keys
-        return keys | {"zeta": [_with_interval(one) for one in keys["zeta"]]}
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
