@@ -273,14 +273,6 @@ def read_as(cls: Any, table: Any) -> Any:
         raise ValidationError.from_exception_data("file", details) from error
 
 
-def table_of(value: Any) -> dict[str, Any]:
-    """Return the keys of a definition that differ from their defaults, as a file states them."""
-    keys: dict[str, Any] = adapter(value.__class__).dump_python(
-        value, mode="json", by_alias=True, exclude_defaults=True
-    )
-    return keys
-
-
 def json_of(value: Any) -> str:
     """Return a definition, or a list of them, as JSON with the keys and units of files."""
     cls: Any = Any if isinstance(value, list) else type(value)
@@ -296,5 +288,4 @@ __all__ = [
     "json_of",
     "read_as",
     "refuse",
-    "table_of",
 ]

@@ -10,9 +10,9 @@ from typing import Annotated
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
-from place_rings.coverage.definitions.definition import adapter, definition, refuse, table_of
+from place_rings.coverage.definitions.definition import adapter, definition, refuse
 from place_rings.coverage.definitions.errors import InputError, explain
 from place_rings.coverage.definitions.field_types import Coordinate, Items, Metres, Pair, Point
 from place_rings.coverage.definitions.units import Degrees, Percent
@@ -41,6 +41,11 @@ class Pad:
             refuse([(("count",), self.count, "at most 3")])
 
 
+def table_of(pad):
+    """All keys of a pad, as a file states them."""
+    return adapter(Pad).dump_python(pad, mode="json", by_alias=True)
+
+
 def read(keys):
     return adapter(Pad).validate_python(keys)
 
@@ -59,6 +64,7 @@ pads = st.builds(
 
 
 @given(pads)
+@example(Pad(1.0, 1e-275))  # which a file rounds to the default
 def test_a_file_holds_what_python_holds(pad):
     again = read(table_of(pad))
     assert again.turn == pytest.approx(pad.turn, abs=1e-10)
